@@ -2,11 +2,11 @@
 
 The added joint 6 rotates the tool about the tool axis. The position and direction of the tool axis
 do not depend on angle 6. Therefore, every reachable pose has a solution with angle 6 at 0. If the
-six joints fit no family, another axis is added for the pose task. The joint on this axis stays at
-0. The added axis passes through the intersection of the first or the last two axes, as in a
-spherical wrist. If the first added axis leads to no solution, a second one is tried. The second
-axis passes through a point of an axis next to a prismatic joint, or keeps a distance from the other
-axes.
+six joints fit no family, another axis is added for the pose task. The joint on the added axis keeps
+the value 0, because the arm has no joint there. The added axis passes through the intersection of
+the first or the last two axes, as in a spherical wrist. If an added axis leads to no solution,
+another axis is tried. Other candidate axes pass through a point of an axis next to a prismatic
+joint, or are at a distance from all axes.
 """
 
 from collections.abc import Iterator, Sequence
@@ -100,13 +100,13 @@ def _by_added_axis(
 
 
 def _with_added_axis(lines: Lines) -> Iterator[Lines]:
-    """Yields the chain with a joint at 0, which is added at either end.
+    """Yields chains with an added joint of value 0 at the tool end or the base end.
 
-    Two positions of the added axis are tried at each end. The first position contains the
-    intersection of the two axes at the end. If one of these joints is prismatic, it contains a
-    point of the end axis. The second position is at a distance from the other axes. The added axis
-    is perpendicular to the end axis, because a wrist with perpendicular axes can reach every
-    orientation.
+    Two positions of the added axis are tried at each end. At the first position, the added axis
+    passes through the intersection of the two axes at the end of the chain. If one of these two
+    joints is prismatic, the added axis passes through a point of the end axis. At the second
+    position, the added axis is at a distance from the other axes. The added axis is perpendicular
+    to the end axis, because a wrist with perpendicular axes can reach every orientation.
     """
     terms, axes, last = lines.terms, lines.axes, len(lines.axes) - 1
     size = sp.Rational(round(lines.length, FEW_DECIMALS)).limit_denominator() or sp.Integer(1)

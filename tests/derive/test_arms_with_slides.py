@@ -1,6 +1,6 @@
 """Gantries, machine tools, cranes and planar arms with prismatic joints miss no pose.
 
-The campaign `slides` tests other arms of these kinds.
+The campaign `slides` tests further random arms with prismatic joints.
 """
 
 import pytest

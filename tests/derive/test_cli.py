@@ -155,7 +155,10 @@ def test_check_reports_changed_missing_and_stale_files(arm, tmp_path):
 
 
 def test_check_names_folders_without_a_description(arm, tmp_path, monkeypatch):
-    """Only a check of all robots reports this error, so one robot replaces the shipped robots."""
+    """Only a check of all robots reports this error.
+
+    The test therefore uses a folder with one robot in place of the shipped robots.
+    """
     to = tmp_path / "out"
     monkeypatch.setattr(build, "GENERATED", to)
     monkeypatch.setattr(build, "ROBOTS", arm.parent)
@@ -254,7 +257,7 @@ def test_cli_snaps_and_reports_rounded_numbers_unless_exact(arm, tmp_path):
     assert loaded.cleaning.numbers[0].taken == "pi/2"
     assert loaded.notes == tuple(manifest["notes"])
     cleaned = (to / "arm" / "arm.c").read_text()
-    # The folder stores the selected functions as an option.
+    # The generated folder stores which functions were selected.
     assert run("derive", *words).output == CURRENT
     exact = run("derive", *words, "--exact")
     assert "cleaned" not in exact.output

@@ -1,6 +1,6 @@
 """Functions in a separate process obey time and memory limits.
 
-The caller raises their errors.
+The caller raises the errors of these functions.
 """
 
 from functools import partial

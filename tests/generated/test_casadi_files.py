@@ -1,4 +1,4 @@
-"""``.casadi`` files contain the position equations. CasADi derives other functions."""
+"""``.casadi`` files contain position equations. CasADi derives Jacobians and rates."""
 
 import re
 

@@ -1,6 +1,6 @@
 """Equal descriptions give equal bytes in all generated files.
 
-The bytes do not depend on directory, hash seed, date or processor.
+The bytes of generated files do not depend on directory, hash seed, date or processor.
 """
 
 import os
@@ -22,13 +22,14 @@ OLD_PROCESSOR = {
 }
 """OpenBLAS and NumPy select kernels by processor.
 
-The kernels of this old processor run on all processors, and round differently.
+The selected kernels are for an old processor. They run on all processors, and round differently
+from newer kernels.
 """
 
 DERIVED = ("five_bar",)
 """Name of a mechanism with a loop.
 
-`make check-generated` and .ci/run derive all robots in this way.
+`make check-generated` and .ci/run derive all robots and compare the bytes.
 """
 
 

@@ -27,7 +27,7 @@ def test_results_far_outside_limits_are_closed_or_nan(name):
     z, valid, margin = r.configuration(q), r.loops_close(q), r.margin(q)
     finite = np.isfinite(z).all(-1)
     np.testing.assert_array_equal(finite, valid)
-    # A solution step after an open loop has no margin.
+    # If a loop is open, the margins of later solution steps are NaN.
     assert (finite == (np.nan_to_num(margin, nan=-1.0) >= 0).all(-1)).all()
     # The cranks of these robots have no dead points, so all their samples are valid.
     assert (~valid).any() == (name not in ("four_bar", "slider_crank", "five_bar"))
@@ -156,8 +156,8 @@ def check_dead_points(start, goals, closes, margin, values, slopes):
     past = margin(at(outside + 1e-7))[rows, step]
     assert np.abs(past / margins[2] + 1).max() < 0.02
     assert (np.abs(margin(at(inside))[rows, step]) < 1e-9).all()
-    # Positions are defined up to the dead point. Velocities grow with the inverse square root of
-    # the margin.
+    # Positions are finite until the dead point is reached. Velocities grow with the inverse square
+    # root of the margin.
     assert np.isfinite(values(at(inside - 1e-12))).all()
     rates = [np.abs(slopes(at(inside - s))).reshape(len(goals), -1).max(-1) for s in (1e-8, 1e-10)]
     assert np.abs(rates[1] / rates[0] / 10 - 1).max() < 0.2
@@ -318,7 +318,8 @@ def test_actuators_beyond_dead_point_belong_to_other_branch():
         q = r.actuators(theta)
         assert (np.abs(r.chain(q) - theta).max() < 1e-9) == is_own
         assert r.chain_closes(theta) == is_own
-        # The loops also close at these cylinder lengths. The branches contain both configurations.
+        # At the cylinder lengths of another branch, the loops close too. The branches contain the
+        # configuration theta and the reference configuration.
         found, valid, _ = r.actuator_branches(theta)
         np.testing.assert_allclose(found[valid], [q], atol=1e-12)
         every, closes, _ = r.chain_branches(q)
@@ -334,7 +335,7 @@ def test_cylinder_lengths_are_never_negative():
     retracted = np.array([1.98, 2.4, 1.6])
     assert valid.tolist() == [True, True]
     assert (found[:, 1:] + retracted > 0).all()
-    # Negative cylinder lengths with the same triangles are not valid.
+    # A negative cylinder length gives the triangles of the positive length, but is not valid.
     q = np.array(r.reference.q)
     q[1:] = -q[1:] - 2 * retracted
     for k in range(1, 4):

@@ -1,7 +1,8 @@
 """Robots with closed-form loops agree with independent oracles.
 
 The oracles are NumPy body placements with Newton's method, automatic differentiation, and finite
-differences. Closures are compared with complex steps and the implicit function theorem.
+differences. The derivatives of closures are compared with complex-step derivatives and the implicit
+function theorem.
 """
 
 from functools import cache

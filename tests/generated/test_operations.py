@@ -26,7 +26,8 @@ def test_manifest_operation_counts_match_c_source(name):
     source = (GENERATED / name / f"{name}.c").read_text()
     for function in manifest(name)["functions"]:
         if function["role"] == "inverse":
-            # The C contains one branch in a loop, but the manifest counts all branches.
+            # The C code computes the branches in a loop over one branch, but the manifest counts
+            # all branches.
             continue
         body = source.split(f"void {function['symbol']}(")[1].split("\n}\n")[0]
         counts = function["operations"]

@@ -347,7 +347,7 @@ def spheres(q):
     """Returns both points (N, 2, 3) at the rod length from three shifted elbows.
 
     The elbows are shifted inward by the platform radius. Differences of the sphere equations are
-    planes. Their common line meets the first sphere in two points.
+    planes. The common line of these planes meets the first sphere in two points.
     """
     inwards = np.stack([np.cos(AROUND), np.sin(AROUND), 0 * AROUND], -1)
     center = elbows(q) - R_P * inwards

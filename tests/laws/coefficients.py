@@ -17,7 +17,7 @@ class _Coefficient:
     """An even function of the angle theta, as a closed form and as a Taylor series in theta^2.
 
     Attributes:
-        closed: The function at nonzero angles.
+        closed: The closed form of the function, which is valid at nonzero angles.
         taylor: Taylor coefficients of the function, for theta^(2k) with k = 0, 1, ...
     """
 
@@ -25,7 +25,11 @@ class _Coefficient:
     taylor: Callable[[int], Expr]
 
     def __call__(self, theta: Expr) -> Expr:
-        """Returns the value at theta. Zero takes the limit, and small Floats the series."""
+        """Returns the value of the function at theta.
+
+        The value at 0 is the limit. The value at a Float below 1 is computed from the Taylor
+        series.
+        """
         if is_zero(theta):
             return self.taylor(0)
         if isinstance(theta, Float) and abs(theta) < 1:
@@ -77,8 +81,8 @@ HALF_ANGLE_VERSINE = _Coefficient(lambda t: _one_minus_cos(t) / t**2, _alternati
 SINE_DEFECT = _Coefficient(lambda t: (1 - sin(t) / t) / t**2, _alternating(3))
 # The coefficient (1 - t/2 cot(t/2))/t^2 of the inverse of dexp at an angle t.
 COTANGENT = _Coefficient(_cotangent, _bernoulli)
-# The derivatives f'(t)/t of the preceding three functions f, for derivatives of dexp in direction
-# v.
+# The derivatives f'(t)/t of the functions f = HALF_ANGLE_VERSINE, SINE_DEFECT and COTANGENT.
+# Derivatives of dexp in a direction v need f'(t)/t.
 VERSINE_RATE = _rate(
     lambda t: (SINC.closed(t) - 2 * HALF_ANGLE_VERSINE.closed(t)) / t**2, _alternating(2)
 )

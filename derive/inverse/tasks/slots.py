@@ -89,7 +89,7 @@ def pose_residual(terms: Terms, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Exp
     """Returns the larger of position error (meter) and orientation error (radian).
 
     The Frobenius distance between two rotation matrices is sqrt(8) sin(angle / 2). For small
-    angles, this is sqrt(2) times the angle.
+    angles, the Frobenius distance is sqrt(2) times the angle.
     """
     moved, turned = pose_errors(pose, wanted)
     return larger(terms, squares(terms, moved), terms.let(squares(terms, turned) / 2))
@@ -110,7 +110,7 @@ def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
 def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
     """Returns the residual from a squared distance and a squared angle.
 
-    If either is NaN, the residual is NaN.
+    If the squared distance or the squared angle is NaN, the residual is NaN.
 
     The C function fmax ignores NaN, so a pose whose loops cannot be closed would count as solved. A
     SymPy comparison of real numbers would also lose NaN.
@@ -122,8 +122,9 @@ def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
 def with_rounding(terms: Terms, residual: sp.Expr, lengths: Iterable[sp.Expr]) -> sp.Expr:
     """Adds the rounding error of prismatic coordinates to a residual.
 
-    Almost parallel prismatic axes lead to coordinates of 1e15 m. The rounding errors of such
-    coordinates cancel in the residual, but not in a pose that is computed in another way.
+    Almost parallel prismatic axes lead to coordinates of 1e15 m. The rounding errors of these large
+    coordinates cancel in the residual. In a pose from another formula, such as ``fk``, the rounding
+    errors do not cancel.
     """
     sizes = [terms.let(sp.Abs(length)) for length in lengths if length.free_symbols]
     return terms.let(residual + ROUNDING * sp.Add(*sizes)) if sizes else residual
@@ -199,10 +200,13 @@ def function_of(
     given: Iterable[int] = (),
     loops: Sequence[sp.Expr] = (),
 ) -> SymbolicFunction:
-    """Returns the function of a task for all solution slots. The entries of one slot are known.
+    """Returns the function of a task for all solution slots.
 
-    The coordinates with the indices ``given`` depend only on the inputs after the first. ``loops``
-    contains the margins of the closed loops.
+    The arguments ``q``, ``residual`` and ``margin`` are the entries of one slot, as functions of
+    the branch signs.
+
+    The coordinates with the indices ``given`` depend only on ``inputs[1:]``. ``loops`` contains the
+    margins of the closed loops.
     """
     k = 2 ** len(work.signs)
     domain = "pose" if inputs[0].symbols == POSE_SYMBOLS else "task"
@@ -228,7 +232,8 @@ def _labels(work: Work) -> tuple[str, ...]:
     joints = {step.found.sign: "+".join(step.joints) for step in work.steps if step.found.sign}
     parts: list[str] = []
     for sign in work.signs:
-        # If a step has two branch signs, the step stores the first. The second is the next symbol.
+        # If a step has two branch signs, the step stores the first sign symbol. The second sign
+        # symbol is the next symbol of the list.
         loop = work.sides[sign][0] if sign in work.sides else ""
         parts.append(loop or joints.get(sign) or (parts[-1] if parts else sign.name.lstrip("_")))
     return tuple(

@@ -71,7 +71,9 @@ def _always(_robot: SerialRobot, _lines: Lines) -> bool:
 
 @dataclass(frozen=True)
 class Task:
-    """A task of a family other than the tool pose. The chain has no fixed or added joints.
+    """A task of a family, except the task of the tool pose.
+
+    The chain has no fixed or added joints.
 
     Attributes:
         name: The name of the generated function, for example ``ik_position``.

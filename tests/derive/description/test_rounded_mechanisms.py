@@ -136,7 +136,7 @@ def test_rounded_numbers_on_turned_base_keep_form(name):
 
 
 def test_pose_of_turned_delta_is_pose_in_its_decimals_within_stated_change():
-    """Newton's method closes the rounded loops."""
+    """Newton's method closes the loops of a robot whose numbers are rounded."""
     written = rounded(mechanisms.delta(), 6, awkward_turn(np.random.default_rng(1)))
     derivation = derive(cleaned(written), functions=["fk"])
     assert not derivation.hybrid.forward.open
@@ -175,7 +175,10 @@ def test_mirrored_points_are_no_rounded_copies():
 
 
 def test_rounded_point_is_copy_of_nearest_original():
-    """Rotations of both originals match the last point. The rotation by 120 degrees is nearest."""
+    """Rotations of the first and of the second point match the third point.
+
+    The first point, rotated by 120 degrees, is nearest to the third point.
+    """
     x, y = R("0.239"), R("0.031")
     point = (R("-0.093"), R("0.222"), R(0))
     exact = arranged([[(x, y, R(0)), (x, -y, R(0)), point]], NOISE)

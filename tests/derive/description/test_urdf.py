@@ -8,9 +8,9 @@ from tests.support.counting import calls_of
 from tests.support.generators.random_urdf import compare
 
 SEEDS = (16, 23)
-"""Returns random robots with all joint types, where some mimic joints follow mimic joints.
+"""Seeds of random robots with all joint types, in which some mimic joints follow mimic joints.
 
-The campaign `urdf` tests other robots.
+The campaign `urdf` tests robots from further seeds.
 """
 
 TWO_LINKS = """\

@@ -65,7 +65,8 @@ def run(*command, cwd=None, given=None, env=None):
 def built(tmp_path_factory):
     """Creates the sources and a program for each robot, and an installed package.
 
-    The program of ur5e uses the installed package. Other programs fetch the sources.
+    The program of ur5e uses the installed package. The programs of all other robots fetch the C++
+    sources.
     """
     folder = tmp_path_factory.mktemp("packages")
     (folder / "robots").symlink_to(folder)

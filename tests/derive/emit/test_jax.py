@@ -26,7 +26,7 @@ from tests.support.exports import (
 
 NAMES = ["ur5e", "panda", "puma560", "excavator"]
 FUNCTIONS = ["fk", "jacobian_mixed", "twist_mixed", "acceleration_mixed", "ik", "chain"]
-"""The bound of an inverse is measured with the Jacobian."""
+"""The list contains the Jacobian, because the error bound of ``ik`` is measured with it."""
 KINDS = {"double": np.float64, "float": np.float32}
 SAMPLES = 10_000
 

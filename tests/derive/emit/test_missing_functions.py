@@ -27,7 +27,7 @@ PRINTED = {
 SELECTING = ("rust", "cuda")
 """Languages with their own functions for the solution nearest to a seed."""
 COMPLETE = ("cpp", "mex", "moveit")
-"""Languages that call the C of the robot, which has all functions."""
+"""Languages that call the C code of the robot. The C code has all functions."""
 MISSING = {"planar_3rrr": "fk", "jaco2": "ik"}
 """For each robot, a function that calls an iterative solver."""
 MISSING_IN_CASADI = {"ur5e": "ik", "planar_3rrr": "twist_mixed", "jaco2": "ik"}

@@ -1,6 +1,6 @@
 """Prismatic joints whose directions are linearly dependent at some joint values.
 
-Many joint values then reach the same pose.
+If the directions are dependent, many joint values reach one pose.
 """
 
 import numpy as np

@@ -24,7 +24,7 @@ REGULAR = 1e-5
 
 
 def drawn(seed):
-    """Returns an SO-101 with errors of up to 0.1 to 10 mm and mrad."""
+    """Returns an SO-101 with random errors. The maximum error is between 0.1 and 10 mm and mrad."""
     size = float(10 ** np.random.default_rng(seed).uniform(-4, -2))
     return displaced(ARM, size, seed)
 

@@ -1,4 +1,7 @@
-"""Solutions satisfy equations as data. Mirrored equations have mirrored solutions."""
+"""Solutions satisfy the equation objects of subproblems.
+
+Mirrored equations have mirrored solutions.
+"""
 
 import pytest
 import sympy as sp

@@ -215,7 +215,7 @@ def test_article_contains_text_and_equations_of_custom_family(derivation):
 
 
 def test_family_with_other_joint_count_is_not_evaluated():
-    """The conditions may rely on the joint count."""
+    """The conditions of a family may be valid only for its number of joints."""
     seen = []
     other = Family("other", (5,), lambda lines: seen.append(lines) or [], solve)
     derive(ARM, families=(other, CYLINDRICAL))

@@ -111,7 +111,7 @@ def test_no_axis_is_added_to_arms_with_mimic_joints(tmp_path):
 
 @pytest.mark.parametrize("seed", [604])
 def test_added_axis_is_chosen_to_solve_right_angle_poses(seed):
-    """The first virtual axis with a closed form misses poses."""
+    """The first virtual axis with a closed form is rejected, because its inverse misses poses."""
     cases = cases_of(random_arm(seed))
     assert [case.function for case in cases] == ["ik"]
     assert not cases[0].inverses.functions["ik"].role.searches
@@ -141,7 +141,7 @@ def test_position_ik_uses_three_joints_if_tool_is_on_last_axis(sold):
 
 
 def test_ik_with_hand_along_first_axis_keeps_joint_sum(sold):
-    """The first and the last joint rotate the tool equally."""
+    """The first and the last joint have one axis, so only the sum of their angles matters."""
     (case,) = (case for case in sold if case.function == "ik")
     q = case.random(np.random.default_rng(1), 200)
     q[:, 1] = -np.pi / 2 - np.arctan2(-0.35, 0.05)

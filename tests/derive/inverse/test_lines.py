@@ -1,6 +1,6 @@
 """Tolerant detection of parallel and intersecting axes.
 
-Targets after the removal of joints with known values.
+The tests also check the target pose after joints with known values are removed.
 """
 
 import numpy as np
@@ -53,7 +53,8 @@ def test_axes_are_parallel_up_to_the_tolerance(by, parallel, sense):
 
 @pytest.mark.parametrize(("by", "meet"), [(0, True), (0.9, True), (1.1, False)])
 def test_axes_meet_up_to_the_tolerance(by, meet):
-    # The midpoint is half the distance between the lines from each line. The arm is about 2 m long.
+    # The distance of the midpoint from each line is half the distance between the two lines. The
+    # arm is about 2 m long.
     apart = 2 * by * EXACT_STRUCTURE * 2
     lines = lines_of(((0, 0, 1), (0, 0, 0)), ((1, 0, 0), (0, apart, 2)))
     assert lines.meet(0, 1) == meet

@@ -52,7 +52,7 @@ def built(seed=3):
 
 
 def test_nominal_design_gives_inverse_of_built_mechanism(monkeypatch):
-    # A single stated design keeps the test short.
+    # Only the first nominal mechanism is tried, which keeps the test short.
     tried = hybrid_inverse.nominal_mechanisms
     monkeypatch.setattr(hybrid_inverse, "nominal_mechanisms", lambda m: islice(tried(m), 1))
     alone = hybrid_inverses(solved(built()))

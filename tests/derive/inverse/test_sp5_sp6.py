@@ -132,7 +132,7 @@ def real_roots(X):
 
 
 def singular(A, generator, first, second):
-    """Returns coefficients with dependent rows for theta1, for theta2 or for both."""
+    """Returns coefficients A in which the two columns of theta1, or of theta2, are proportional."""
     A = A.copy()
     if first:
         A[:, 2:4] = generator.normal(size=(len(A), 1)) * A[:, :2]

@@ -301,7 +301,7 @@ def test_sp3_recovers_planted_angle_and_both_signs_solve(solve3):
 
 @pytest.mark.parametrize(("P", "Q"), [("1", "1"), ("2", "1/2")])
 def test_sp3_with_constant_lengths_is_accurate_at_both_ends(P, Q):
-    """Not only the cosine of a stretched or folded elbow is accurate."""
+    """The sine and the margin of a stretched or folded elbow are accurate, not only the cosine."""
     terms, square = Terms({}), sp.Symbol("D", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     p0, p = (sp.Rational(P), zero, zero), (sp.Rational(Q), zero, zero)
@@ -345,7 +345,7 @@ def test_sp3_folds_if_squared_distance_rounds_below_zero():
     ids=["stretched", "nearly stretched", "folded", "nearly folded"],
 )
 def test_sp3_merges_solutions_that_rounding_does_not_separate(D2, whole, apart):
-    """The error of D2 is the rounding error of `whole`."""
+    """The squared distance D2 has the rounding error of the larger number `whole`."""
     terms, square, size = Terms({}), *sp.symbols("D W", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     p = (one, zero, zero)

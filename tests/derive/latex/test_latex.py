@@ -146,7 +146,7 @@ def test_fragments_and_document_name_the_same_files():
 
 @pytest.mark.parametrize("name", REPRINTED)
 def test_printed_article_equals_the_committed_article(name):
-    """Other tests check the committed files of the other articles."""
+    """For articles that are not in REPRINTED, other tests check the committed files."""
     texts = files(derivation(name), NO_PROGRAMS)
     assert texts.pop(f"{name}.tex") == (GENERATED / name / f"{name}.tex").read_text()
     assert texts == {f"{FOLDER}/{file}": text for file, text in committed(name).items()}

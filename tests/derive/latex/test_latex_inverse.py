@@ -60,7 +60,7 @@ class Reader:
         return value
 
     def meaning(self, meaning):
-        """Returns the value of a short symbol.
+        """Returns the value of an article's symbol from the definition of the symbol.
 
         An angle may be known only in an angle sum.
         """

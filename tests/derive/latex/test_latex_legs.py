@@ -109,7 +109,7 @@ def test_printed_leg_elimination_equals_assembly_polynomial(name):
 
 
 def _check_position(platform, shown, numbers, vectors, residual, phi):
-    """Checks that w solves the linear equations, or the equations of the first two lines."""
+    """Checks that w solves the linear equations, or the line equations of the first two legs."""
     found, tex = shown.equations, shown.page.chain.equations.notation.tex
     (cross,) = found.solution.atoms(Cross)
     a, b = (vectors[tex[symbol]] for symbol in cross.args)
@@ -127,7 +127,8 @@ def _check_position(platform, shown, numbers, vectors, residual, phi):
     np.testing.assert_allclose(left[lines], 0, atol=1e-9)
     circles = np.array([numbers(L) for L in shown.legs.L])
     squares = (left[: len(circles)] + circles) ** 2 - circles**2
-    # For points on circles, the squared distances have equal residuals.
+    # The linear equations are differences of circle equations. The residuals of all circle
+    # equations are therefore equal.
     np.testing.assert_allclose(squares - squares[:1], 0, atol=1e-9)
 
 

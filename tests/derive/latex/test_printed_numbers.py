@@ -136,7 +136,7 @@ def test_long_limits_are_cut_and_fractions_are_kept():
 def test_no_literal_of_an_article_is_longer_than_a_double():
     """The arm has measured geometric errors.
 
-    Its nominal dimensions are exact doubles.
+    The nominal dimensions of the arm are exact doubles.
     """
     text = """
     name = "measured"

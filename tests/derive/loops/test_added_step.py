@@ -36,7 +36,7 @@ HALF = sp.Rational(1, 2)
 
 @dataclass(frozen=True, kw_only=True)
 class Isosceles(PlanarStep):
-    """Three pins in an isosceles triangle with equal constant arms.
+    """Three pins in an isosceles triangle whose two arms have equal constant lengths.
 
     The third pin has the position C = D/2 + k J D on the base D. J is the quarter turn.
     """

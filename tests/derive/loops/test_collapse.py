@@ -53,7 +53,7 @@ def test_board_installer_translation_matches_crank_formula(board):
     values = tool_kinematics(board).motion.values
     named = [v for v in values if v.free_symbols <= board.terms.definitions.keys()]
     translations = [v for v in named if not board.terms.is_solved(v)]
-    # A term makes the results of open loops NaN. It is 0 if all loops are closed.
+    # A guard term makes the results of open loops NaN. The guard term is 0 if all loops are closed.
     closed = dict.fromkeys(board.forward.loops.keys() - board.terms.solved.keys(), 0)
     found = []
     for value in translations:
@@ -69,13 +69,13 @@ def test_board_installer_translation_matches_crank_formula(board):
     for value in found:
         rest = [sp.expand(value - sign * e) for e in expected for sign in (1, -1)]
         assert any(not e.free_symbols for e in rest)
-    # The translations depend on no solved terms.
+    # The translations do not depend on solved terms.
     for value in translations:
         assert not solved_terms(board, [board.terms.definitions[value].xreplace(closed)])
 
 
 def test_collapsed_chain_matches_full_chain_pose_and_rates(board):
-    """The chains also agree in all derivatives."""
+    """The collapsed and the full chain have equal Jacobians and twists too."""
     kinds = ["fk", "jacobian_mixed", "twist_mixed"]
     short = derive(
         read(ROBOTS / "board_installer.toml"), functions=[*kinds, "chain", "chain_rates"]
@@ -117,7 +117,10 @@ def test_four_bar_is_not_collapsed_to_a_translation():
 
 
 def test_jacobian_rates_with_wrist_after_parallelogram_are_correct():
-    """The wrist follows a parallelogram. The derivative keeps the joint order."""
+    """The wrist is after a parallelogram.
+
+    The time derivative of the Jacobian must have the joint order of the chain.
+    """
     linkage = parallelogram(2)
     wrist = pin("wrist", "coupler", "hand", "1/2")
     mechanism = Mechanism(

@@ -214,7 +214,7 @@ def test_identically_satisfied_equations_are_omitted():
 
 
 def test_equations_satisfied_by_cancellation_are_omitted():
-    """A helical and a prismatic joint share an axis, so parallelism is an identity."""
+    """The axes of a helical and a prismatic joint coincide, so their parallelism always holds."""
     skew = (1, 2, 3, ("z", sp.Rational(1, 3)), ("x", sp.Rational(2, 7)))
     screw = replace(pin("screw", BASE, "nut", *skew), kind="helical", pitch="1/100")
     ram = replace(pin("ram", BASE, "rod", *skew), kind="prismatic")
@@ -374,7 +374,7 @@ def value_along(screw, T):
 
 
 def across_loop_joint(c, loop, z):
-    """Returns the motion that a closure still needs."""
+    """Returns the motion of the closing joint between the two ends of the loop."""
     given = {p.symbol: p.value for p in c.mechanism.parameters}
     spelled = lambda M: sp.Matrix(M).applyfunc(c.terms.spelled)  # noqa: E731
     numeric = lambda M: np.array(spelled(M).subs(given).evalf(), dtype=float)  # noqa: E731

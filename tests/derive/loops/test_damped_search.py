@@ -1,4 +1,4 @@
-"""The damped search where rounding cancels the weakest damping."""
+"""The damped search if the damping is smaller than the rounding errors of the matrix."""
 
 import numpy as np
 

@@ -144,7 +144,7 @@ def test_jansen_leg_traces_a_closed_path_with_flat_stance():
         assert points[-1] == pytest.approx(model.tip(np.array([crank]), u)[:3, 3], abs=1e-10)
     x, y, _ = 1000 * np.array(points).T
     assert points[0] == pytest.approx(points[-1], abs=1e-12)
-    # The foot is on the ground for more than a third of a crank turn. There, its path is straight
-    # to a few millimeters.
+    # The foot is on the ground for more than a third of a crank turn. On the ground, the path of
+    # the foot is straight to a few millimeters.
     assert np.mean(y < y.min() + 3) > 0.35
     assert np.ptp(x) > 60

@@ -108,7 +108,7 @@ def test_loop_relation_shortens_phasor_sum():
     long = long - PhasorSum.of((sp.S(6), sp.S.Zero), A + B)
     short = long.reduced([loop], lambda s: len(s.terms))
     assert short.terms == {sp.S.Zero: (sp.S(4), sp.S.Zero)}
-    # The sums are equal only if the loop equation holds.
+    # The sums `long` and `short` are equal only if the loop equation holds.
     assert total(long) - total(short) == pytest.approx(2 * total(loop))
     nothing_to_gain = PhasorSum.of((L, sp.S.Zero), A)
     assert nothing_to_gain.reduced([loop], lambda s: len(s.terms)) == nothing_to_gain

@@ -99,7 +99,8 @@ def test_negative_cylinder_lengths_give_nan_and_negative_margin(build, step):
     assert np.isfinite(np.array(chain(own))).all()
     for k in range(len(own)):
         q = own.copy()
-        # The other sign belongs to the same rod length.
+        # The total length of a cylinder is 1 + q. A negative total length also fulfills the squared
+        # length equation.
         q[k] = -2 - own[k]
         assert np.isnan(np.array(chain(q))).all()
         assert (np.array(margin(q)) < 0).all()

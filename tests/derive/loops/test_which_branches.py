@@ -62,7 +62,7 @@ def test_cylinder_length_adds_no_branch():
 
 
 def uneven(count):
-    """Returns a parallelogram with unequal sides on cranks."""
+    """Returns a parallelogram linkage with several cranks and unequal side lengths."""
     others = [
         Strut(f"rod{k}", Frame(BASE, at(k)), Frame("coupler", at(k)), 1)
         for k in range(2, count + 1)
@@ -96,7 +96,7 @@ def test_rhombus_has_a_folded_branch():
     own, other = (solution.values for solution in forward_branches(h))
     assert sp.expand(own["bar"] + h.q[0]) == 0
     assert sp.expand(own["crank1"] - h.q[0]) == 0
-    # On the other branch, the bar lies along the first crank. The second crank lies along the
+    # On the second branch, the bar lies along the first crank, and the second crank lies along the
     # ground.
     assert not h.terms.is_solved(other["bar"])
     assert sp.expand(other["bar"]) in (sp.pi, -sp.pi)

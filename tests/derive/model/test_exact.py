@@ -1,4 +1,4 @@
-"""Exact numbers are read without rounding. Other text is rejected quickly."""
+"""Exact numbers are read without rounding. Text that is not a number is rejected quickly."""
 
 from decimal import Decimal
 from itertools import pairwise

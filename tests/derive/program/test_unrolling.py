@@ -62,7 +62,7 @@ A, B, C, D = map(Variable, range(1, 5))
 
 
 def run(program, arguments):
-    """Runs a program on arguments (entries, poses). The outputs have the same layout."""
+    """Runs a program on arguments (entries, poses). The outputs are arrays (entries, poses) too."""
     values = {}
 
     def value(operand):

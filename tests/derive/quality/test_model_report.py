@@ -116,8 +116,9 @@ TURNS, MIXED = ("revolute",) * 3, ("revolute", "revolute", "prismatic", "revolut
 INCOMPLETE = {"poe": (TURNS, MIXED), "s_model": (MIXED,)}
 """Conventions without parameters for some displacements, and the pairs of joint types for which
 these displacements occur. A vector that represents a direction has no free parameters. The
-parameters of an S-model follow a rotation but precede a translation. So the S-model has no
-parameter between a prismatic and a revolute joint."""
+parameters of an S-model follow a rotation but precede a translation. Therefore, the S-model has no
+parameter between a prismatic and a revolute joint.
+"""
 
 
 DRAWN = [

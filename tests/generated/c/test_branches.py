@@ -362,8 +362,8 @@ def angles(program):
 def test_shared_branch_angles_are_computed_once():
     made = programs([branched_function("ik")], "arm")
     flat, branch = made.whole["ik"], made.branch["ik"]
-    # Each term is the number of possible angles of one joint. The angles of joints 3 and 5 do not
-    # depend on their signs.
+    # Each summand is the number of possible angles of one joint. The absolute angles of joints 3
+    # and 5 do not depend on the branch signs of these joints.
     assert len(angles(flat)) == 2 + 8 + 4 + 8 + 2 + 4
     assert len(set(angles(flat))) == len(angles(flat))
     assert len(angles(branch)) == 6

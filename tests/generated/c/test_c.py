@@ -77,7 +77,7 @@ def test_object_exports_only_documented_symbols(name, tmp_path):
     wanted |= {f"{name}_{f.name}_nearest" for f in functions if f.role.is_inverse}
     assert exported == wanted
     assert missing <= LIBM | BUILTIN
-    # Tables of arms and platforms are constant. The loader fills in their addresses.
+    # Tables of arms and platforms are constant. The loader fills in the addresses of the tables.
     assert set(state) <= {f"{name}_ik_tables", f"{name}_modes_tables"}
 
 

@@ -29,7 +29,7 @@ def straight(name):
 
 @pytest.fixture(scope="module")
 def library(robot, tmp_path_factory):
-    """Compiles CasADi's unchanged C."""
+    """Compiles the C code that CasADi generates."""
     folder = tmp_path_factory.mktemp(robot.name)
     generator = ca.CodeGenerator("casadi_kernels.c")
     for name in straight(robot.name):
@@ -106,7 +106,7 @@ def test_casadi_generated_c_agrees_with_every_function(robot, library):
 
 
 def computed(own, inputs):
-    """Returns the outputs of our C at any pose, including poses out of reach."""
+    """Returns the outputs of the C code of chasles at any pose, including poses out of reach."""
     batch = [np.asarray(value, float)[None] for value in inputs]
     result = own.ufunc(*batch)
     return [np.asarray(r)[0] for r in (result if isinstance(result, tuple) else (result,))]

@@ -1,4 +1,4 @@
-"""Newton's iteration along a path whose first stride leaves the equations' domain."""
+"""Newton's iteration along a path whose first step leaves the domain of the equations."""
 
 import ctypes
 
@@ -62,7 +62,7 @@ def configuration():
 
 @pytest.mark.parametrize("q", [0.9, 0.3, 0.1])
 def test_stride_is_halved_where_the_equations_have_no_value(configuration, q):
-    """The tangent leads to u = 2 q - 1, which is negative for q below a half."""
+    """The first step along the tangent gives u = 2 q - 1, which is negative for q < 1/2."""
     np.testing.assert_allclose(configuration(q), [q, q * q], rtol=0, atol=1e-12)
 
 

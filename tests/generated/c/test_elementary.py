@@ -182,7 +182,7 @@ def pointer(array):
 
 
 def single(library, name, a, b):
-    """Returns the values of single calls."""
+    """Returns the values of a function that is called once for each element."""
     call = library[f"{ROBOT.name}_{name}"]
     values = np.empty_like(a)
     arrays = [

@@ -25,7 +25,7 @@ SPREAD = 0.05
 def native(robot, functions, flags=()):
     """Loads functions of one input array through ctypes.
 
-    The compiler drops all other functions, which saves most of its time.
+    The compiler drops functions that are not exported, which saves most of the compile time.
     """
     files = robot.manifest.sources()
     exports = "".join(f"{EXPORTED} void (*entry_{f})() = {robot.name}_{f};\n" for f in functions)

@@ -220,7 +220,7 @@ gas_strut = 20
 
 
 def test_proposal_starts_at_the_stated_joints_and_includes_the_stroke():
-    """At the default stroke, the loop closes only far from the stated joints."""
+    """With the default stroke, the loop closes only far from the joint values in the file."""
     press = read(Path(__file__).with_name("rocker_press.toml"))
     with pytest.raises(DescriptionError, match="does not close at the reference") as message:
         derive(press, functions=["fk"])
@@ -346,7 +346,7 @@ def test_error_states_mismatch_of_actuators_and_freedoms(name):
         assert f"{len(robot.actuated)} actuated coordinate" in text
         assert words in text
         passive_cylinder = any(s.is_cylinder and s.name not in robot.actuated for s in robot.struts)
-        # Cylinders without a connection have no degree of freedom in the oracle.
+        # The oracle does not count the degree of freedom of an unactuated cylinder.
         if words == "can still move" and not passive_cylinder:
             J = model.jacobian(model.q, model.u)
             free = len(model.unknown) - np.linalg.matrix_rank(J, tol=1e-6)
@@ -385,7 +385,8 @@ def test_rod_with_swapped_ends_is_named(k):
     robot = mechanism("delta")
     struts = tuple(swapped(s) if i == k else s for i, s in enumerate(robot.struts))
     spoilt = replace(robot, struts=struts)
-    # The rods of the second and third arm also fit to a platform that is rotated by 5 degrees.
+    # With swapped ends of a rod on the second or third arm, all loops close if the platform is
+    # rotated by 5 degrees.
     text = message(spoilt) if k < 2 else doubtful_ends(spoilt, closed_configuration(spoilt))
     assert f"the ends of rod {robot.struts[k].name!r} seem swapped" in text
     assert text.count("rod_") == (2 if k < 2 else 1)

@@ -82,7 +82,7 @@ def test_complex_pose_count_matches_known_number(kind):
 
 
 def test_monodromy_paths_permute_the_found_poses():
-    """Closed paths through other platforms permute the poses."""
+    """Along a closed path of platform parameters, the set of complex poses returns permuted."""
     generator = np.random.default_rng(2)
     a, b = points("3-3", generator)
     found = family(a, b, generator)
@@ -99,7 +99,7 @@ def test_monodromy_paths_permute_the_found_poses():
 
 
 def test_start_poses_are_independent_of_rounding(monkeypatch):
-    """Other rounding errors may change the order of the paths, but not the results."""
+    """Disturbed rounding errors may change the order of the paths, but not the results."""
     from chasles.derive.loops.modes import hexapod_starts
 
     generator = np.random.default_rng(3)

@@ -1,7 +1,8 @@
 """Platforms on random legs with a ball joint: RPS, PRS, RRS, UPS, PUS and RUS.
 
-A leg with two joints before its ball joint keeps the ball in a plane. Three such legs leave three
-degrees of freedom. Legs with three joints, or cylinders, do not constrain the platform.
+A leg with two joints before its ball joint keeps the ball in a plane. Three legs with two joints
+each leave three degrees of freedom of the platform. Legs with three joints, or cylinders, do not
+constrain the platform.
 """
 
 from dataclasses import replace
@@ -68,7 +69,8 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
     assert len(arms) == SLOTS
     assert ((turned_apart(arms, q) < FOUND) & (residual < FOUND)).any(0).all()
     maps, rates = lower([derivation.function(name) for name in MAPS], "drawn")
-    # One solution is on the reference branch. Its derivative equals the actuator velocities.
+    # One solution is on the reference branch. The derivative of this solution equals the actuator
+    # velocities.
     theta = z[:, model.chain]
     own = np.array(maps(theta.T)).T
     assert (turned_apart(arms, own) < FOUND).any(0).all()

@@ -37,7 +37,7 @@ def eliminated(points, c, s):
     """Eliminates the platform's position from three circles with the centers A_i - R b_i.
 
     A_i are base points, and b_i are platform points. The first equation is subtracted from the
-    other equations. Cramer's rule solves these equations.
+    other equations. Cramer's rule solves the two linear differences.
     """
     x, y = sp.symbols("x y", real=True)
     circles = [
@@ -72,7 +72,7 @@ def test_triad_polynomial_equals_elimination_of_the_position():
 
 def test_the_fourth_harmonic_cancels():
     # The square |k_3 u_2 - k_2 u_3|^2 has factors of degree 2. As a polynomial in z = exp(i phi),
-    # it has no z^4 term.
+    # the square has no z^4 term.
     z, k0, l0 = sp.symbols("z k0 l0")
     k1, l1, b2, b3, a2, a3 = sp.symbols("k1 l1 b2 b3 a2 a3")
     k1c, l1c, b2c, b3c, a2c, a3c = sp.symbols("k1c l1c b2c b3c a2c a3c")
@@ -134,7 +134,7 @@ def test_every_pose_is_a_root_and_its_position_is_recovered(compiled):
 def test_collinear_centers_give_double_root_and_both_positions(compiled):
     polynomial, position, mirror = compiled
     pose = np.array([0.3, -0.2, 0.7])
-    # The centers A_i - R b_i are on the platform's x axis. All rods reach one point of this axis.
+    # The centers A_i - R b_i are on the platform's x axis. All rods reach one point of the x axis.
     heights = np.arcsin(0.25 / np.array(RODS, float))
     p = platform_with(pose, heights)
     a = polynomial(p)

@@ -108,7 +108,7 @@ def test_solution_lies_on_the_branch_of_the_reference(name):
     at_reference = solved(mechanism).at_reference
     for joint, value in at_reference.items():
         assert np.cos(value - float(mechanism.reference_of(joint))) > 0.8
-    # A flipped universal joint belongs to the other branch.
+    # If the reference has a flipped universal joint, the solution must be on the second branch.
     over = {"yoke": at_reference["yoke"] + np.pi, "swing": np.pi - at_reference["swing"]}
     if name == "turned_round":
         values = [(n, sp.Rational(f"{over.get(n, v):.3f}")) for n, v in at_reference.items()]
