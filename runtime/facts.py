@@ -24,9 +24,8 @@ T = TypeVar("T")
 _STARTS = 256
 """Number of candidates for `q_reference`."""
 _SINGULAR = 1e-3
-"""A candidate is singular if its smallest singular value, relative to the best candidate, is
-lower.
-"""
+"""Minimum ratio of two smallest singular values, of a regular candidate and of the best
+candidate."""
 _NEARER = 0.98
 """Factor by which each retry of `random_q` shrinks the sampling range around `q_reference`."""
 
@@ -133,7 +132,7 @@ class RobotFacts(GeneratedFunctions):
 
     @functools.cached_property
     def _roles(self) -> Mapping[tuple[str, str, str], Function[Any]]:
-        """The first function of each role, keyed by name, domain and codomain of the role."""
+        """The first function for each role. The key is the (name, domain, codomain) of the role."""
         infos = reversed(self.manifest.functions)
         return MappingProxyType({info.role.key: self.functions[info.name] for info in infos})
 
@@ -151,10 +150,11 @@ class RobotFacts(GeneratedFunctions):
     def q_reference(self) -> FloatArray:
         """(n,) a configuration within the limits and away from singularities.
 
-        For a robot with loops, it is the reference configuration, unless the reference is singular.
-        Otherwise, it is the best of 256 configurations around the reference or the middle of the
-        range. The best one has the largest minimum singular value of the Jacobian (lengths in
-        `unit_length`).
+        For a robot with loops, `q_reference` is the reference configuration, unless the reference
+        is singular. For other robots, and for a singular reference, `q_reference` is the best of
+        256 configurations. These configurations lie around the reference or the middle of the
+        range. The best configuration has the largest minimum singular value of the Jacobian
+        (lengths in `unit_length`).
         """
         lower, upper = ranges(self.coordinates, self.reference)
         half = np.minimum(upper - lower, 2 * np.pi) / 4
@@ -209,7 +209,6 @@ class RobotFacts(GeneratedFunctions):
         return q.reshape(*shape, self.n)
 
     def _is_usable(self, q: FloatArray) -> BoolArray:
-        """Test whether configurations (N, n) are within all limits, with closed loops."""
         usable = self.is_within_limits(q)
         if self.loops and "fk" in self.functions:
             usable = usable & np.isfinite(self.fk(q)).all((-2, -1))

@@ -176,6 +176,7 @@ def following(
     reference: Reference,
     chain_D_q: Callable[[FloatArray], FloatArray],
 ) -> BoolArray:
-    """Return `follows` for closed-form loops. Derivatives of independent joints are exactly 0."""
+    """Return a mask (n_theta, n) of the coordinates that move each joint, for closed-form loops."""
+    # A joint that does not depend on a coordinate has a derivative of exactly 0.
     q = np.vstack([configurations(coordinates, reference), reference.q])
     return np.asarray((np.nan_to_num(chain_D_q(q)) != 0).any(0))

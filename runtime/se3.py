@@ -11,7 +11,7 @@ Rounding to single precision or to printed digits makes R slightly non-orthogona
 
 To first order, the deviation is |R - U| / 2^0.5, with U the nearest rotation in the Frobenius norm.
 `project` returns U. Inverse kinematics projects poses with a deviation of at most `NEARLY_RIGID`.
-The other functions do not check whether a matrix is a pose.
+The functions of this module except `project` do not check whether a matrix is a pose.
 
 Sources:
     R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994,
@@ -269,8 +269,9 @@ def project(
         unchanged, a matrix that is not finite as NaN.
 
     Raises:
-        InputValueError: If the deviation of a matrix is larger; the message states its index and
-            the reason. The error is also raised if the tolerance is not positive.
+            InputValueError: If the deviation of a matrix exceeds the tolerance. The message states
+                the index of the matrix and the reason. The error is also raised if the tolerance is
+                not positive.
         InputTypeError: If T or the tolerance does not hold real numbers.
     """
     if real_array(caller, "tolerance", tolerance).shape or not tolerance > 0:
@@ -326,7 +327,6 @@ def _of_quaternion(quat: FloatArray, order: list[int]) -> FloatArray:
 def _path(
     T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike, name: str
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return both end poses and the interpolation parameter as arrays."""
     return (
         ending(T_a, (4, 4), name, "T_a"),
         ending(T_b, (4, 4), name, "T_b"),
@@ -396,6 +396,5 @@ def _numbers(values: FloatArray) -> str:
 
 
 def _above(value: float) -> float:
-    """Return the next larger number with one significant digit."""
     unit = 10.0 ** math.floor(math.log10(value))
     return float(f"{(math.floor(value / unit) + 1) * unit:.1g}")

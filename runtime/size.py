@@ -48,7 +48,7 @@ def within(q: FloatArray, lower: FloatArray, upper: FloatArray, units: FloatArra
 
 
 def configurations(coordinates: Sequence[Coordinate], reference: Reference | None) -> FloatArray:
-    """Return coordinates (256, n) that fill the ranges."""
+    """Return coordinates (256, n) that are evenly distributed over the coordinate ranges."""
     lower, upper = ranges(coordinates, reference)
     points = low_discrepancy(1, _SAMPLES + 1, len(coordinates))
     return np.asarray(lower + points * (upper - lower))

@@ -81,7 +81,7 @@ def _axis(R: FloatArray, w: FloatArray, cosine: FloatArray) -> FloatArray:
     column = np.take_along_axis(symmetric, largest[..., None, None], -1)[..., 0]
     length = np.sqrt(np.sum(column * column, -1))[..., None]
     side = np.where(np.sum(column * w, -1) < 0, -1.0, 1.0)[..., None]
-    # All columns vanish only at small angles, for which this result is not used.
+    # All columns of `symmetric` are 0 only for small angles, for which the axis is not used.
     return np.asarray(side * np.divide(column, length, out=np.zeros_like(column), where=length > 0))
 
 

@@ -23,22 +23,23 @@ TILTED = 1e-5
 six joints, which cannot reach rounded poses."""
 GIVEN_ASIDE = 1e-4
 """Offset [rad or length] of a fixed joint from a value at which the structure of the other joints
-degenerates. Formulas for oblique axes are accurate to 1e-12 at this offset."""
+degenerates. With this offset of 1e-4, formulas for oblique axes are accurate to 1e-12."""
 GIVEN_NEAR = 1e-2
 """Maximum residual (length, radian) of the slots from which Newton's method starts: the offset
 times its amplification near a singularity."""
 AT_REST = 1e-7
-"""Maximum tool motion (length, radian) along a self-motion: damping shortens the Newton steps too
-much to reach smaller residuals."""
+"""Maximum tool error (length, radian) of a configuration on a self-motion. Damping shortens the
+Newton steps, so that Newton's method does not reach smaller errors."""
 AT_REST_RATE = 1e-3
 """Maximum singular value (length or radian per coordinate unit) of a direction that may be a
-self-motion (1e-7). The singular value is equally small at the workspace boundary."""
+self-motion. At a self-motion, the singular value is about 1e-7. Directions at the workspace
+boundary have singular values of the same size."""
 AT_REST_BEND = 1e-3
 """Minimum second derivative of the tool pose (length or radian per squared coordinate unit) along a
 null direction that excludes a self-motion."""
 BEND_STEP = 1e-3
-"""Finite-difference step [rad or length] for this second derivative, with relative errors of 1e-9
-from rounding and 1e-6 from truncation."""
+"""Finite-difference step [rad or length] for the second derivative of the tool pose. The relative
+errors of the second derivative are 1e-9 from rounding and 1e-6 from truncation."""
 SADDLE = 1e-3
 """Maximum gradient relative to the error at a stationary point: damped steps approach a saddle
 without reaching it."""
@@ -50,7 +51,7 @@ SADDLE_STEP = 1e-5
 of 1e-11 from rounding and from truncation."""
 SAME_SOLUTION = 1e-6
 """Maximum difference (length, radian) between equal solutions. Where branches meet at a
-singularity, each is accurate to 1e-8."""
+singularity, the solution of each branch is accurate to 1e-8."""
 AT_LIMIT = 1e-12
 """Maximum limit violation (length, radian) that counts as rounding."""
 FAR = 50.0
@@ -59,10 +60,10 @@ JUMP = 0.5
 """Maximum joint motion (length, radian) between poses of a path. Branches differ by 1 rad or more
 away from singularities; larger steps cannot be distinguished from a change of branch."""
 SELF_MOTION_STEP = 1e-9
-"""Final sampling step [rad or m] of a search along the self-motion. Distances have a kink at their
-minimum, so that this step is the accuracy of the result."""
+"""Final sampling step [rad or m] of a search along the self-motion. The distance from a seed has a
+kink at its minimum, so the result of the search is only as accurate as the step."""
 SELF_MOTION_GAP = 1e-7
-"""Minimum distance [rad or m] between these samples."""
+"""Minimum distance [rad or m] between adjacent samples of a self-motion."""
 SELF_MOTION_MOVE = 0.25
 """Maximum joint motion (length, radian) between samples of a self-motion: near a singularity, a
 small change of the swivel angle rotates joints by up to pi."""
@@ -99,13 +100,13 @@ TURNS = 1e-6
 RANK = 1e-9
 """Singular values below this fraction of the largest singular value count as zero."""
 SINGULAR = 1e-6
-"""Maximum singular value of J_x or J_q at a parallel singularity. For a rounded pose at a
-type-1 singularity, the value is the square root of 1e-13."""
+"""Maximum singular value of J_x or J_q at a parallel singularity. At a type-1 singularity, the
+singular value of a rounded pose is about the square root of 1e-13."""
 INFINITE_CONDITION = RANK**2
 """Below this ratio of smallest to largest singular value, the condition number is infinite."""
 TRACK_GAIN = 0.5
-"""Default fraction of the error that a step of `track` corrects. The full linear correction is 1;
-above 2 the error would grow."""
+"""Default fraction of the error that a step of `track` corrects. A fraction of 1 corrects the whole
+linearized error. With a fraction above 2, the error would grow."""
 
 # --- poses, twists and screws ---
 

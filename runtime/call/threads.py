@@ -32,9 +32,8 @@ Single rows use other code with other rounding. With this minimum, the number of
 change any bit of a result.
 """
 _MIN = 500_000
-"""Minimum number of floating-point operations per thread: 0.1 ms, three times the start time of
-a thread.
-"""
+"""Minimum number of floating-point operations per thread: 0.1 ms, three times the start time of a
+thread."""
 _MAX = 20_000_000
 """Maximum number of floating-point operations of a part: 5 to 20 ms, the longest delay of
 Ctrl-C.

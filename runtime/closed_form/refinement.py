@@ -35,8 +35,7 @@ from .task_components import WHOLE, Task
 
 Gradients = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
 """Maps target indices (N,) and coordinates (N, n) to half the squared errors f (N,) and to the
-gradients (N, n) of f.
-"""
+gradients (N, n) of f."""
 _LONGEST = 1.0
 """Maximum distance of a start configuration from the saddle [rad or length]."""
 

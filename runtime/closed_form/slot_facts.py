@@ -90,7 +90,7 @@ def joint_limits_of(
 
 @dataclass(frozen=True)
 class SlotFacts:
-    """Coordinate data of a class of solutions.
+    """Units, limits and full turns of the coordinates of a `Solutions` class.
 
     Attributes:
         units: (n,) the unit length for prismatic coordinates, 1 for revolute coordinates.
@@ -125,7 +125,7 @@ def _facts_of(kind: Any) -> SlotFacts:
 
 
 facts_of: Callable[[Any], SlotFacts] = _facts_of
-"""Return the cached coordinate data of a class of solutions."""
+"""Return the coordinate data (`SlotFacts`) of a `Solutions` class, from a cache."""
 
 
 def windings_of(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:
@@ -167,7 +167,7 @@ def read_limits(
 
 
 def read_weights(n: int, label: str, weights: ArrayLike) -> FloatArray:
-    """Return weights (n,) from an argument. They are finite, not negative, and not all 0."""
+    """Return weights (n,) from an argument. Weights must be finite, not negative, and not all 0."""
     array = real_array(label, "weights", weights)
     if array.shape != (n,):
         raise ShapeError(f"{label}: weights must have shape ({n},), got shape {array.shape}")

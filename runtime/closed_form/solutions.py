@@ -38,7 +38,7 @@ class Fields(NamedTuple):
 
 
 class LeastSquares(NamedTuple):
-    """Least-squares coordinates for poses.
+    """Coordinates with the smallest tool error for each pose.
 
     Attributes:
         q: (..., n) coordinates [rad or m].
@@ -63,18 +63,19 @@ class Solutions(Fields):
             another assembly mode (see `other_mode`).
         margin: (..., k) smallest margin of the solution steps on the branch: 0 at the workspace
             boundary, negative outside.
-        valid: (..., k) whether the slot holds a solution that no filter has removed. The residual
-            of a solution is at most `tolerance`. For rounded poses, the limit is 10 `unit_length`
-            times the rounding. The rounding is `se3.deviation`, or half a unit of the last decimal
-            of the rotation if that is larger.
+            valid: (..., k) whether the slot holds a solution that no filter has removed. The
+                residual of a solution is at most `tolerance`. For rounded poses, the residual of a
+                solution is at most 10 `unit_length` times the rounding. The rounding is the larger
+                of `se3.deviation` and half a unit of the last decimal of the rotation.
         unit_length: The length [m] that is equivalent to 1 rad for the robot.
         tolerance: Maximum residual of a solution [m], 1e-9 `unit_length`.
         coordinates: The elements of q.
-        wraps: (n,) whether a rotation by 2 pi leaves the pose unchanged. True for revolute joints
-            until `within_limits` lists full turns separately.
+        wraps: (n,) whether a rotation of the coordinate by 2 pi gives the same solution. `wraps` is
+            True for revolute joints. After `within_limits`, which lists full turns separately,
+            `wraps` is True only for revolute joints without limits.
         labels: (k,) the branch in each solution slot, as "shoulder_pan +, elbow -". A label
-            contains the joints and signs that select the branch. The tuple is () after
-            `sorted_by_distance` has reordered the slots.
+            contains the joints and signs that select the branch. `labels` is empty after
+            `sorted_by_distance`, which reorders the slots.
         windings: Number of consecutive solution slots that `within_limits` lists for each branch.
         joint_limits: The limits of coupled joints, or None.
     """
@@ -104,10 +105,10 @@ class Solutions(Fields):
         """(..., k) whether the pose belongs to a different assembly mode from `fk`.
 
         With the same actuated coordinates, a platform can have several assembly modes. `fk` follows
-        the mode of the reference configuration. The coordinates of another mode have other poses in
-        `fk`. A solution slot in another assembly mode is not valid. For some platforms, `fk_all(q)`
-        returns all modes. The result is False for robots whose loops have a closed form. Filters do
-        not change this field.
+        the mode of the reference configuration. For a solution in another assembly mode, `fk(q)` is
+        not the target pose. A solution slot in another assembly mode is not valid. For some
+        platforms, `fk_all(q)` returns all modes. The result is False for robots whose loops have a
+        closed form. Filters do not change `other_mode`.
         """
         is_other: BoolArray = np.isposinf(self.residual) & np.isfinite(self.q).all(-1)
         return is_other
@@ -143,19 +144,21 @@ class Solutions(Fields):
 
         Joint values that differ by full turns are listed separately.
 
-        A joint whose range is `w` turns, rounded up, multiplies the number of solution slots by
-        `w`. The solution slots of a branch are consecutive, in ascending order, and the last joint
-        varies fastest. If full turns lie on both limits, only the value at the upper limit is
-        listed. Joints without limits keep their value. Joints with one limit are moved within this
-        limit by the fewest turns. Each winding is then a separate solution. Distances from a seed
-        ignore full turns only for joints without limits. Full turns that move several coordinates
-        of a coupled robot yield one winding within the limits.
+        Let `w` be the range of a joint in turns, rounded up. The joint multiplies the number of
+        solution slots by `w`. The solution slots of a branch are consecutive, in ascending order,
+        and the last joint varies fastest. If full turns lie on both limits, only the value at the
+        upper limit is listed. Joints without limits keep their value. Joints with one limit are
+        moved within this limit by the fewest turns. Since each winding is a separate solution,
+        distances from a seed ignore full turns only for joints without limits. In a coupled robot,
+        a full turn of a joint may move several coordinates. Only one combination of such full turns
+        within the limits is listed.
 
         A joint that exceeds a limit by rounding (1e-12 rad, or `unit_length`) is set to the limit.
 
         Args:
             limits: "robot", None for no limits, or (n, 2) lower and upper limits [rad or m], -inf
-                and inf for none. Joints of a coupled robot keep their limits, except for None.
+                and inf for none. In a coupled robot, the joints also keep their own limits, unless
+                `limits` is None.
             windings: False keeps the k solution slots, each moved into the limits by the fewest
                 turns. All windings of a large batch can need much memory.
 
@@ -258,8 +261,8 @@ class Solutions(Fields):
     def nearest(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> FloatArray:
         """Return the valid solution nearest to a seed, by the distance of `sorted_by_distance`.
 
-        For equal distances, the lowest solution slot is selected. For full turns of one solution,
-        the smallest sum of displacements is selected.
+        For equal distances, the lowest solution slot is selected. If solutions differ only by full
+        turns, the solution with the smallest sum of displacements is selected.
 
         Args:
             q_seed: (..., n) coordinates of the robot [rad or m].

@@ -119,7 +119,8 @@ def _pitch(pose: FloatArray, J: FloatArray, pitch: FloatArray) -> Measured:
     level = np.hypot(x, y)
     sine, cosine = np.sin(pitch[:, 0]), np.abs(np.cos(pitch[:, 0]))
     error = np.arctan2(sine, cosine) - np.arctan2(rise, level)
-    # Any heading is correct for a vertical axis. The assumed heading keeps the rate nonzero.
+    # For a vertical tool axis, any heading is correct. The x axis of the tool as heading keeps the
+    # derivative of the pitch nonzero.
     upright = level == 0
     c = np.where(upright, pose[:, 0, 0], x / np.where(upright, 1.0, level))
     s = np.where(upright, pose[:, 1, 0], y / np.where(upright, 1.0, level))
@@ -152,7 +153,7 @@ PARTS: Mapping[str, Part] = {
 
 
 def inverse_for(manifest: Manifest, method: str, task: TaskName) -> FunctionInfo:
-    """Return the inverse of a task. Raise an InputValueError if the robot has none."""
+    """Return the inverse of a task. Raise an InputValueError for a robot without this inverse."""
     inverses = manifest.inverses
     if task not in inverses:
         raise InputValueError(

@@ -68,9 +68,9 @@ class NumericSolution(NamedTuple):
 
         A valid solution has the reason "". The reason "limits" means a local minimum of the
         residual with coordinates at their limits; "stalled" means a local minimum within the
-        limits; "max_evaluations" means that no evaluations were left. For "not a pose", the matrix
-        is not finite, or deviates from a rigid pose by more than `se3.NEARLY_RIGID`; `se3.project`
-        reports the reason.
+        limits; "max_evaluations" means that no evaluations were left. "not a pose" means that the
+        matrix is not finite, or deviates from a rigid pose by more than `se3.NEARLY_RIGID`. The
+        error of `se3.project` states why a matrix is not a pose.
         """
         reasons = np.array(REASONS)[self.ending]
         return reasons if reasons.ndim else str(reasons)
@@ -86,7 +86,7 @@ class NumericSolution(NamedTuple):
 
 
 def _can_reach_links(robot: RobotFacts) -> bool:
-    """Test whether a link can be the tip. Links need the function `link_poses`."""
+    """Test whether a link can be the tip. The pose of a link requires the function `link_poses`."""
     return ("link poses", "actuators", "") in robot._roles and robot.manifest.skeleton is not None
 
 
@@ -131,7 +131,7 @@ class NumericMethods(RobotFacts):
             task_weights: Six weights of the error components (v, omega), 0 for a free component:
                 (1, 1, 1, 0, 0, 0) for a position. By default, all weights are 1, so that
                 `unit_length` is equivalent to 1 rad.
-            frame: The axes of these components: "tool" (the tip) or "base".
+            frame: The axes of the weighted error components: "tool" (the tip) or "base".
             fixed: Coordinates with exact values, even outside the limits: names or indices for the
                 values at `q_seed`, or a mapping of names to values (...). A joint of the main chain
                 stands for the coordinate that moves it.

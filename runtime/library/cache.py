@@ -4,8 +4,8 @@ The key of a library is the SHA-256 of the C code, the glue code and the process
 is part of the file name, and the library contains the key. A library ends with the SHA-256 of the
 preceding bytes, so that a damaged library is rejected before the system maps it.
 
-A kernel is a library for all processors of a platform (`chasles build --portable`). Kernels are in
-the folders of generated robots, not in the cache.
+A kernel is a compiled robot library that contains code for all processors of a platform
+(`chasles build --portable`). Kernels are in the folders of generated robots, not in the cache.
 
 Environment:
     CHASLES_CACHE: The cache folder; by default `chasles` in XDG_CACHE_HOME or in ~/.cache, on
@@ -35,7 +35,7 @@ GLUE_FILE = "chasles_glue.c"
 _NEAREST = "chasles_nearest.h"
 """The generated file that selects the nearest solution of an inverse."""
 _MAX_NEAREST = 64
-"""Largest number of solution slots for this selection."""
+"""Largest number of solution slots for which compiled code selects the nearest solution."""
 _DIGEST_SIZE = hashlib.sha256().digest_size
 
 
@@ -205,13 +205,12 @@ def _wrapper(index: int, function: FunctionInfo) -> list[str]:
 
 
 def _has_nearest(manifest: Manifest, function: FunctionInfo) -> bool:
-    """Test whether the generated C selects the nearest solution of a function."""
     slots = function.outputs[0].shape[0] if function.role.is_inverse else 0
     return _NEAREST in manifest.c_files and 0 < slots <= _MAX_NEAREST
 
 
 def _nearest_rows(index: int, function: FunctionInfo) -> list[str]:
-    """Return C that writes the nearest solutions of many poses, on vector lanes where possible."""
+    """Return a C function that writes the nearest solutions of many poses, in vector lanes."""
     name, n = function.symbol, function.outputs[0].shape[1]
     count = len(function.inputs)
     inputs = [f"inputs[{i}] + (ptrdiff_t)row * input_steps[{i}]" for i in range(count)]
@@ -305,8 +304,8 @@ def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
     try:
         cache.mkdir(mode=0o700, parents=True, exist_ok=True)
         with temporary_folder(cache, recipe.name) as folder:
-            # The compiler reads copies of the hashed bytes. The plain names of these copies fit the
-            # include lines and keep paths out of the library.
+            # The compiler reads copies of the hashed source files. The names of the copies contain
+            # no folder, as in the include lines. So no path is compiled into the library.
             for file, content in recipe.sources.items():
                 (folder / file).write_bytes(content)
             with (folder / GLUE_FILE).open("a") as glue:
@@ -331,6 +330,6 @@ def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
 
 def _seal(library: Path) -> None:
     with library.open("r+b") as file:
-        # After read(), the file position is at the end of the library. The hash is appended at this
-        # position, and the system does not map appended bytes.
+        # read() moves the file position to the end, so write() appends the hash. The system
+        # ignores the appended bytes when it opens the library.
         file.write(hashlib.sha256(file.read()).digest())

@@ -129,7 +129,6 @@ def is_compiler_chosen() -> bool:
 
 
 def _words(variable: str) -> list[str]:
-    """Split an environment variable into words, like a shell."""
     text = os.environ.get(variable, "").replace("\\", "/" if os.name == "nt" else "\\")
     try:
         return shlex.split(text)

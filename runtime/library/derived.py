@@ -140,7 +140,6 @@ def _prefix(description: Path, options: Sequence[str]) -> str:
 
 
 def _is_current(home: Path, description: Path) -> bool:
-    """Test whether the source files of a derived folder are unchanged."""
     note, folder = home / _SOURCES, description.parent.resolve()
     lines = note.read_text(encoding="utf-8").splitlines() if note.is_file() else [""]
     return all(_digest(folder / line[65:]) == line[:64] for line in lines)
@@ -190,7 +189,7 @@ def _derive(description: Path, options: Sequence[str]) -> Path:
 
 
 def _in_words(options: Sequence[str]) -> str:
-    """Return a phrase for the compiler options, for messages."""
+    """Return the compiler options in words, for example " with q7 fixed"."""
     if _FIXED in options:
         names = options[options.index(_FIXED) + 1]
         return f" with {names.replace(',', ', ')} fixed"
@@ -202,7 +201,7 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
 
     # The flag -P prevents modules in the working directory from replacing installed modules.
     python = [sys.executable or "python3", "-P", "-m", "chasles", "derive"]
-    # The article takes a large share of the time and is not needed in the cache.
+    # The LaTeX article takes a large share of the derivation time and is not needed in the cache.
     wanted = ["--to", folder, "--sources", folder / _SOURCES, "--jobs", "1", "--detail", "none"]
     command = [*python, *map(str, (description.absolute(), *wanted)), *options]
     try:
@@ -212,7 +211,7 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
     except OSError as error:
         raise DerivationError(f"{description}: {python[0]} cannot be run ({error})") from None
     if result.returncode:
-        # Standard output has reports on single robots, standard error has fatal errors.
+        # The compiler prints errors of a single robot to stdout, and fatal errors to stderr.
         stderr = result.stderr.strip().removeprefix("chasles: ")
         said = "\n".join(filter(None, (result.stdout.strip(), stderr)))
         names_it = said.startswith(f"{description.absolute()}:")

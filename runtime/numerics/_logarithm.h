@@ -29,8 +29,8 @@ static inline RotationAngle rotation_vector_between(const double *A, const doubl
     double cosine = (R[0][0] + R[1][1] + R[2][2] - 1) / 2, angle = atan2(sine, cosine);
     double factor = sine > 0 ? angle / sine : 1;
     if (cosine < 0) {
-        /* Near pi the sine and w lose all digits. Beyond pi / 2, the axis is therefore the longest
-         * column of the symmetric part. */
+        /* For angles near pi, the sine and the vector w have no accurate digits. For angles above
+         * pi / 2, the axis is therefore the longest column of the symmetric part of R. */
         int k = R[0][0] > R[1][1] ? 0 : 1;
         k = R[2][2] > R[k][k] ? 2 : k;
         double a[3], length = 0, side = 0;
@@ -71,7 +71,7 @@ static inline void twist_between(const double *A, const double *B, double *twist
     double wp[3], wwp[3];
     const double *w = twist + 3;
     RotationAngle turn = displacement_between(A, B, twist);
-    /* cot(angle / 2); at pi, the second quotient would be 0 / 0. */
+    /* cot(angle / 2). For an angle of pi, the quotient after the colon would be 0 / 0. */
     double cotangent =
         turn.cosine < 0 ? turn.sine / (1 - turn.cosine) : (1 + turn.cosine) / turn.sine;
     double k = logarithm_coefficient(turn.angle, turn.angle * cotangent / 2);

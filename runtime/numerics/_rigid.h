@@ -47,7 +47,7 @@ static inline int has_pose_frame(const double *T, double tolerance)
            fabs(T[15] - 1) <= tolerance && (T[3] + T[7] + T[11]) * 0 == 0;
 }
 
-/* Returns the deviation class of a matrix, which is NOT_RIGID if the matrix is not finite. */
+/* Returns RIGID, NEAR_RIGID or NOT_RIGID. A matrix that is not finite is NOT_RIGID. */
 static inline Rigidity rigidity(const double *T)
 {
     double product[6], off2 = off_orthogonal2(T, product);
@@ -102,8 +102,8 @@ static inline int is_single(const double *T)
 
 /* Returns the maximum rounding error of the entries of a NEAR_RIGID rotation: half a unit of the
  * last decimal (at most nine) or of single precision, or 0 for higher precision. The distance from
- * a rotation cannot replace this test: a planar rotation of few digits may be nearly rigid by
- * chance. */
+ * a rotation alone does not show the rounding: a planar rotation with few digits may be nearly
+ * rigid by chance. */
 static inline double coarseness(const double *T)
 {
     double product[6], off = sqrt(off_orthogonal2(T, product));

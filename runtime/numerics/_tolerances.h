@@ -8,8 +8,8 @@
 
 /* -------------------------------------------- tolerances: logarithm of a displacement */
 
-/* Below this angle [rad], (1 - (a/2) cot(a/2)) / a^2 is replaced by its limit 1/12, to avoid
- * cancellation. The error of the limit is a^2 / 720 < 2e-11. */
+/* Below this angle a [rad], (1 - (a/2) cot(a/2)) / a^2 is replaced by its limiting value 1/12, to
+ * avoid cancellation. The error of the value 1/12 is a^2 / 720 < 2e-11. */
 #define LOGARITHM_SMALL_ANGLE 1e-4
 
 /* ------------------------------------------------------------------ rigid poses */
@@ -20,7 +20,7 @@
  * 1e-6. */
 #define NEARLY_RIGID 1e-5
 
-/* Maximum deviation [rad] of a rigid pose. A product of 100 poses in doubles has 1e-14. */
+/* Maximum deviation [rad] of a rigid pose. A product of 100 poses in doubles deviates by 1e-14. */
 #define RIGID_TO_ROUNDING 1e-13
 
 /* Maximum least-squares residual of a solution for a rounded pose, relative to the rounding. For
@@ -31,14 +31,15 @@
  * entries cause up to 2.1. */
 #define ROUNDED_OFF 4.0
 
-/* Powers of ten: handwritten lengths have at most five decimals; a translation counts as rounded
- * with six to eight decimals. Finer rounding is below SOLVED. */
+/* Units per meter of a last decimal, as powers of ten. Handwritten lengths have at most five
+ * decimals. A translation with six to eight decimals counts as rounded. With more decimals, the
+ * rounding error is below SOLVED. */
 #define WRITTEN_DECIMALS 1e5
 #define FEWEST_DECIMALS 1e6
 #define MAX_DECIMALS 1e8
 
-/* Maximum error of a number with nine decimals, in units of the last decimal: 10 times the
- * double-precision error 1e-7. */
+/* Maximum deviation of a number with up to nine decimals from a multiple of the last decimal, in
+ * units of the last decimal. The double-precision error of such a number is up to 1e-7 units. */
 #define ROUNDED_NUMBER 1e-6
 
 /* Deviation at which the polar iteration ends, above the rounding error 2e-16 of R^T R. */
@@ -46,8 +47,8 @@
 
 /* ------------------------------------------------------ singular values, linear solves */
 
-/* Maximum cosine between orthogonal rows; rounding adds 1e-16 per product. The value is also the
- * rounding error relative to the norm of the matrix. */
+/* Maximum cosine between orthogonal rows; rounding adds 1e-16 per product. 1e-15 is also the
+ * rounding error of an entry, relative to the norm of the matrix. */
 #define SVD_ORTHOGONAL 1e-15
 
 /* Minimum singular value relative to the largest singular value. Singular vectors of smaller values
@@ -58,8 +59,8 @@
  * components are smaller, the span is complete. */
 #define SVD_NOTHING_LEFT 1e-6
 
-/* Minimum pivot of a symmetric matrix, dimensionless; replaces pivots that are negative by
- * rounding. */
+/* Minimum pivot of a symmetric matrix, dimensionless. MIN_PIVOT replaces pivots that rounding
+ * errors make negative. */
 #define MIN_PIVOT 1e-300
 
 /* ------------------------------------------- inverse kinematics by Levenberg-Marquardt */
@@ -73,7 +74,7 @@
 #define LM_MU_INCREASE 8.0
 
 /* Range of lambda, in the unit of J^T J. J^T J may be singular, with a rounding error of 1e-16.
- * At a larger lambda, steps are so short that they do not reduce the error. */
+ * With a lambda above the range, steps are so short that they do not reduce the error. */
 #define LM_MIN_LAMBDA 1e-14
 #define LM_GREATEST_LAMBDA 1e8
 
@@ -83,7 +84,8 @@
 #define LM_SHORTEST_STEP 1e-15
 
 /* Minimum relative reduction of the squared error per step; smaller reductions end the attempt.
- * The gain HASTY soon ends an attempt, PATIENT iterates to the minimum error. */
+ * With HASTY, an attempt ends after a few steps. With PATIENT, an attempt continues to the minimum
+ * error. */
 #define LM_HASTY_GAIN 0.2
 #define LM_PATIENT_GAIN 1e-12
 
@@ -102,7 +104,7 @@
  *
  *     s / (s^2 + lambda^2),   lambda^2 = (1 - (s / e)^2) d^2,   where d is the damping of s = 0.
  *
- * In joint_rates, d = e. The damped inverse is then s / e^2, at most 1 / e, so that rates are
+ * In joint_rates, d = e. For d = e, the damped inverse is s / e^2, at most 1 / e, so that rates are
  * bounded. */
 
 /* Default threshold e = d of joint_rates, dimensionless, so that rates are at most 25 times the
@@ -111,8 +113,8 @@
 #define RATES_DAMPING_THRESHOLD 0.04
 
 /* Minimum threshold e and minimum damping d of path tracking, dimensionless; e is not less than d.
- * These values are smaller than RATES_DAMPING_THRESHOLD, because track also limits the rates, and
- * damping causes tool errors. */
+ * TRACK_BORDER and TRACK_DAMPING are smaller than RATES_DAMPING_THRESHOLD, because track also
+ * limits the rates, and damping causes tool errors. */
 #define TRACK_BORDER 0.02
 #define TRACK_DAMPING 0.02
 
@@ -150,9 +152,9 @@
 #define DIRECTION_TIE 1e-9
 
 /* Maximum difference [rad or length] between solutions that count as equal, modulo 2 pi. The search
- * for equal solutions uses cells of at least this width. */
+ * for equal solutions divides the coordinates into cells with at least this width. */
 #define SAME_TURNS 1e-9
 
-/* Rounding error of the distance to a limit, relative to |q| / dt and to the previous rate. A
- * braking joint may exceed its acceleration limit by this amount. */
+/* Rounding error of the distance to a limit, relative to |q| / dt and to the previous rate. The
+ * acceleration of a braking joint may exceed its limit by the rounding error of this distance. */
 #define BRAKING_ROUNDING (8 * DBL_EPSILON)

@@ -4,9 +4,9 @@ The length L is the root mean square distance of the tip from the rotation axes 
 
     L^2 = mean over configurations and coordinates k of |v_k|^2 / |omega_k|^2
 
-The vector (v_k, omega_k) is column k of the Jacobian at the tip, and 256 configurations fill the
-limits. If no coordinate rotates the tool, L is the root mean square of the linear rates of revolute
-coordinates, or 1 m without such rates.
+The vector (v_k, omega_k) is column k of the Jacobian at the tip. The mean is taken over 256
+configurations that are evenly distributed within the limits. If no coordinate rotates the tool, L
+is the root mean square of the linear rates of revolute coordinates, or 1 m without such rates.
 
 Source:
     Angeles, Fundamentals of Robotic Mechanical Systems, for isotropic Jacobians.
@@ -57,7 +57,7 @@ class LengthMethods(RobotFacts):
     @needs(when=_has_jacobian)  # type: ignore[prop-decorator]
     @functools.cached_property
     def _samples(self) -> FloatArray:
-        """Return Jacobians (m, 6, n) at configurations that fill the limits."""
+        """Return Jacobians (m, 6, n) at configurations evenly distributed within the limits."""
         if "jacobian_mixed" not in self.functions:
             return self._jacobian_at_reference()
         J = self.jacobian_mixed(configurations(self.coordinates, self.reference))
@@ -68,7 +68,6 @@ class LengthMethods(RobotFacts):
         return self.jacobian_mixed(middle)[None]
 
     def _reference_theta(self) -> FloatArray:
-        """Return the main-chain joints (n_theta,) at the reference configuration."""
         assert self.reference is not None
         z = {v.name: k for k, v in enumerate(self.configuration_variables)}
         return np.array([self.reference.z[z[joint.name]] for joint in self.chain_joints])

@@ -59,7 +59,7 @@ class Ellipsoid:
 
     Attributes:
         axes: (..., k, r) principal axes as columns, unit vectors in base axes. For "all"
-            components, these are twists (v / length, omega) or wrenches.
+            components, the principal axes are twists (v / length, omega) or wrenches.
         lengths: (..., r) semi-axes, the longest first.
     """
 
@@ -186,7 +186,6 @@ class ManipulabilityMethods(LengthMethods):
         return metric_of(self, components, self._checked_length(method, length), fixed)
 
     def _limits(self, method: str, name: str, given: ArrayLike | None) -> FloatArray:
-        """Return limits (..., n) in a new array, infinite if None."""
         if given is None:
             return np.full(self.n, np.inf)
         limits = np.asarray(given)

@@ -119,8 +119,7 @@ class VelocityMethods(ManipulabilityMethods):
         and the other joints compensate if they can do so without damping. Otherwise, and for every
         arm without redundancy, the twist is shortened without a change of direction. If
         acceleration limits exclude this direction, the result is the nearest allowed twist. See the
-        manual page
-        "Motion in velocity space" for limits and fixed joints.
+        manual page "Motion in velocity space" for limits and fixed joints.
 
         Args:
             q: (..., n) coordinates [rad or m].
@@ -238,7 +237,6 @@ class VelocityMethods(ManipulabilityMethods):
         metric: Metric,
         threshold: float,
     ) -> tuple[Any, ...]:
-        """Return the fields of `Rates`."""
         origin, J = posed
         try:
             at_tip = twist if origin is None else _shifted(twist, origin)
@@ -378,7 +376,6 @@ class VelocityMethods(ManipulabilityMethods):
     def _twist(
         self, method: str, name: str, given: ArrayLike, components: Part, representation: str
     ) -> FloatArray:
-        """Return a twist (..., 6) from six components or from the three selected components."""
         part = self._reals(method, name, given, ())
         has_three = components != "all" and (components, representation) != ("linear", "space")
         if not has_three or part.shape[-1:] != (3,):

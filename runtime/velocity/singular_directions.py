@@ -127,7 +127,6 @@ class SingularDirectionMethods(LoopMethods, SingularityMethods):
         return np.asarray(size.argmin(-1))
 
     def _values(self, theta: FloatArray, slots: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return leg margins (N, legs) and determinants of J_x (N,)."""
         q, margin = self._branches(theta)
         rows = np.arange(len(theta))
         J_x, _ = self._pure_relation("determinants", theta, q[rows, slots], None)

@@ -82,7 +82,6 @@ class SingularityMethods(LengthMethods):
 
 
 def _smallest(J: FloatArray) -> FloatArray:
-    """Return the smallest singular value, NaN if an entry is not finite."""
     sound = np.asarray(np.isfinite(J).all((-2, -1)))
     values = np.linalg.svd(np.where(sound[..., None, None], J, 0.0), compute_uv=False)
     return np.where(sound, values[..., -1], np.nan)[()]

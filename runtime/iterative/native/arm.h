@@ -15,9 +15,10 @@ typedef struct {
     double axis[TWIST]; /* twist of the link per joint unit, at the link origin and in link axes */
 } Screw;
 
-/* The tip frame and the compiled functions for its pose. The tool has fk_jacobian_mixed and
- * hessian_mixed. A link has link_poses with the screws up to the link, and chain_D_q if the robot
- * has loops. */
+/* The tip frame and the compiled functions that compute its pose. If the tip is the tool, the
+ * functions are fk_jacobian_mixed and hessian_mixed. If the tip is a link, the function is
+ * link_poses, and the Jacobian follows from the screws up to the link. For a robot with loops,
+ * chain_D_q is also needed. */
 typedef struct {
     int link; /* the index of the link, -1 for the tool */
     const chasles_kernel *kernels[MAX_KERNELS];

@@ -17,6 +17,7 @@ typedef enum { CONVERGED, AT_LIMITS, STALLED, OUT_OF_BUDGET, NO_POSE } Ending;
  * result is in work->q and *now; half_square is infinite if the start has no finite residual. */
 Ending attempt(const Problem *problem, double least_gain, int *budget, Evaluation *now);
 
-/* Iterates from x (n,) to the minimum error, up to rounding. The error is the displacement, because
- * the logarithm of a pose has its minimum elsewhere. */
+/* Iterates from x (n,) to the minimum error, up to rounding. The minimized error is the
+ * displacement, that is, translation and rotation vector. The norm of the pose logarithm would have
+ * its minimum at another configuration. */
 Ending patient_attempt(const Problem *problem, const double *x, int *budget, Evaluation *now);

@@ -58,8 +58,8 @@ static inline void pose_error(const Task *task, const double *T, const double *t
     }
 }
 
-/* Converts tip twists (n, 6) in task axes to decreases of the displacement (p, w). In tip axes,
- * a rotation of the tip also changes p. */
+/* Converts tip twists (n, 6) in task axes to derivatives of the displacement (p, w) from the tip to
+ * the target, with reversed sign. In tip axes, a rotation of the tip also changes p. */
 static inline void differentiate_displacement(const Task *task, const double *p, const double *w,
                                               double *columns, int n)
 {

@@ -1,7 +1,7 @@
 /* Iterative inverse kinematics of one pose: attempts from several start configurations.
  *
- * If no attempt converges, the best results are refined to the nearest minimum error. A part of
- * the budget is reserved for this. */
+ * If no attempt converges, the best results are refined to the nearest minimum error. A part of the
+ * evaluation budget is reserved for this refinement. */
 #pragma once
 
 #include "iterative/native/arm.h"

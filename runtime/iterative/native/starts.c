@@ -5,8 +5,8 @@
 
 #include "iterative/native/evaluate.h"
 
-/* Writes the weighted squared distances of the table poses from the target. For rotations this is
- * half the squared matrix difference, angle^2 to second order. */
+/* Writes the weighted squared distances of the table poses from the target. The squared distance of
+ * two rotations is half their squared matrix difference, which is angle^2 to second order. */
 static void measure_starts(const Problem *problem, double *distances)
 {
     const Arm *arm = problem->arm;
@@ -38,7 +38,8 @@ static void copy_start(const Problem *problem, const double *seed, int start, do
     }
 }
 
-/* Writes the squared errors of the start configurations. Locked coordinates change their poses. */
+/* Writes the squared errors of the start configurations with the locked coordinates of the seed.
+ * The poses in the table are not valid for these configurations. */
 static void measure_locked_starts(const Problem *problem, const double *seed, double *distances)
 {
     const Workspace *work = problem->work;

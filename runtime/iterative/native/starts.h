@@ -8,6 +8,6 @@
  * start configuration. */
 int next_start(const Problem *problem, const double *seed, int tried);
 
-/* Inserts work->q into the best results work->best[:count], sorted by error. Returns the new count.
- */
+/* Inserts work->q into the best results work->best[:count], sorted by error. Returns the new number
+ * of results. */
 int keep_end(const Problem *problem, double half_square, double *errors, int count);

@@ -182,8 +182,8 @@ static void hold_one_by_one(RateProblem *p, Candidate *best)
     }
 }
 
-/* Fixes the joints that are at their bounds in the bounded least-squares solution. The active-set
- * method of this solution can release joints, unlike hold_one_by_one. */
+/* Fixes the joints that are at their bounds in the bounded least-squares solution. In contrast to
+ * hold_one_by_one, the active-set method of damped_box_bound can release a fixed joint again. */
 static void hold_as_in_box(RateProblem *p, Candidate *best)
 {
     DampedBox *box = &p->box;

@@ -122,8 +122,8 @@ static void solve_free(DampedBox *box, int count)
     solve_symmetric(box->A, count, n, box->z);
 }
 
-/* Moves x towards z up to the first bound, and fixes the variable at this bound. Returns 0 without
- * a bound. */
+/* Moves x towards z up to the first bound, and fixes the variable at this bound. Returns 0 if x
+ * reaches z without meeting a bound. */
 static int advance_to_bound(DampedBox *box, int count, const double *lower, const double *upper)
 {
     double part = 1;

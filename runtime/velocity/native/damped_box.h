@@ -46,8 +46,8 @@ double damped_box_decompose(DampedBox *box, const double *J);
 /* Computes x for y (6,) from the last decomposition, without bounds. */
 void damped_box_solve(DampedBox *box, const double *y);
 
-/* Moves the x of damped_box_solve to the solution within the bounds (n,). A variable at a bound has
- * exactly the value of the bound. */
+/* Moves the solution x of damped_box_solve to the best solution within the bounds (n,). A variable
+ * at a bound has exactly the value of the bound. */
 void damped_box_bound(DampedBox *box, const double *lower, const double *upper);
 
 /* Returns |J x - y|^2. */

@@ -33,6 +33,6 @@ int tracking_new(Tracking *t, double border, double damping);
 
 void tracking_free(Tracking *t);
 
-/* Takes the steps from the poses first to last - 1, after all earlier steps. Returns 0 if a loop is
- * open at the first row of q. */
+/* Takes the steps that start at the poses `first` to `last` - 1. All earlier steps must have been
+ * taken. Returns 0 if a loop is open at the first row of q. */
 int track_path(Tracking *t, ptrdiff_t first, ptrdiff_t last);
