@@ -16,8 +16,9 @@
 #define CHASLES_FULL_TURN 6.283185307179586
 #define CHASLES_ROUNDING 63 /* number of low bits of a distance that rounding may change */
 
-/* Returns a number of turns, rounded to an integer. Without a rounding instruction, rint is a
- * function call. Adding and subtracting 1.5 * 2^52 rounds values below 2^51 in the same way. */
+/* Returns a number of turns, rounded to an integer. Without a rounding instruction, rint is a slow
+ * function call. Adding and subtracting 1.5 * 2^52 rounds values below 2^51 to the integer that
+ * rint returns. */
 static inline double chasles_whole(double turns)
 {
 #ifdef __SSE4_1__
@@ -28,8 +29,9 @@ static inline double chasles_whole(double turns)
 #endif
 }
 
-/* Returns the displacement of a coordinate. For a periodic coordinate, `turn` is CHASLES_FULL_TURN
- * and the displacement is the shorter of both directions; otherwise `turn` is 0. */
+/* Returns the size of the displacement `apart` of a coordinate. For a coordinate with period 2 pi,
+ * `turn` is CHASLES_FULL_TURN, and the result is the shorter of the two ways around the circle. For
+ * any other coordinate, `turn` is 0. */
 static inline double chasles_move(double apart, double turn)
 {
     return fabs(apart - turn * chasles_whole(apart * (1 / CHASLES_FULL_TURN)));
@@ -59,8 +61,8 @@ static inline double chasles_sum_of_moves(int n, const double *q_seed, const dou
     return sum;
 }
 
-/* Returns the bits of a distance; the low bits, which rounding may change, are zero. As integers,
- * the bits have the order of the distances, which are not negative; NaN is last. */
+/* Returns the bits of a distance as an integer. The low bits, which rounding may change, are zero.
+ * Sorting these integers sorts the distances, because distances are not negative. NaN is last. */
 static inline uint64_t chasles_rounded(double distance)
 {
     uint64_t bits;
