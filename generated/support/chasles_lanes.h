@@ -5,9 +5,8 @@
  * (AVX-512). The file defines the type `lanes`, its functions, and conversions between rows and
  * lanes. Each lane has the same result as scalar C, including NaN and infinities. The last digits
  * of transcendental functions may differ. The error of an angle is at most 2 units in the last
- * place. With FMA, the error of a cosine or sine is at most 1.5 units in the last place. Other
- * functions come from libmvec, the vector library of glibc. The error of a libmvec function is at
- * most 4 units in the last place. */
+ * place, and with FMA, the error of a cosine or sine at most 1.5 units. Functions of libmvec, the
+ * vector library of glibc, have an error of at most 4 units in the last place. */
 #ifndef CHASLES_LANES_H
 #define CHASLES_LANES_H
 
@@ -26,8 +25,7 @@ static const double lanes_sine[] = {1.589623007685026e-10,  -2.505074776274793e-
 static const double lanes_cosine[] = {-1.1358536307896614e-11, 2.0875700837723448e-09,
                                       -2.755731417926397e-07,  2.4801587288851585e-05,
                                       -0.0013888888888873056,  0.041666666666666595};
-/* pi/2 as a sum of doubles. Because the doubles are rounded down, range reduction maps the angle -0
- * to -0. */
+/* pi/2 as a sum of doubles, rounded down so that range reduction maps the angle -0 to -0. */
 static const double lanes_right_angle[] = {1.5707963267948966, 6.123233995736765e-17,
                                            1.0828566739219139e-32};
 #define LANES_FARTHEST 1e5 /* maximum angle [rad]; libmvec computes functions of larger angles */
@@ -297,10 +295,9 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
 }
 #endif
 
-/* Computes the angle of a point (y, x) as the arc tangent of one quotient. Let a be the smaller and
- * b the larger of |x| and |y|. Near a diagonal, the quotient is (a - b) / (a + b), otherwise a / b.
- * Only a + b and the division cause rounding errors. The angle is wrong if |x| and |y| differ and
- * their sum overflows. */
+/* Computes the angle of a point (y, x) as the arc tangent of (a - b) / (a + b) near a diagonal,
+ * else of a / b. Here a <= b are |x| and |y|. Only a + b and the division cause rounding errors.
+ * The angle is wrong if |x| and |y| differ and their sum overflows. */
 LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes *value)
 {
     const double *const p = lanes_arctangent;
@@ -311,8 +308,7 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     const lanes_where steep = LANES_LT(width, height);
     const lanes large = LANES_CHOICE(steep, height, width);
     const lanes small = LANES_CHOICE(steep, width, height);
-    /* If x and y are infinite, `diagonal` is true and the quotient is 0. If x and y are 0,
-     * `diagonal` is false. */
+    /* `diagonal` is true if x and y are infinite (the quotient is 0), and false if both are 0. */
     const lanes_where diagonal = LANES_LT(LANES_MIN(0.5 * large, DBL_MAX), small);
     const lanes above = LANES_CHOICE(diagonal, LANES_MAX(small - large, -DBL_MAX), small);
     const lanes below = LANES_MAX(LANES_TINY, LANES_CHOICE(diagonal, large + small, large));
@@ -327,9 +323,8 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     odd = LANES_FMA(zz, odd, LANES_OF(p[3]));
     even = LANES_FMA(zz, even, LANES_OF(p[0]));
     odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
-    /* The arc tangent is the angle of the point from the nearest axis or diagonal. This axis or
-     * diagonal is `count` eighths of a turn from the x axis. The arc tangent has a negative sign if
-     * exactly one of |y| > |x| and x < 0 holds. */
+    /* The arc tangent is measured from the axis or diagonal at `count` eighths of a turn from the x
+     * axis. Its sign is negated if exactly one of |y| > |x| and x < 0 holds. */
     const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
     const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
     const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));
