@@ -73,7 +73,7 @@ class Accelerations:
         acceleration: (..., 6) resulting time derivative of the twist, in the requested
             representation.
         scale: (...,) s in [0, 1], the fraction of J qdd within the limits.
-        limited: (..., n) whether a limit of the joint is active.
+        limited: (..., n) whether the acceleration limit of the joint is active.
         min_singular_value: (...,) the smallest singular value, as in `Rates`.
         damping_squared: (...,) lambda^2 of the smallest singular value, as in `Rates`.
         singular_direction: (..., 6) twist for the smallest singular value, as in `Rates`.

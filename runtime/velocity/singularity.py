@@ -20,9 +20,9 @@ class Singularity(NamedTuple):
         type_1: (...,) smallest singular value of J_q: at 0 the platform loses a degree of freedom
             (a leg is stretched or folded, at the workspace boundary).
         type_2: (...,) smallest singular value of J_x: at 0 the platform gains a degree of freedom
-            (it can move with locked actuators, and two assembly modes meet).
-        type_3: (...,) the larger of type_1 and type_2: at 0 the robot is in both kinds of
-            singularity.
+            (the platform can move with locked actuators, and two assembly modes meet).
+        type_3: (...,) the larger of type_1 and type_2: at 0 the robot is in a singularity of type 1
+            and of type 2.
     """
 
     type_1: FloatArray
