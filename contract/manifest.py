@@ -255,7 +255,7 @@ class LoopFacts:
 
     Attributes:
         chain: The joints of the main chain, in the order of `theta`.
-        passive: The passive joints outside the main chain.
+        passive: The passive joints outside the main chain, which are variables of `z`.
         configuration: All variables of the loops, in the order of the vector `z`.
         names: Names of the loops.
         reference: The reference configuration, or None if the manifest states no reference.

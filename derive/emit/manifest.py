@@ -206,11 +206,9 @@ def _loops(hybrid: SolvedLoops) -> LoopFacts:
     names = [variable.name for variable in hybrid.variables]
     units = {variable.name: variable.unit for variable in hybrid.variables}
     at = hybrid.at_reference
-    # The runtime gets the passive joints of iterated loops from ``configuration``.
-    passive = hybrid.passive if hybrid.forward.open else mechanism.passive
     return LoopFacts(
         chain=tuple(_coordinate(joint) for joint in mechanism.main_chain.moving),
-        passive=tuple(Variable(name, units.get(name, "rad")) for name in passive),
+        passive=tuple(Variable(name, units[name]) for name in mechanism.passive),
         configuration=tuple(Variable(name, units[name]) for name in names),
         names=tuple(loop_joint.name for loop_joint in mechanism.loop_joints),
         reference=Reference(

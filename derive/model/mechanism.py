@@ -353,14 +353,13 @@ class Mechanism:
     def passive(self) -> tuple[str, ...]:
         """Names of the joints and swing angles that are neither actuated nor in the main chain.
 
-        Passive drives come last.
+        A motor that follows a joint is not a joint, so its angle is not in the list.
         """
         taken = {c.moves for c in self.coordinates}
         taken |= {joint.name for joint in self.main_chain.moving}
         joints = [joint.name for joint in self.joints if joint.kind != "fixed"]
         cylinders = [strut.name for strut in self.struts if strut.is_cylinder]
-        passive = [name for name in (*joints, *self.swings, *cylinders) if name not in taken]
-        return (*passive, *self.followers)
+        return tuple(name for name in (*joints, *self.swings, *cylinders) if name not in taken)
 
     @cached_property
     def followers(self) -> Mapping[str, Drive]:

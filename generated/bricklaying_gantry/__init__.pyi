@@ -372,7 +372,7 @@ def passive(
 ) -> NDArray[np.float64]:
     """Passive joints that are not in the main chain, angles between -pi and pi.
 
-    passive = (y_second, y_cross, y_height, y_roll, y_pitch, x_second, x_cross, x_height, x_roll, x_pitch, motor_y_second), with every loop closed
+    passive = (y_second, y_cross, y_height, y_roll, y_pitch, x_second, x_cross, x_height, x_roll, x_pitch), with every loop closed
 
     Args:
         q (..., 3): actuator coordinates (rad).
@@ -380,7 +380,7 @@ def passive(
         threads: Number of threads for a large batch.
 
     Returns:
-        passive (..., 11): passive joints (rad or m).
+        passive (..., 10): passive joints (rad or m).
     """
 
 def passive_D_q(
@@ -397,7 +397,7 @@ def passive_D_q(
         threads: Number of threads for a large batch.
 
     Returns:
-        passive_D_q (..., 11, 3): derivative (1, m, 1/m).
+        passive_D_q (..., 10, 3): derivative (1, m, 1/m).
     """
 
 def configuration(

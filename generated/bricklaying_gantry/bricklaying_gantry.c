@@ -568,14 +568,14 @@ void bricklaying_gantry_chain_accelerations(const double q[3], const double qd[3
 
 // Passive joints that are not in the main chain, angles between -pi and pi.
 // 2 operations: multiply 2
-void bricklaying_gantry_passive(const double q[3], double passive[11]) {
+void bricklaying_gantry_passive(const double q[3], double passive[10]) {
   // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   // shared terms
   const double v1 = 0.01 * q_1;
   const double v2 = 0.01 * q_0;
-  // passive
+  // constant entries of passive
   passive[1] = 0.0;
   passive[2] = 0.0;
   passive[3] = 0.0;
@@ -584,7 +584,6 @@ void bricklaying_gantry_passive(const double q[3], double passive[11]) {
   passive[7] = 0.0;
   passive[8] = 0.0;
   passive[9] = 0.0;
-  passive[10] = q_1;
   // passive
   passive[0] = v1;
   passive[5] = v2;
@@ -592,7 +591,7 @@ void bricklaying_gantry_passive(const double q[3], double passive[11]) {
 
 // Derivative of the passive joints with respect to the actuated coordinates.
 // 0 operations
-void bricklaying_gantry_passive_D_q(const double q[3], double passive_D_q[33]) {
+void bricklaying_gantry_passive_D_q(const double q[3], double passive_D_q[30]) {
   (void)q;
   // constant entries of passive_D_q
   passive_D_q[0] = 0.0;
@@ -625,9 +624,6 @@ void bricklaying_gantry_passive_D_q(const double q[3], double passive_D_q[33]) {
   passive_D_q[27] = 0.0;
   passive_D_q[28] = 0.0;
   passive_D_q[29] = 0.0;
-  passive_D_q[30] = 0.0;
-  passive_D_q[31] = 1.0;
-  passive_D_q[32] = 0.0;
 }
 
 // All joints, swings and cylinder lengths, angles between -pi and pi.

@@ -175,18 +175,18 @@ void bricklaying_gantry_chain_accelerations(const double q[3], const double qd[3
 
 /* Passive joints that are not in the main chain, angles between -pi and pi.
  * passive = (y_second, y_cross, y_height, y_roll, y_pitch, x_second, x_cross, x_height, x_roll,
- * x_pitch, motor_y_second), with every loop closed
+ * x_pitch), with every loop closed
  * 2 operations: multiply 2.
  *   q: actuator coordinates, 3 (rad)
- *   passive: passive joints, 11 (rad or m) */
-void bricklaying_gantry_passive(const double q[3], double passive[11]);
+ *   passive: passive joints, 10 (rad or m) */
+void bricklaying_gantry_passive(const double q[3], double passive[10]);
 
 /* Derivative of the passive joints with respect to the actuated coordinates.
  * passive_D_q[:, k] = d passive / d q_k
  * 0 operations.
  *   q: actuator coordinates, 3 (rad)
- *   passive_D_q: derivative, 11 x 3 (1, m, 1/m) */
-void bricklaying_gantry_passive_D_q(const double q[3], double passive_D_q[33]);
+ *   passive_D_q: derivative, 10 x 3 (1, m, 1/m) */
+void bricklaying_gantry_passive_D_q(const double q[3], double passive_D_q[30]);
 
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (y, x, z, y_second, y_cross, y_height, y_roll, y_pitch, x_second, x_cross, x_height, x_roll,

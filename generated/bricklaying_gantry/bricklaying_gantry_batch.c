@@ -584,7 +584,7 @@ static void bricklaying_gantry_passive_rows(size_t n, const double *const *input
     double *const *outputs, const ptrdiff_t *output_steps)
 {
 #if CHASLES_LANES
-  static const int sizes[] = {3, 11};
+  static const int sizes[] = {3, 10};
   static const lanes_shape shape = {1, 1, sizes};
   CHASLES_RUN_AVX512(lanes_run, bricklaying_gantry_passive, outputs, output_steps)
   CHASLES_RUN_AVX2(lanes_run, bricklaying_gantry_passive, outputs, output_steps)
@@ -599,7 +599,7 @@ void bricklaying_gantry_passive_batch(size_t n, const double *q, double *passive
 {
   const double *const inputs[] = {q};
   double *const outputs[] = {passive};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {11};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {10};
   bricklaying_gantry_passive_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
@@ -608,7 +608,7 @@ static void bricklaying_gantry_passive_D_q_rows(size_t n, const double *const *i
     double *const *outputs, const ptrdiff_t *output_steps)
 {
 #if CHASLES_LANES
-  static const int sizes[] = {3, 33};
+  static const int sizes[] = {3, 30};
   static const lanes_shape shape = {1, 1, sizes};
   CHASLES_RUN_AVX512(lanes_run, bricklaying_gantry_passive_D_q, outputs, output_steps)
   CHASLES_RUN_AVX2(lanes_run, bricklaying_gantry_passive_D_q, outputs, output_steps)
@@ -623,7 +623,7 @@ void bricklaying_gantry_passive_D_q_batch(size_t n, const double *q, double *pas
 {
   const double *const inputs[] = {q};
   double *const outputs[] = {passive_D_q};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {33};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {30};
   bricklaying_gantry_passive_D_q_rows(n, inputs, input_steps, outputs, output_steps);
 }
 

@@ -263,7 +263,7 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_passive)(const lanes *in,
   out[4] = LANES_OF(0.0);
   const lanes v2 = 0.01 * q_0;
   out[5] = v2; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0); out[10] = q_1;
+  out[9] = LANES_OF(0.0);
 }
 
 // passive_D_q: 0 operations
@@ -278,8 +278,7 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_passive_D_q)(const lanes 
   out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0);
   out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0);
   out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0);
-  out[32] = LANES_OF(0.0);
+  out[29] = LANES_OF(0.0);
 }
 
 // configuration: 3 operations: multiply 3

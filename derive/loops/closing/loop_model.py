@@ -30,7 +30,6 @@ class LoopModel:
             all loops close.
         robot: The main chain as a serial robot.
         variables: The coordinates of the full configuration z.
-        passive: Names of the passive joints in z, without drives that are coupled to other joints.
         arguments: The arguments of all functions by name.
         q: Symbols of the actuated coordinates.
         theta: Symbols of the main-chain joints.
@@ -41,7 +40,6 @@ class LoopModel:
     least_squares_closure: LeastSquaresClosure | None
     robot: SerialRobot
     variables: tuple[ConfigurationVariable, ...]
-    passive: tuple[str, ...]
     arguments: Mapping[str, Argument] = field(repr=False)
     q: tuple[sp.Symbol, ...]
     theta: tuple[sp.Symbol, ...]
@@ -94,9 +92,5 @@ def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
         # A parameter may be called theta4, but never _theta4.
         symbols = coordinates(f"_{name}", count)
         arguments[name] = Argument(name, symbols, (count,), shown, meaning)
-    names = {variable.name for variable in variables}
-    passive = tuple(name for name in mechanism.passive if name in names)
     q, theta = arguments["q"].symbols, arguments["theta"].symbols
-    return LoopModel(
-        mechanism, terms, closure_errors, robot, variables, passive, arguments, q, theta
-    )
+    return LoopModel(mechanism, terms, closure_errors, robot, variables, arguments, q, theta)

@@ -136,7 +136,7 @@ class Iteration:
     @property
     def joints(self) -> Joints:
         """All joints as functions of the coordinates."""
-        passive = self.hybrid.passive
+        passive = self.hybrid.mechanism.passive
         interval = ", swings between -pi and pi" if self.hybrid.mechanism.swings else ""
         return Joints(
             self.hybrid, self._input, self.named, self, passive, interval, self.with_calls

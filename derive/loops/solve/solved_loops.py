@@ -280,14 +280,10 @@ def _backward(model: LoopModel, loops: Loops, forward: Solution) -> Solution:
 
 
 def named(model: LoopModel, solution: Solution, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-    """Returns values of joints and coupled drives. Joint angles are between -pi and pi."""
+    """Returns values of joints. Joint angles are between -pi and pi."""
     joints = {joint.name: joint for joint in model.mechanism.joints}
     found = []
     for name in names:
-        follower = model.mechanism.followers.get(name)
-        if follower is not None:
-            found.append(model.terms.let(solution.values[follower.joint] / follower.ratio))
-            continue
         value, joint = solution.values[name], joints.get(name)
         lengths = isinstance(model.mechanism.members.get(name), Strut)
         is_turn = not lengths and (joint is None or joint.kind != "prismatic")

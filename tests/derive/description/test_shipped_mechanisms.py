@@ -43,8 +43,7 @@ SHIPPED = {
     "bricklaying_gantry": (
         "motor_x motor_y motor_z",
         "y x z",
-        "y_second y_cross y_height y_roll y_pitch x_second x_cross x_height x_roll x_pitch "
-        "motor_y_second",
+        "y_second y_cross y_height y_roll y_pitch x_second x_cross x_height x_roll x_pitch",
     ),
     "excavator": (
         "swing boom_cylinder stick_cylinder bucket_cylinder",

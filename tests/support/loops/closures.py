@@ -46,14 +46,7 @@ class Model:
         self.actuated = [self.names.index(c.moves) for c in mechanism.coordinates]
         self.unknown = [k for k in range(len(self.names)) if k not in self.actuated]
         self.chain = self.places_of(joint.name for joint in mechanism.main_chain.moving)
-        drives = [mechanism.followers.get(name) for name in mechanism.passive]
-        self.passive = self.places_of(
-            name if drive is None else drive.joint
-            for name, drive in zip(mechanism.passive, drives, strict=True)
-        )
-        self.passive_ratio = np.array(
-            [1.0 if drive is None else self._float(drive.ratio) for drive in drives]
-        )
+        self.passive = self.places_of(mechanism.passive)
         self._axes = {strut.name: self._swing_axes(strut) for strut in mechanism.struts}
 
     def places_of(self, names):
