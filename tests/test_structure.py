@@ -131,8 +131,6 @@ def imported_modules(root: Path) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
 
     The `__init__` file of the part is omitted, because the file imports names of all packages
     lazily.
-
-    The __init__ file of the half is omitted, because it imports names of all packages lazily.
     """
     known = modules(root)
     found: dict[tuple[str, ...], set[tuple[str, ...]]] = {}

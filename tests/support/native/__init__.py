@@ -18,8 +18,6 @@ UNPACKED = "-fno-tree-slp-vectorize"
 """Compiler flag for the C code of chasles only.
 
 Without the flag, GCC 12 compiles the C code of chasles incorrectly.
-
-GCC 12 vectorizes this code incorrectly without the flag.
 """
 FLAGS_OF_ALL = (
     *(flag for flag in FLAGS if flag != UNPACKED and not flag.startswith("-std")),

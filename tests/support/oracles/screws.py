@@ -93,12 +93,7 @@ def _placed(placement: Placement, values: dict[sp.Symbol, sp.Expr]) -> np.ndarra
 
 
 def meeting(axes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, float]:
-    """Returns (point, distance): the point closest to several lines, and a distance [m].
-
-    The distance is the distance of the point from the farthest line.
-
-    The distance is the largest [m].
-    """
+    """Returns the point closest to several lines, and its distance [m] from the farthest line."""
     normals = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     sums = normals.sum(axis=0), np.einsum("kij,kj->i", normals, points)
     point = np.linalg.lstsq(*sums, rcond=None)[0]
