@@ -29,6 +29,7 @@ NAMES = (
     *("mechanisms", "platforms", "planar", "loops", "as_built", "least_squares", "scenes"),
     *(
         "couplings",
+        "geared",
         "statics",
         "legs",
         "carried",

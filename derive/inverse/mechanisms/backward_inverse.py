@@ -18,6 +18,7 @@ from ...loops.functions.maps import Maker
 from ...loops.model.constraints import ClosureEquations
 from ...loops.model.coupling_equations import CouplingEquation, chord
 from ...loops.modes.platforms import is_platform, of_open_chain, triad_of
+from ...loops.solve.solution import near_reference
 from ...loops.solve.solved_loops import SolvedLoops, named
 from ...model.mechanism import Mechanism
 from ...model.tolerances import SAMPLED_RANGE
@@ -235,6 +236,7 @@ def _solved(
     """Returns (function without redundant branch signs, solution steps)."""
     terms, work = h.terms, Work(h.terms, settled=settled)
     arguments, joints = chain.coordinates(work)
+    joints = near_reference(h.mechanism, terms, h.robot.moving, joints)
     theta = dict(zip(h.theta, joints, strict=True))
     values = [joint.direction * x for joint, x in zip(h.robot.moving, joints, strict=True)]
     loops = solved_on_sides(h, work)

@@ -16,6 +16,7 @@ from ...chain.kinematics import common_unit
 from ...loops.closing.loop_model import loop_model
 from ...loops.functions.tool import tool_kinematics
 from ...loops.iterated.closure_equations import LoopClosure
+from ...loops.solve.solution import near_reference
 from ...loops.solve.solved_loops import SolvedLoops, named, solved_loops
 from ...model.errors import DescriptionError
 from ...model.tolerances import MIN_CONVERGED, NEARLY_STRUCTURE
@@ -273,6 +274,7 @@ def _on_chain(
     terms = design.terms
     loops = built if built is not None and built.has_closed_form else design
     arguments, joints = chain.coordinates(work)
+    joints = near_reference(design.mechanism, terms, design.robot.moving, joints)
     fixed = moving_coordinates(design, chain.given)
     solution = solved_on_sides(loops, work)
     entries = list(loops.actuators_in(solution))

@@ -368,6 +368,26 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
     return terms.let(angle + middle)
 
 
+def near_reference(
+    mechanism: Mechanism, terms: Terms, joints: Sequence[Joint], values: Sequence[sp.Expr]
+) -> tuple[sp.Expr, ...]:
+    """Moves solved angles of coupled joints by full turns, to within half a turn of the reference.
+
+    Args:
+        mechanism: The description.
+        terms: Receives the terms.
+        joints: The joints.
+        values: The value of each joint (radian or meter).
+    """
+    found = list(values)
+    for k, (joint, value) in enumerate(zip(joints, values, strict=True)):
+        middle = _middle(mechanism, joint)
+        if joint.name in mechanism.coupled and middle != 0 and terms.is_solved(value):
+            angle = terms.solved_angle(*terms.cos_sin(sp.expand(value - middle)))
+            found[k] = terms.let(angle + middle)
+    return tuple(found)
+
+
 def _middle(mechanism: Mechanism, joint: Joint | None) -> sp.Expr:
     if joint is None:
         return sp.Integer(0)
