@@ -134,7 +134,7 @@ def of_lines(
         lines: The chain.
         coordinates: Number of coordinates that move the chain. The default is the number of joints.
         families: The families of axis structures to try, in order.
-        give: Indices of the joints to fix. With (), the first suitable set is used.
+        give: Indices of the joints to fix. If the tuple is empty, the first suitable set is fixed.
         give: Indices of the joints to fix. If the tuple is empty, the first suitable set is fixed.
     """
     if give and not _leaves_full_rank(lines, give):

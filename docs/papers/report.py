@@ -282,7 +282,7 @@ def assumed(printed: Printed, ours: Value, reason: str) -> Row:
     """States a value that the paper needs but does not print, and why we chose it.
 
     Raises:
-        Refuted: The paper prints a value, or the reason is empty.
+        Refuted: The item has a printed value, or the reason is empty.
     """
     return _without_value(printed, ours, "assumed", reason)
 
@@ -302,7 +302,7 @@ def not_printed(printed: Printed, ours: Value, reason: str) -> Row:
     """States a value that the paper neither prints nor needs.
 
     Raises:
-        Refuted: The paper prints a value, or the reason is empty.
+        Refuted: The item has a printed value, or the reason is empty.
     """
     return _without_value(printed, ours, "not printed", reason)
 

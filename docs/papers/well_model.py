@@ -72,7 +72,7 @@ def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["hat"],
             np.cross(A, B),
-            "the matrix is multiplied by b, for generic vectors a and b",
+            "the compared values are the products of the matrix of a and a vector b",
             evaluated=lambda item: at(**values)(item) @ B,
         ),
         agrees(
@@ -85,7 +85,7 @@ def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
             printed["series"],
             third_coefficient(),
             1 / 6,
-            "correct: theta^3/3!, unless the text lost the factorial sign",
+            "correct: theta^3/3!. The factorial sign may be missing only in our copy of the text",
             evaluated=at(theta=1.0),
         ),
         agrees(printed["rate"], Finding(is_rate, "from a difference quotient")),

@@ -50,8 +50,8 @@ class ExactWorkspace(StudyResult):
         origin: (3,) origin of the plane [m]. For a body of revolution, the origin is a point on the
             first axis.
         axes: (2, 3) directions of the two axes of the plane, with the first joint at 0.
-        offset: Distance of the plane from the first axis [m], positive along axes[0] x axes[1]. The
-            distance is 0 for a planar workspace.
+        offset: Distance of the plane from the first axis [m], positive along axes[0] x axes[1]. For
+            a planar workspace, the offset is 0.
         turn: (2,) limits of the first joint [rad], or None for a planar workspace.
         height: (2,) limits of the prismatic motion normal to the plane [m].
     """
