@@ -256,8 +256,7 @@ def _solutions(
     nearest: bool,
     numeric: bool,
 ) -> _Found:
-    """Return the solutions. If none is exact, accept the rounding errors of a printed target
-    pose."""
+    """Return the solutions. If none is exact, accept rounding errors of a printed target pose."""
     if numeric:
         if task not in _WEIGHTS:
             raise InputValueError(f"--numeric solves --task {', '.join(_WEIGHTS)}, not {task}")
