@@ -24,7 +24,8 @@ EXTENSIONS = {
 """Modules written in C, each with its source files under runtime/."""
 
 
-WINDOWS = os.name == "nt"
+WINDOWS = os.name == "nt" or "windows" in os.environ.get("CC", "")
+"""Whether this machine or the target of the compiler is Windows."""
 if WINDOWS:
     # The C code uses vectors and attributes that only GCC and clang have. Zig contains clang, and
     # pip installs it. With a target, Zig compiles for every processor.
@@ -56,6 +57,8 @@ def extension(name, patterns):
         define_macros=[
             ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),
             ("NPY_TARGET_VERSION", "NPY_2_0_API_VERSION"),
+            # The headers of Python define this macro for the compiler of Microsoft only.
+            *([("MS_WIN64", "")] if WINDOWS else []),
         ],
     )
 

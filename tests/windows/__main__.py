@@ -42,11 +42,10 @@ def build_wheel(zig, version, python, headers, builder):
         shutil.copy(kernel, SOURCE / "generated" / kernel.parent.name)
     # The builder's own headers describe Linux. The first macro skips its pyconfig.h.
     own = f"-I{headers} -DPy_PYCONFIG_H -include {HERE / 'pyconfig.h'}"
-    own += " -Wl,--out-implib,build/unused.lib"
     python_library = ("--libraries", f"python{version}", "--library-dirs", python)
-    extensions = ("build_ext", "--compiler", "mingw32", *python_library)
     run(
-        *(builder, "setup.py", "-q", *extensions, "bdist_wheel", "--plat-name", "win_amd64"),
+        *(builder, "setup.py", "-q", "build_ext", *python_library),
+        *("bdist_wheel", "--plat-name", "win_amd64"),
         folder=SOURCE,
         CC=f"{zig} {own}",
         SETUPTOOLS_EXT_SUFFIX=f".cp{version}-win_amd64.pyd",
@@ -86,7 +85,7 @@ def main():
     install(python, version, options.numpy, wheel)
     run(sys.executable, HERE / "values.py", "write", VALUES)
     prefix = {"WINEPREFIX": str(BUILD / "prefix"), "WINEDEBUG": "-all"}
-    run("wine", SITE / "python.exe", HERE / "values.py", "compare", VALUES, **prefix)
+    run("wine", SITE / "python.exe", HERE / "values.py", "compare", VALUES, KERNELS, **prefix)
     print(f"{wheel}: values under Wine equal the values of Linux")
 
 

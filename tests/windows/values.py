@@ -1,10 +1,16 @@
 """Values of every shipped robot, computed on Linux and compared on Windows.
 
-`python values.py write FILE` writes the values, and `python values.py compare FILE` compares them.
+`python values.py write FILE` writes the values. `python values.py compare FILE KERNELS` compares
+the values, and loads a robot from a folder of robots with kernels.
 The script needs only chasles and NumPy.
 """
 
+import hashlib
+import os
+import shutil
 import sys
+import tempfile
+from pathlib import Path
 
 import numpy as np
 
@@ -102,7 +108,38 @@ def check_memory():
     assert chasles.release_memory() > 0
 
 
-if __name__ == "__main__":
-    action, file = sys.argv[1:]
+def check_folders(folder, kernels):
+    """A folder loads by a path with slashes and any letters, and a damaged kernel is rejected."""
+    moved, broken = (folder / "Größe \u03a9" / name for name in ("scara", "broken"))
+    for copy in (moved, broken):
+        # Wine 8 has no CopyFile2, which shutil.copy2 calls.
+        shutil.copytree(Path(kernels) / "scara", copy, copy_function=shutil.copyfile)
+    os.chdir(folder)
+    np.testing.assert_array_equal(
+        chasles.load("./Größe \u03a9/scara").fk([0.1] * 4), chasles.load("scara").fk([0.1] * 4)
+    )
+    (kernel,) = broken.glob("*.so")
+    text = b"not a library"
+    kernel.write_bytes(text + hashlib.sha256(text).digest())
+    message = "loaded"
+    try:
+        chasles.load(broken)
+    except chasles.MismatchError as error:
+        message = str(error)
+    assert "cannot be opened as a library (" in message, message
+
+
+def main(action, file, *kernels):
     check_memory()
-    sys.exit(write(file) if action == "write" else compare(file))
+    if action == "write":
+        write(file)
+        return 0
+    # Windows does not remove a library that a process has loaded.
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        check_folders(Path(folder), *kernels)
+        os.chdir(Path(folder).parent)
+    return compare(file)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1], *map(os.path.abspath, sys.argv[2:])))
