@@ -30,6 +30,19 @@ def run(*command, folder=ROOT, **variables):
     subprocess.run(words, cwd=folder, env=env, stdin=subprocess.DEVNULL, check=True)
 
 
+def run_in_wine(*command):
+    """Runs a command for Windows, and stops if it fails."""
+    env = {**os.environ, "WINEPREFIX": str(BUILD / "prefix"), "WINEDEBUG": "-all"}
+    words = ["wine", *map(str, command)]
+    # Python for Windows cannot use a terminal or a file of Linux, but a pipe.
+    pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    with subprocess.Popen(words, env=env, text=True, errors="replace", **pipes) as process:
+        for line in process.stdout:
+            print(line, end="", flush=True)
+    if process.returncode:
+        sys.exit(f"{words} failed with status {process.returncode}")
+
+
 def build_wheel(zig, version, python, headers, builder):
     """Returns the wheel of the committed files with the kernels."""
     shutil.rmtree(SOURCE, ignore_errors=True)
@@ -84,8 +97,7 @@ def main():
     wheel = build_wheel(zig, version, python, headers, options.builder)
     install(python, version, options.numpy, wheel)
     run(sys.executable, HERE / "values.py", "write", VALUES)
-    prefix = {"WINEPREFIX": str(BUILD / "prefix"), "WINEDEBUG": "-all"}
-    run("wine", SITE / "python.exe", HERE / "values.py", "compare", VALUES, KERNELS, **prefix)
+    run_in_wine(SITE / "python.exe", HERE / "values.py", "compare", VALUES, KERNELS)
     print(f"{wheel}: values under Wine equal the values of Linux")
 
 
