@@ -13,6 +13,8 @@ _FLAGS = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os,
 
 MAX_FILE = 1 << 28
 """Maximum size of a table or a generated file in bytes."""
+_PART = 1 << 20
+"""Number of bytes that are read at once. Python allocates this memory before it reads."""
 MAX_DESCRIPTION = 1_000_000
 """Maximum size of a robot description in bytes."""
 PACKAGE_FILE = "package.xml"
@@ -76,8 +78,11 @@ def read_input(path: str | os.PathLike[str], max_bytes: int = MAX_FILE) -> bytes
     Raises:
         OSError: The file cannot be read, is not a regular file, or is too large.
     """
+    parts, left = [], max_bytes + 1
     with open_input(path) as stream:
-        content = stream.read(max_bytes + 1)
-    if len(content) > max_bytes:
+        while part := stream.read(min(left, _PART)):
+            parts.append(part)
+            left -= len(part)
+    if not left:
         raise OSError(errno.EFBIG, f"larger than {max_bytes} bytes", os.fspath(path))
-    return content
+    return b"".join(parts)
