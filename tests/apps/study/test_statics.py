@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import sympy as sp
 
 import chasles
 from chasles.contract import Body, Span
@@ -15,6 +16,8 @@ from chasles.study import PointMass, StaticLoads, gravity_forces, static_loads
 from tests.support.compiling import compiled
 from tests.support.derivations import description
 from tests.support.generators.convertible_arms import convertible_arm
+from tests.support.generators.leg_platforms import drawn_legs
+from tests.support.loops.closed_in_numbers import Model
 from tests.support.oracles.mujoco_statics import mujoco_loads, random_masses
 from tests.support.pages import examples, run
 from tests.support.robot_stand_in import RobotStandIn
@@ -65,6 +68,37 @@ def test_gravity_forces_are_the_gradient_of_the_potential_energy(number):
     steps = STEP * np.eye(len(q))
     rising = [potential(bodies, masses, q + d) - potential(bodies, masses, q - d) for d in steps]
     np.testing.assert_allclose(found, -np.array(rising) / (2 * STEP), rtol=1e-6, atol=1e-6)
+
+
+def test_gravity_forces_of_an_exechon_are_the_gradient_of_its_potential_energy():
+    """Newton closures of the description give the potential energy. An Exechon is overconstrained.
+
+    The skeleton of a description is at its reference, so each configuration is the reference of its
+    own description.
+    """
+    rng = np.random.default_rng(3)
+    drawn = drawn_legs("exechon", 1)
+    oracle = Model(drawn)
+    links = [joint.link for joint in drawn.joints]
+    masses = [PointMass(link, rng.uniform(1, 50), 0.2 * rng.normal(size=3)) for link in links]
+    at = oracle.u
+    for q in oracle.q + 0.04 * rng.uniform(-1, 1, (2, len(oracle.q))):
+        at = oracle.closed(q, at)
+        values = oracle.values(q, at)
+        reference = tuple((name, sp.Rational(repr(float(x)))) for name, x in values.items())
+        bodies = described_skeleton(replace(drawn, reference=reference))
+        found = gravity_forces(bodies.robot, q, masses, gravity=GRAVITY)
+        expected = [
+            (lifted(oracle, masses, q + d, at) - lifted(oracle, masses, q - d, at)) / (2 * STEP)
+            for d in STEP * np.eye(len(q))
+        ]
+        np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-5)
+
+
+def lifted(model, masses, q, u):
+    """Returns the work of the weights, from closures of a description in NumPy."""
+    poses = model.poses(q, model.closed(q, u))
+    return sum(mass.mass * GRAVITY @ (poses[mass.link] @ [*mass.at, 1])[:3] for mass in masses)
 
 
 def test_legs_of_a_hexapod_share_its_weight():
