@@ -16,8 +16,9 @@ and [refines its solutions](how-to/calibrated-arms.md). Robots without an invers
 
 ## The shelf
 
-`chasles.load("ur10e")` derives an arm of the shelf on first use, in seconds, into the cache. The
-package `chasles-robots` has these arms derived and compiled, for machines without a C compiler.
+The shelf is a collection of well-known arms. On first use, `chasles.load("ur10e")` derives an arm
+of the shelf in seconds, and stores the derived code in the cache. The package `chasles-robots`
+contains the compiled code of these arms, for machines without a C compiler.
 Each file in `derive/robots/shelf` names the source of its numbers.
 
 {shelf}
@@ -47,7 +48,7 @@ def _row(robot: SerialRobot) -> str:
     explanation = explain(robot)
     axes = len(robot.coordinates)
     structure = explanation.line.removeprefix("inverse: ").split(", at most ")[0]
-    structure = structure.replace("read from the tool", "in the direction from tool to base")
+    structure = structure.replace("read from the tool", "solved from tool to base")
     most = explanation.max_solutions
     inverse = f"Inverse: {structure}, up to {most} solutions." if most else "No closed form."
     cells = (f"`{robot.name}`", f"{robot.title} ({axes} axes).", inverse)

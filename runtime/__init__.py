@@ -137,8 +137,9 @@ def load(
             'chasles[derive,files]'`.
         base: The base link. The default is the root of the link tree, or the base of a robot file.
         tip: The tip link, anywhere in the tree. The default is the end of the longest chain.
-        group: A group of the SRDF next to the file. The group replaces base and tip.
-        name: The name of the robot. The default is the name in its file.
+        group: Name of a group in the SRDF. The SRDF is in the same folder as the description file.
+            The group defines base and tip.
+        name: A new name for the robot. The default is the name in the description file.
         arguments: Values for the arguments of a xacro file, each as "name:=value".
         exact: Whether rounded numbers such as 1.5708 are used as they are written in the file.
         parametric: Whether the robot has `fk_p` and the other functions whose inputs include its

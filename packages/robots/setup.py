@@ -13,7 +13,7 @@ class PlatformDistribution(Distribution):
     """A distribution with compiled libraries."""
 
     def has_ext_modules(self):
-        """Return True, because the files depend on the platform."""
+        """Return True, because the distribution contains compiled libraries."""
         return True
 
 

@@ -21,7 +21,8 @@ static PyMethodDef library_methods[] = {
     {NULL},
 };
 
-/* Returns the maximum residuals of solutions for rounded poses (N, 4, 4), 0 for other matrices. */
+/* Returns the maximum residuals (N,) of inverse solutions for matrices (N, 4, 4). The residual is
+ * nonzero only for a pose with rounded entries. */
 static PyObject *rounded_residuals(PyObject *Py_UNUSED(module), PyObject *matrices)
 {
     PyObject *poses = PyArray_FROMANY(matrices, NPY_DOUBLE, 3, 3, NPY_ARRAY_IN_ARRAY);

@@ -19,12 +19,15 @@ Condition = Callable[[Any], bool]
 
 
 class Capability:
-    """A descriptor of an attribute that some robots lack. Instance attributes have priority.
+    """A descriptor of an attribute that some robots lack.
+
+    An attribute in the dictionary of the robot instance overrides the descriptor.
 
     Attributes:
-        item: The method or cached property. None for a generated function.
+        item: The method or cached property that the descriptor returns. None if the attribute is a
+            generated function.
         functions: Names of the generated functions that the attribute needs.
-        when: Another condition on the robot, or None.
+        when: A condition on the robot in addition to ``functions``, or None.
     """
 
     def __init__(
@@ -61,11 +64,14 @@ class Capability:
 
 
 class Hint(Capability):
-    """A name that no robot has. The error states what to use instead."""
+    """An attribute name that no robot has. The error message names the function to use instead."""
 
 
 class OtherName(Hint):
-    """A function name of another library. The error states the chasles name."""
+    """A function name from another robotics library.
+
+    The error states the chasles function to call instead.
+    """
 
     def __get__(self, robot: Any, owner: type) -> Any:
         """Raise an AttributeError."""

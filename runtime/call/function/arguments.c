@@ -200,7 +200,7 @@ static PyObject *shape_text(int ndim, const npy_intp *dims)
     return text;
 }
 
-/* Tests the last dimensions of an input. Returns -1 on error. */
+/* Tests whether the last dimensions of an input array match the operand. Returns -1 on error. */
 static int check_core_shape(const Kernel *kernel, const Operand *operand, PyArrayObject *array)
 {
     int extra = PyArray_NDIM(array) - operand->ndim;
@@ -225,7 +225,8 @@ static int check_core_shape(const Kernel *kernel, const Operand *operand, PyArra
     return -1;
 }
 
-/* Replaces a NumPy error with an error that names the argument, and sets its cause. */
+/* Replaces a NumPy error with an error that names the argument. The NumPy error becomes the cause
+ * of the new error. */
 static void set_input_error(const Kernel *kernel, const Operand *operand)
 {
     if (!PyErr_ExceptionMatches(PyExc_ValueError) && !PyErr_ExceptionMatches(PyExc_TypeError)) {

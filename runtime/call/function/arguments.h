@@ -17,8 +17,9 @@ typedef struct {
 int bind_arguments(const Kernel *kernel, int takes_fixed, PyObject *const *args, Py_ssize_t n_args,
                    PyObject *keywords, PyObject **slots);
 
-/* Sets all inputs after the first from `fixed`, a mapping with the names `parameters` or a tuple
- * (internal calls). Returns 1 with new references, 0 for other values, -1 on error. */
+/* Sets all kernel inputs after the first from `fixed`. The argument `fixed` is a dictionary with
+ * the keys `parameters`, or a tuple of values (internal calls). Returns 1 with new references, 0 if
+ * `fixed` has another form, -1 on error. */
 int spread_fixed(const Kernel *kernel, PyObject *parameters, PyObject *fixed, PyObject **slots);
 
 /* Sets *outs to the output arrays (None for a new array), or to NULL without out=. Returns -1 on
