@@ -25,9 +25,11 @@ SAME = 1e-12
 libraries round differently."""
 SAME_SOLUTION = 1e-7
 """Tolerance of solutions [rad or m]; near double roots, rounding is amplified."""
-LOOPED = {"fk", "link_poses", "jacobian_space", "jacobian_mixed", "fk_jacobian_mixed", "chain"}
-"""Functions that are compared for every robot that has them. Further functions of the
-configuration are compared, too, where they have no singular values at random configurations."""
+FUNCTIONS = {
+    *("fk", "link_poses", "fk_jacobian_mixed", "hessian_mixed", "chain"),
+    *("jacobian_space", "jacobian_body", "jacobian_mixed"),
+}
+"""Functions of the configuration that are compared for every robot that has them."""
 
 
 def fixed_at(robot, q):
@@ -47,7 +49,7 @@ def fixed_at(robot, q):
 def values_of(robot, q):
     """Returns functions, inverses and batches at configurations, keyed by name."""
     found = {}
-    for name in sorted(LOOPED & set(robot.functions)):
+    for name in sorted(FUNCTIONS & set(robot.functions)):
         outputs = robot.functions[name](q)
         for k, value in enumerate(outputs if isinstance(outputs, tuple) else (outputs,)):
             found[f"{name}.{k}"] = value
