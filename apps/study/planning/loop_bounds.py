@@ -1,9 +1,10 @@
 """Guaranteed bounds of passive joints while the actuators move along a straight segment.
 
 Loops are equations c(z) = 0 in all joints z. The equations are trigonometric polynomials in angles,
-and polynomials in prismatic coordinates. At the middle of the segment, the actuators are at q0 and
-the other joints at x0. B is a left inverse of dc/dx, and H bounds all second derivatives of c. For
-a step w of all joints, with the actuator steps d, Taylor's formula gives
+and polynomials in prismatic coordinates. Equations of gears are linear in all joints. At the middle
+of the segment, the actuators are at q0 and the other joints at x0. B is a left inverse of dc/dx,
+and H bounds all second derivatives of c. For a step w of all joints, with the actuator steps d,
+Taylor's formula gives
 
     |x - x0| <= |B dc/dq d| + |B| w^T H w / 2
 
@@ -245,6 +246,13 @@ def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatAr
     return np.zeros(basis.shape[1])
 
 
+def _is_linear(values: FloatArray, z: FloatArray) -> bool:
+    """Return whether an equation is linear in z, such as a gear pair."""
+    basis = np.column_stack([np.ones(len(z)), z])
+    found = np.linalg.lstsq(basis, values, rcond=None)[0]
+    return bool(np.abs(basis @ found - values).max() <= _FITS * np.abs(values).max())
+
+
 def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return (strut lengths, bounds of the second derivatives (equations, z, z))."""
     rng, n = np.random.default_rng(1), len(turns)
@@ -255,6 +263,8 @@ def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[Floa
     lengths = np.array([_length(distances, column, random) for column in values.T])
     bounds = np.zeros((len(present), n, n))
     for row, own in enumerate(present):
+        if _is_linear(values[:, row], random):
+            continue
         equation = _equation(robot, row, lengths[row])
         joints = np.flatnonzero(own)
         C = _coefficients(robot, row, equation, joints, turns, scale)

@@ -13,7 +13,7 @@ from ...model.tolerances import LOOPS_AGREE
 from ..model.constraints import residuals
 from ..model.coupling_equations import chord, residual_of, unit_of
 from ..model.planes import Loop, loops
-from .solution import Solution, factors_of
+from .solution import Solution, factors_of, reported
 
 
 def allowed(solutions: Sequence[Solution]) -> sp.Basic:
@@ -46,7 +46,8 @@ def _couplings(solution: Solution) -> Iterator[tuple[sp.Expr, str]]:
     for coupling in mechanism.couplings:
         names = factors_of(coupling)
         if not names.keys() & {*solution.coupled} and names.keys() <= solution.values.keys():
-            residual, unit = residual_of(coupling, solution.values), unit_of(mechanism, coupling)
+            values = {name: reported(solution, solution.values, name) for name in names}
+            residual, unit = residual_of(coupling, values), unit_of(mechanism, coupling)
             yield terms.let(chord(terms, residual) if unit == "1" else residual), unit
 
 

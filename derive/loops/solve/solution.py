@@ -326,7 +326,7 @@ def with_coupled(solution: Solution) -> Solution:
         left.remove(ready)
         (name,) = unknown[ready]
         factors = factors_of(ready)
-        known = (factor * _turned(own, values, n) for n, factor in factors.items() if n != name)
+        known = (factor * reported(own, values, n) for n, factor in factors.items() if n != name)
         values[name] = sp.expand((ready.offset - sp.Add(*known)) / factors[name])
         coupled.append(name)
 
@@ -336,7 +336,7 @@ def factors_of(coupling: Coupling) -> dict[str, sp.Expr]:
     return {coupling.joint: sp.S.One} | {name: -ratio for name, ratio in coupling.ratios}
 
 
-def _turned(solution: Solution, values: Mapping[str, sp.Expr], name: str) -> sp.Expr:
+def reported(solution: Solution, values: Mapping[str, sp.Expr], name: str) -> sp.Expr:
     """Returns the value of a joint in a coupling. A solved angle is the reported angle."""
     member = solution.mechanism.members[name]
     if name in solution.coupled or is_length(member) or not isinstance(member, Joint):
@@ -370,7 +370,7 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
 
 def near_reference(
     mechanism: Mechanism, terms: Terms, joints: Sequence[Joint], values: Sequence[sp.Expr]
-) -> tuple[sp.Expr, ...]:
+) -> list[sp.Expr]:
     """Moves solved angles of coupled joints by full turns, to within half a turn of the reference.
 
     Args:
@@ -385,7 +385,7 @@ def near_reference(
         if joint.name in mechanism.coupled and middle != 0 and terms.is_solved(value):
             angle = terms.solved_angle(*terms.cos_sin(sp.expand(value - middle)))
             found[k] = terms.let(angle + middle)
-    return tuple(found)
+    return found
 
 
 def _middle(mechanism: Mechanism, joint: Joint | None) -> sp.Expr:

@@ -219,11 +219,6 @@ class SdfFile:
         base, tip = identifier(ends.base), identifier(ends.tip)
         root = self.tree.root_of(ends.base)
         tree = [j for link in self.tree.outwards(root) for j in self.tree.below[link]]
-        for joint in tree:
-            if joint.kind == "follower":
-                raise DescriptionError(
-                    f"joint {joint.name!r}: in a robot with loops no joint follows another"
-                )
         balls = [joint for joint in tree if joint.kind == "ball"]
         rods = tuple(map(self._rod, balls))
         on_rods = {link for joint in balls for link in self.tree.rigid(joint.child)}
@@ -241,6 +236,7 @@ class SdfFile:
                 if identifier(str(joint.get("name"))) not in ended
             ),
             struts=rods,
+            couplings=tuple(self._couplings(tree)),
             tool_body=tip,
             title=str(self.frames.model.get("name")),
             source=self._source(ends),
@@ -251,8 +247,10 @@ class SdfFile:
         return between(robot, base, tip, self.file)
 
     def _in_loops(self, path: Sequence[TreeJoint]) -> bool:
-        """Whether the path shares a joint with a loop, directly or through other loops."""
+        """Whether the path shares a joint with a loop, directly or through loops or followers."""
         around = {joint.name for joint in path if joint.kind != "fixed"}
+        for coupling in self._couplings([joint for joint in path if joint.kind == "follower"]):
+            around |= {name for name in self.joints if identifier(name) in dict(coupling.ratios)}
         loops = []
         for joint in self.closing:
             joints = self.tree.path(*self._ends(joint)) or ()

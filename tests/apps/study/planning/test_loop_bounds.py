@@ -3,15 +3,18 @@
 import warnings
 from dataclasses import replace
 from functools import cache, partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import chasles
+from chasles.derive import read, write
 from chasles.errors import InputValueError
 from chasles.study.planning import configuration_space, sphere
 from chasles.study.planning.hulls import hulls_of
 from chasles.study.planning.loop_bounds import closed_configurations, loop_bounds
+from tests.support.compiling import compiled_quickly
 from tests.support.robot_stand_in import RobotStandIn
 
 ROBOTS = (
@@ -30,6 +33,7 @@ KINDS = ("excavator", "slider_crank", "planar_3rrr", "stewart_gough", "delta")
 """The robots have cylinders, a slider, a planar platform, legs with six degrees of freedom, and
 parallelograms."""
 PLACES = 17
+GEARED = Path(__file__).parents[3] / "derive" / "loops" / "geared_five_bar.toml"
 
 
 @cache
@@ -75,6 +79,26 @@ def test_loop_motion_stays_within_bounds(name):
         certain += 1
     assert certain >= 25
     assert np.median(tight) < 6
+
+
+def test_bounds_of_geared_linkage_contain_its_motion(tmp_path):
+    functions = ("chain_D_q", "configuration", "constraint", "constraint_D_z")
+    write(read(GEARED), tmp_path, functions=functions, languages=("c",))
+    with compiled_quickly():
+        robot = chasles.load(tmp_path)
+        bounds = loop_bounds(robot, robot.q_reference - 0.5, robot.q_reference + 0.5)
+        rng, certain = np.random.default_rng(1), 0
+        for a in robot.q_reference + rng.uniform(-0.4, 0.4, (20, 1)):
+            b = a + rng.uniform(-0.02, 0.02, 1)
+            joints = bounds.joints(a, b)
+            if joints is None:
+                continue
+            z = robot.configuration(a + np.linspace(0, 1, PLACES)[:, None] * (b - a))
+            assert (around(z, bounds.turns) <= joints + 1e-9).all()
+            certain += 1
+    assert certain >= 15
+    # The gear pair is the last equation.
+    assert not bounds.curvature[-1].any()
 
 
 @pytest.mark.parametrize("name", ROBOTS)

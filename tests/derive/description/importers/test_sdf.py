@@ -101,6 +101,23 @@ def test_loops_close_by_joints_that_share_a_child(tmp_path):
         np.testing.assert_allclose(fk([a]), wanted([a]), atol=ORACLE, rtol=0)
 
 
+def test_mimic_in_loops_is_a_gear(tmp_path):
+    """A second link on the base follows the rocker, and carries the tool."""
+    extra = """<link name="hand"><pose>0.1 0.2 0 0 0 0</pose></link>
+<joint name="e" type="revolute"><parent>world</parent><child>hand</child>
+  <axis><xyz>0 0 1</xyz><mimic joint="c" axis="axis"><multiplier>-1.5</multiplier>
+  <offset>0.3</offset><reference>0.1</reference></mimic></axis></joint></model>"""
+    found = read(file_of(tmp_path, FOUR_BAR.replace("</model>", extra)), tip="hand")
+    assert [coupling.joint for coupling in found.couplings] == ["e"]
+    assert (found.actuated, [c.name for c in found.closures]) == (("a",), ["d"])
+    fk, model = fk_of(found), Model(found)
+    for a in (-0.3, 0.0, 0.4):
+        u = model.followed([a])[0]
+        np.testing.assert_allclose(fk([a]), model.tip([a], u), atol=1e-11, rtol=0)
+        at = model.values([a], u)
+        assert at["e"] == pytest.approx(0.3 - 1.5 * (at["c"] - 0.1), abs=1e-12)
+
+
 PASSIVE = "<limit><effort>0</effort></limit>"
 """Limits of a joint without an actuator."""
 CRANK = f"""{HEAD}
