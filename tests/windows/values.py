@@ -10,11 +10,15 @@ import os
 import shutil
 import sys
 import tempfile
+import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 import chasles
+from chasles.contract.isolation import IsolatedWorkError, Limits, isolated
+from chasles.library import cache_folder
 
 N = 64
 """Configurations of each robot."""
@@ -131,11 +135,23 @@ def check_folders(folder, kernels):
     assert "cannot be opened as a library (" in message, message
 
 
+def check_system():
+    """The cache is in the folder of the user, and a separate process has a time limit."""
+    assert cache_folder() == Path(os.environ["LOCALAPPDATA"]) / "chasles"
+    assert isolated(partial(sum, [1, 2])) == 3
+    try:
+        isolated(partial(time.sleep, 60), Limits(seconds=0.1))
+    except IsolatedWorkError as error:
+        message = str(error)
+    assert message == "it takes longer than 0.1 s"
+
+
 def main(action, file, *kernels):
     check_memory()
     if action == "write":
         write(file)
         return 0
+    check_system()
     # Windows does not remove a library that a process has loaded.
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         check_folders(Path(folder), *kernels)
