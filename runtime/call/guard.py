@@ -29,7 +29,7 @@ class Guard:
         margin: Maps the first input to sin^2 of the transmission angle of each solution step. The
             value is positive for a closed loop and 0 at a dead point.
         steps: The loop of each solution step.
-        coordinates: The elements of the first input.
+        coordinates: The coordinates in the first input, with names and units.
         dead_point: Maximum margin of a dead point.
         is_followed: Whether the loops are solved by iteration. Margins are then unknown beyond a
             singularity.
@@ -49,7 +49,7 @@ class Guard:
         margin = np.asarray(self.margin(inputs[0]))
         values = zip(self.coordinates, inputs[0], strict=True)
         position = ", ".join(f"{item.name} = {value:.6g} {item.unit}" for item, value in values)
-        # Solution steps after an open loop may have no margin.
+        # Solution steps after a loop that cannot be closed may have the margin NaN.
         worst = int(np.argmin(np.where(np.isnan(margin), np.inf, margin)))
         loop, value = self.steps[worst], margin[worst]
         if value < 0:

@@ -1,6 +1,6 @@
 """Hints for missing attributes and keywords.
 
-The tables are in `hints.toml`. The file is read only for an error message.
+`hints.toml` contains the tables of hints. This file is read only for an error message.
 """
 
 from __future__ import annotations
@@ -30,7 +30,10 @@ def _tables() -> dict[str, Any]:
 
 
 def missing_attribute(owner: str, name: str, table: str) -> str:
-    """Return the message for a missing attribute. Names of other libraries get a hint."""
+    """Return the error message for a missing attribute.
+
+    The message names the function to use instead if the attribute is a function of another library.
+    """
     row: dict[str, str] = next((r for r in _tables()[table] if name in r["names"]), {})
     library = f" ({row['library']})" if "library" in row else ""
     return f"{owner} has no {name!r}{library}" + (f"; {row['hint']}" if row else "")

@@ -1,8 +1,8 @@
 """Calls with arguments that implement the ufunc protocol (`__array_ufunc__`).
 
 A dask array leads to a lazy dask array. The dask protocol would call the ufunc with arrays of size
-1, which robot functions reject. This module passes the shapes to dask. The ufunc handles all other
-types.
+1, which robot functions reject. This module therefore passes the shapes of the results to dask. The
+ufunc handles all other types.
 """
 
 from __future__ import annotations
@@ -45,7 +45,10 @@ def _has_protocol(value: Any) -> bool:
 
 
 def _read(dask: Any, function: Function[Any], index: int, value: Any) -> Any:
-    """Return the input as an array. A lazy call would postpone these checks."""
+    """Return the input as an array of real numbers.
+
+    A lazy call would postpone the checks of type and shape.
+    """
     item, label = function.inputs[index], function.__qualname__
     array = value if isinstance(value, dask.Array) else real_array(label, item.name, value)
     if array.dtype.kind not in "iuf":
@@ -72,7 +75,8 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
     for array, item in zip(arrays, function.inputs, strict=True):
         own = _batch(array, item.shape)
         before = _broadcast(function, item.name, before, own)
-    # The sizes are already checked, so operands need no common dimension names.
+    # The sizes of the dimensions are already checked. Operands therefore need no common dimension
+    # names, by which dask would compare the sizes.
     numbers = itertools.count()
     inputs = [[f"i{next(numbers)}" for _ in item.shape] for item in function.inputs]
     shapes = [item.shape for item in function.outputs]

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 _ROWS = 8
 """Part sizes are multiples of this number, which fills all SIMD lanes.
 
-Single rows use other code with other rounding. With this minimum, the number of threads does not
-change any bit of a result.
+Single rows are computed by different code with different rounding. Because parts fill all SIMD
+lanes, the number of threads does not change any bit of a result.
 """
 _MIN = 500_000
 """Minimum number of floating-point operations per thread: 0.1 ms, three times the start time of a
@@ -209,8 +209,8 @@ def _get_pool() -> ThreadPoolExecutor:
     with _pool_lock:
         if _pool is None:
             pool = ThreadPoolExecutor(count_cores(), thread_name_prefix="chasles")
-            # Ctrl-C interrupts only the main thread. A thread whose start is interrupted would
-            # never end and keep the program from exiting.
+            # Ctrl-C interrupts only the main thread. If Ctrl-C interrupted the start of a thread,
+            # the thread would never end. The program could then not exit.
             starter = threading.Thread(target=_start_threads, args=(pool,))
             starter.start()
             starter.join()

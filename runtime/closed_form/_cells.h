@@ -22,7 +22,7 @@ typedef struct {
     double scale[MAX_JOINTS];
 } Cells;
 
-/* Creates the cells for k solutions. Returns -1 on error. */
+/* Creates the cells for k solutions with n coordinates. Returns -1 on error. */
 static inline int cells_new(Cells *cells, npy_intp k, npy_intp n, const double *turn,
                             const double *tolerance)
 {

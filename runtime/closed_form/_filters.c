@@ -147,7 +147,8 @@ static int read_limits(PyObject *given, npy_intp n, Limits *limits)
     return 0;
 }
 
-/* windings(q, valid, limits) of the module: q and valid of all windings. */
+/* windings(q, valid, limits) of the module: returns q and valid with one solution slot for each
+ * winding. */
 static PyObject *windings(PyObject *Py_UNUSED(module), PyObject *args)
 {
     PyObject *given_q, *given_valid, *given, *q, *valid;
@@ -210,8 +211,8 @@ typedef struct {
     npy_intp slot;
 } Ranked;
 
-/* Returns a solution with its distance from the seed. A distance above `enough` may be a lower
- * bound. */
+/* Returns a solution with its distance from the seed. If the distance is greater than `enough`, the
+ * result may be a lower bound of the distance. */
 static Ranked ranked(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot,
                      uint64_t enough)
 {
@@ -365,8 +366,9 @@ static void clear_repetitions(const Slots *slots, npy_intp pose, Cells *cells, c
     }
 }
 
-/* Tests whether all groups hold different solutions. A group contains one solution with its full
- * turns. Returns false without a comparison if there are many groups. */
+/* Tests whether all groups of slots contain different solutions. The slots of a group differ only
+ * by full turns. If there are more than MAX_GROUPS groups, the function compares nothing and
+ * returns 0. */
 static int are_groups_distinct(const Slots *slots, npy_intp pose, npy_intp group,
                                const double *whole, const double *tolerance)
 {

@@ -35,8 +35,8 @@ class AssemblyModes(NamedTuple):
         theta: (..., k, n_theta) joints of the main chain [rad or m].
         valid: (..., k) whether a slot holds a mode. Rod lengths are accurate to 1e-12 of the
             platform size.
-        margin: (..., k) the determinant of J_x divided by its row norms (dimensionless). It is 0 if
-            the platform is singular and two modes meet.
+        margin: (..., k) the determinant of J_x divided by its row norms (dimensionless). The margin
+            is 0 if the platform is singular. Two assembly modes are then equal.
         complete: (...,) whether all modes were certainly found.
     """
 
@@ -67,7 +67,8 @@ class PlatformMethods(RobotFacts):
 
         Returns:
             `T (..., k, 4, 4)`, `theta (..., k, n_theta)`, `valid (..., k)`, `margin (..., k)` and
-            `complete (...,)`. Planar modes are sorted by phi, other modes by descending height.
+            `complete (...,)`. Assembly modes of a planar platform are sorted by phi. Assembly modes
+            of a spatial platform are sorted by height, highest first.
 
         Source:
             Planar: Gosselin, Sefrioui and Richard 1992. Six rods: Wampler, Forward displacement

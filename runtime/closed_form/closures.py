@@ -20,7 +20,7 @@ _PLANAR = ["prismatic", "prismatic", "revolute"]
 
 
 class ChainBranches(NamedTuple):
-    """All configurations of the main chain at the same actuated coordinates.
+    """All configurations of the main chain for one vector of actuated coordinates.
 
     Attributes:
         theta: (..., k, n_theta) main-chain joints [rad or m]. NaN if the loops cannot be closed.
@@ -34,7 +34,7 @@ class ChainBranches(NamedTuple):
 
 
 class ActuatorBranches(NamedTuple):
-    """All actuated coordinates at the same joints of the main chain.
+    """All vectors of actuated coordinates for one configuration of the main chain.
 
     Attributes:
         q: (..., k, n) actuated coordinates [rad or m]. NaN if the loops cannot be closed.
@@ -58,7 +58,7 @@ def has_leg_inverse(robot: RobotFacts) -> bool:
 
 
 def is_planar_with_inverse(robot: RobotFacts) -> bool:
-    """Test for a planar platform with a leg inverse."""
+    """Test whether a robot is a planar platform whose legs have inverse kinematics."""
     return is_planar(robot) and has_leg_inverse(robot)
 
 
@@ -81,8 +81,8 @@ class LoopMethods(NewtonMethods):
     def loops_close(self, q: ArrayLike) -> BoolArray:
         """Test (...,) whether loops can be closed at q (..., n) [rad or m], dead points included.
 
-        Limits are ignored. Loops without a dead point can be closed everywhere. Parallelograms are
-        an example. For loops without a closed form, Newton's method must reach q from the reference
+        Limits are ignored. Loops without a dead point, such as parallelograms, can be closed
+        everywhere. For loops without a closed form, Newton's method must reach q from the reference
         configuration. The result is False for an input that is not finite.
         """
         if (guard := self._roles.get(("margin", "actuators", ""))) is not None:
@@ -95,7 +95,7 @@ class LoopMethods(NewtonMethods):
 
         `actuators` reads only some of the joints theta (..., n_theta) [rad or m]. The result is
         False if the loops exclude theta, or if theta is on another branch than the reference
-        configuration. It is also False for an input that is not finite.
+        configuration. The result is also False if theta is not finite.
         """
         rows = real_array(f"{self.name}.chain_closes", "theta", theta)
         batch, is_closed = np.atleast_2d(rows), np.isfinite(rows).all(-1)

@@ -20,12 +20,15 @@ from .solutions import Solutions, solutions_of
 _OTHER_VALUES = (0.5, 1.1, 1.9)
 """Values [rad or m] of a fixed joint.
 
-A relation between axes is general if it holds for all of them.
+A relation between joint axes is general if the relation holds for all these values of the fixed
+joint.
 """
 _OTHER_RATES = (0.4, 0.73)
-"""The other joints are at multiples of these values. A relation must hold for both."""
+"""Joints that are not fixed are at multiples of one of these values. A relation between joint axes
+must hold for both values."""
 _SEARCH = 16
-"""Number of Newton steps from each start. Only configurations near a solution continue."""
+"""Number of Newton steps from each start. Further Newton steps refine only configurations near a
+solution."""
 _TURNS = 96
 """Number of start configurations with random revolute joints per solution slot."""
 
@@ -35,9 +38,9 @@ class CompleteInverse:
     """An inverse for fixed joints that also solves degenerate structures of the other joints.
 
     At some values of a fixed joint, the axes next to it are parallel, at right angles or in a
-    plane. Formulas for oblique axes then miss solutions. Newton's method finds these solutions. It
-    starts from the slots at this value, from the slots at a slightly different value, and from
-    random revolute joints.
+    plane. At these values, formulas for oblique axes miss solutions. Newton's method finds the
+    missing solutions. Newton's method starts from the slots at the value of the fixed joint, from
+    the slots at a slightly different value, and from random revolute joints.
 
     Attributes:
         names: The fixed joints.

@@ -68,7 +68,8 @@ class FixedJoints:
         is_own = set(names) == set(self._parameters)
         solve = self._with_parameters if is_own else self._derived(names)
         indices: tuple[int, ...] = ()
-        if is_own and not self.manifest.loops.chain:  # a derived inverse is complete
+        # An inverse that was derived for `names` misses no solution.
+        if is_own and not self.manifest.loops.chain:
             indices = tuple(self._joints.index(name) for name in names)
         fk_jacobian = self._with_role("pose and jacobian", "actuators")
         inverse = CompleteInverse(names, solve, fk_jacobian, indices)
@@ -162,7 +163,7 @@ class FixedJoints:
 def derived_inverse(
     manifest: Manifest, robot_of: Callable[[Manifest], Any], names: tuple[str, ...], function: str
 ) -> Function[Solutions]:
-    """Return an inverse for fixed joints. It is derived if the cache does not contain it."""
+    """Return an inverse for fixed joints. The inverse is derived if it is not in the cache."""
     origin = description_of(manifest.folder)
     if origin is None:
         raise DerivationError(

@@ -124,14 +124,15 @@ class NearestMethods(RobotFacts):
             fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping from
                 joints to values (...). For joints that are not in `robot.redundancy`, an inverse is
                 derived on first use.
-            limits: "robot", None for no limits, or (n, 2) limits. For a coupled robot, joints keep
-                their limits unless the value is None. A joint that exceeds a limit by rounding is
-                set to the limit.
+            limits: "robot", None for no limits, or (n, 2) limits of the coordinates. For a coupled
+                robot, the joints also keep their own limits unless `limits` is None. A joint that
+                exceeds a limit by rounding is set to the limit.
             weights: (n,) weights of the displacements. A coordinate with weight 0 is ignored.
             redundancy: How the redundancy parameters are selected. "fixed" keeps the values at
                 `q_seed`. "nearest" minimizes the distance over the self-motion. "limits" and
-                "manipulability" select a parameter value: its solution nearest to `q_seed` is as
-                far as possible from limits or singularities.
+                "manipulability" compare the solutions nearest to `q_seed` for all parameter values.
+                "limits" selects the solution farthest from the joint limits, and "manipulability"
+                the solution farthest from singularities.
             out: Four arrays for q, residual, margin and valid. None for a new array.
             threads: The number of threads for a large batch; "all" is one per core.
 
@@ -160,7 +161,9 @@ class NearestMethods(RobotFacts):
 
     @needs("fk_jacobian_mixed")
     def ik_refine(self, T: ArrayLike, q_seed: ArrayLike) -> LeastSquares:
-        """Refine nearby coordinates by Newton's method. They may be the solution of a nominal arm.
+        """Refine coordinates near a solution by Newton's method.
+
+        The coordinates may be a solution of a nominal arm.
 
         Args:
             T: (..., 4, 4) poses of the tool in the base frame.

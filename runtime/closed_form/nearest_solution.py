@@ -66,7 +66,10 @@ def nearest_type(tolerance: float) -> type[NearestSolution]:
 
 
 def limited_type(tolerance: float, limited: BoolArray) -> type[NearestSolution]:
-    """Return the class of results whose limits excluded the solutions (...,) of rounded poses."""
+    """Return the result class for rounded poses.
+
+    ``limited`` (...,) marks poses whose solutions all violate the limits.
+    """
     return _made(tolerance, limited[()])
 
 
@@ -86,8 +89,8 @@ class Moves:
     """The distance and the limits for selecting a solution.
 
     Attributes:
-        lower: (n,) lower limits [rad or m], -inf for none. For a coupled robot (n + m,), with the
-            limits of its m joints.
+        lower: (n,) lower limits of the coordinates [rad or m], -inf for none. For a coupled robot
+            with m joints, the shape is (n + m,): the lower limits of the joints follow.
         upper: Upper limits, inf for none.
         scale: (n,) weights of the displacements.
         turn: (n,) the period 2 pi of coordinates that wrap, otherwise 0.
@@ -100,7 +103,7 @@ class Moves:
 
     @property
     def arrays(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Lower and upper limits, scales and periods for the compiled selection."""
+        """The arguments of the selection in C: lower limits, upper limits, weights and periods."""
         return self.lower, self.upper, self.scale, self.turn
 
     def distance(self, q: FloatArray, q_seed: FloatArray) -> FloatArray:

@@ -30,7 +30,8 @@ from .task_components import Task, inverse_for
 Reason = Literal["", "no solution", "jump", "limit"]
 _TURN, _FREE = 2 * math.pi, 3
 _BLOCK = 8
-"""Number of poses in the first block of a solution slot. Each complete block doubles the number."""
+"""Number of poses that the path first tries to follow within one solution slot. If the path stays
+in the slot for the whole block of poses, the next block has twice as many poses."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +46,8 @@ class JointPath:
         reason: Why the path ended. "" if complete; "no solution" if no branch reaches the next
             pose; "jump" if every solution needs a larger joint displacement than allowed; "limit"
             if the branch continues beyond a limit.
-        coordinate: The coordinate that jumps or exceeds a limit, otherwise "". A coupled arm may
-            name a joint.
+        coordinate: The coordinate that jumps or exceeds a limit, otherwise "". For a coupled arm,
+            this name may be the name of a joint.
         next_value: The next value of this coordinate or joint; NaN if the path is complete.
         min_margin: The smallest margin on the path. NaN if no pose was reached. The margin is 0 at
             a stretched elbow, but not at aligned wrist axes.
@@ -109,7 +110,8 @@ class InverseMethods(RobotFacts):
             InputTypeError: If `fixed` is not a mapping.
             InputValueError: If a name is unknown, or if more or fewer than 3 revolute joints are
                 free.
-            DerivationError: If adjacent free joints are parallel, or a joint is mimic or helical.
+            DerivationError: If adjacent free joints are parallel, or if a joint is a mimic joint or
+                a helical joint.
         """
         label = f"{self.name}.ik_orientation"
         if not isinstance(fixed, Mapping):
@@ -162,8 +164,9 @@ class InverseMethods(RobotFacts):
             redundancy: How the redundancy parameters are selected, as in `ik_nearest`. "fixed"
                 keeps the parameters. Other values select new parameters at each pose, among the
                 solutions within `max_step` of the previous configuration.
-            max_step: Maximum joint displacement between successive poses [rad or m]. The default is
-                0.5 rad, for prismatic joints 0.5 `unit_length`.
+            max_step: Maximum joint displacement between successive poses [rad or m]. By default,
+                the maximum is 0.5 rad for revolute joints, and 0.5 `unit_length` for prismatic
+                joints.
 
         Returns:
             The coordinates up to the end of the path, and the reason for the end.
@@ -273,7 +276,8 @@ class InverseMethods(RobotFacts):
             moves = q - q_seed
         best = _least(moves / facts_of(type(slots)).units, allowed.valid)
         q = q_seed + moves[best]
-        # The index refers to `inside`, where each full turn has its own slot.
+        # `best` is an index into `allowed`. In `inside`, each full turn of a solution has its own
+        # slot.
         step = _Step(q, float(allowed.margin[best]))
         return step if allowed is inside else self._beyond(q, type(slots))
 

@@ -36,11 +36,11 @@ _LESS, _MORE = 0.1, 100.0
 _MANY = 64
 """Minimum number of rows for which array operations are faster than LAPACK."""
 BLOCK = 4096
-"""Number of rows per iteration. The data then fit into the processor cache."""
+"""Number of rows per iteration. The arrays for this many rows fit into the processor cache."""
 
 
 def of_pose(pose: FloatArray, J: FloatArray, T: FloatArray) -> Measured:
-    """Return the twist between two poses as error."""
+    """Return the Jacobian, the error as the twist between two poses, and the residual."""
     error, residual = _twist(pose, T)
     return J, error, residual
 

@@ -1,4 +1,4 @@
-"""Refinement of targets that have no valid solution slot but a small residual.
+"""Refines solutions for targets that have no valid solution slot but a small residual.
 
 If several solution steps are nearly singular, a closed form loses digits or misses a solution;
 Newton's method recovers this solution. Rounded poses get least-squares solutions
@@ -53,7 +53,8 @@ _Fields = tuple[FloatArray, FloatArray, BoolArray]
 _SEARCH = 12
 """Maximum number of steps from a distant solution slot.
 
-Only slots that come near a solution continue. At a double solution, a step divides the error by 4.
+After these steps, only slots near a solution are refined further. At a double solution, a step
+divides the error by 4.
 """
 _ROUNDED_STEPS = 8
 """Number of steps to a least-squares solution of a rounded pose.
@@ -65,7 +66,8 @@ _GROWTH = 10.0
 _ASIDE = 0.25
 """Maximum fraction of the squared error in singular directions.
 
-At the workspace boundary, the fraction is 1.
+For a pose outside the workspace boundary, the whole error is in a singular direction, so the
+fraction is 1.
 """
 _VALUES = 16
 """Number of values per turn at which a joint is fixed."""
@@ -79,8 +81,8 @@ class Refinement:
         fk_jacobian_mixed: The function ``fk_jacobian_mixed`` of the robot.
         fixed: Indices of coordinates that keep their values.
         unit: The unit length [m] of the robot, used by the iteration.
-        task: The task of the inverse.
-        judged: The unit length [m] of residuals and tolerances. Some tasks use 1.
+        task: The task of the inverse: a pose, or the prescribed components of a pose.
+        judged: The unit length [m] of residuals and tolerances. Some tasks use 1 m.
         searches: Whether all solution slots are refined, because the closed form misses solutions.
         is_determined: Whether all inputs of the inverse are coordinates. A self-motion would change
             a swivel angle, which is not a coordinate.
@@ -111,9 +113,11 @@ class Refinement:
         some = tried.any(-1)
         enough = np.full(missed.shape, SOLVED * self.judged)
         enough[some] = self.enough(targets[some])
-        # An exact translation may look rounded. A nearby solution would then be wrong.
+        # An exact translation may look rounded. A tolerance for rounded poses would then accept a
+        # solution for a different pose.
         is_doubtful = np.asarray(enough > SOLVED * self.judged)
-        if is_doubtful.any():  # No target of a part of a pose counts as rounded.
+        # If the task prescribes only a part of the pose, no target counts as rounded.
+        if is_doubtful.any():
             is_doubtful[is_doubtful] = self._is_at_right_angles(targets[is_doubtful])
         asked = np.where(is_doubtful, SOLVED * self.judged, enough)
         fields = q, residual, valid
@@ -151,9 +155,10 @@ class Refinement:
     ) -> BoolArray:
         """Test which poses (...,) without a solution are reachable.
 
-        Such poses are parallel to the axes and have a rounded translation. At the workspace
-        boundary, the error of the nearest solution slot is in the singular direction. A reachable
-        pose has another error direction, or two singular directions.
+        Only poses with a rounded translation and axes parallel to the base axes are tested. If a
+        pose is outside the workspace boundary, the error of the best solution slot is in the
+        singular direction of the Jacobian. If a pose is reachable, the error has a different
+        direction, or the Jacobian has two singular directions.
         """
         found = np.zeros(missed.shape, dtype=bool)
         if self.task.components or not missed.any():
@@ -197,7 +202,9 @@ class Refinement:
     ) -> None:
         """Refine N slots for targets (N, ...) in place, to residuals of at most ``enough`` (N,).
 
-        In the rows ``aside`` (N,), joints are also fixed for slots with large residuals.
+        If a slot is not solved and its residual is near a minimum, a search fixes a joint at
+        several values. If ``aside`` (N,) is True for a row, this search also includes slots with
+        large residuals.
         """
         target, (q, _, valid) = self._rigid(target), fields
         found, left = self._tried(target, q[slots], slots, fields, enough)
@@ -391,9 +398,9 @@ def _residual(here: FloatArray, there: FloatArray, unit: float) -> FloatArray:
 def descent_starts(gradients: Gradients, q: FloatArray, free: list[int]) -> DescentStarts:
     """Return start configurations on both sides of saddles of f = |e|^2 / 2.
 
-    Two solutions that nearly merge have a saddle between them. Newton's method stalls there,
-    because the gradient -J^T e is 0. The direction of lowest curvature of f leads to both solutions
-    (Nocedal and Wright, Numerical Optimization, ch. 3.4).
+    Two solutions that nearly merge have a saddle between them. Newton's method stalls at the
+    saddle, because the gradient -J^T e is 0. The direction of lowest curvature of f leads to both
+    solutions (Nocedal and Wright, Numerical Optimization, ch. 3.4).
     """
     f, g = gradients(np.arange(len(q)), q)
     error = np.sqrt(2 * f)

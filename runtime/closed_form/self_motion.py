@@ -1,8 +1,9 @@
 """The best redundancy parameters over the self-motion of a redundant robot.
 
-Samples cover the parameter ranges. They are denser where a small change of a parameter moves joints
-far, as near a wrist singularity. Random steps start from the best samples. A failure halves the
-steps. Steps in fixed directions would stop at limits, where the optimum often lies.
+Samples cover the parameter ranges. Samples are denser if a small change of a parameter moves joints
+far, for example near a wrist singularity. Random steps start from the best samples. If no random
+step improves the result, the step length is halved. Steps in fixed directions would stop at limits,
+where the optimum often lies.
 """
 
 from __future__ import annotations
@@ -25,9 +26,10 @@ Objective = Callable[[FloatArray, FloatArray], FloatArray]
 """A function of coordinates (N, n) and seeds (N, n), whose values (N,) are maximized."""
 
 _SAMPLES = {1: 64, 2: 20, 3: 12}
-"""Samples per parameter, for each number of parameters."""
+"""Number of samples for each redundancy parameter. The keys are the number of redundancy
+parameters."""
 _FEW = 4
-"""Samples per parameter for larger numbers of parameters."""
+"""Number of samples for each redundancy parameter of a robot with more than three parameters."""
 _FRACTIONS = np.linspace(0, 1, 5)
 """Positions of samples between two samples of a parameter, as fractions of their distance."""
 _INTERVALS = 16
@@ -35,7 +37,8 @@ _INTERVALS = 16
 _STARTS = 8
 """Number of best samples that are refined."""
 _DIRECTIONS = 5
-"""Number of random steps from a sample for one parameter. For p parameters, its p-th power."""
+"""Number of random steps from each sample of a robot with one redundancy parameter. For p
+redundancy parameters, the number of random steps is ``_DIRECTIONS`` to the power p."""
 _MAX_ROWS = 100_000
 """Maximum number of rows that are solved at once."""
 
@@ -126,7 +129,8 @@ class _Search:
             moves = np.where(np.diff(inner) > SELF_MOTION_GAP, moves, 0.0)
             parts = inner[..., :-1], inner[..., 1:], moves
             low, high, moves = (part.reshape(len(values), -1) for part in parts)
-            # Where rounding errors move the joints, even the shortest intervals exceed the limit.
+            # If rounding errors move the joints, even the shortest intervals exceed
+            # SELF_MOTION_MOVE.
             order = np.argsort(-moves, 1, kind="stable")[:, :_INTERVALS]
             is_far = np.take_along_axis(moves, order, 1) > SELF_MOTION_MOVE
             ends = (np.take_along_axis(end, order, 1) for end in (low, high))

@@ -5,7 +5,8 @@
  * threads= on parts of the batch (threads.py). Arguments with __array_ufunc__ are passed to
  * overrides.py.
  *
- * An inverse of poses has its redundancy parameters in fixed=. Python handles other fixed joints.
+ * In a call of inverse kinematics, fixed= contains the redundancy parameters. If fixed= contains
+ * other joints, Python handles the call.
  */
 #include <string.h>
 
@@ -129,8 +130,8 @@ static void run_dense_rows(const Kernel *kernel, npy_intp n, double **memory)
                     steps + kernel->n_inputs);
 }
 
-/* Runs the kernel on dense batches of one shape, into new arrays. This is faster than the ufunc
- * for few poses. */
+/* Runs the kernel on dense batches of one shape, into new arrays. For few poses, this function is
+ * faster than the ufunc. */
 static PyObject *call_dense(const Function *self, PyObject *const *inputs, const npy_intp *batch,
                             int ndim)
 {
@@ -259,7 +260,7 @@ static PyObject *call_broadcast(Function *self, PyObject *const *inputs, PyObjec
     const Kernel *kernel = self->kernel;
     PyObject *results[MAX_OPERANDS];
     npy_intp n = PyArray_OverflowMultiplyList((npy_intp *)batch->dims, batch->ndim);
-    int large = is_large(kernel, n); /* the count is 0 after an overflow (n is -1) */
+    int large = is_large(kernel, n); /* n is -1 if the number of poses overflows */
     if (large && new_large_results(kernel, batch, outs, results) < 0) {
         return NULL;
     }
@@ -330,7 +331,8 @@ static PyObject *call_general(Function *self, PyObject *const *inputs, PyObject 
     return result;
 }
 
-/* Calls the kernel with one object for each input. The fastest of the three functions is used. */
+/* Calls the kernel with one object for each input. Uses the fastest applicable function:
+ * call_single, call_dense or call_general. */
 static PyObject *call_bound(Function *self, PyObject *const *inputs, PyObject *const *outs,
                             long threads)
 {

@@ -7,7 +7,7 @@
 #include "call/kernel/compiled_library.h"
 #include "call/kernel/ufunc_loop.h"
 
-/* The objects that a Function owns. Some may be NULL. */
+/* The objects that a Function owns. Some of these members may be NULL. */
 static const size_t OWNED[] = {
     offsetof(Function, ufunc),   offsetof(Function, name),       offsetof(Function, label),
     offsetof(Function, doc),     offsetof(Function, signature),  offsetof(Function, inputs),
@@ -23,8 +23,9 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
     return 0;
 }
 
-/* The type has no tp_clear, because a call needs all members until it ends. All members are
- * older than the object, so every reference cycle contains another object that can be cleared. */
+/* The type has no tp_clear, because a call needs all members until it ends. All members are created
+ * before the Function, so a member refers to the Function only through an object that changes
+ * later. The garbage collector breaks reference cycles at this object. */
 static void function_dealloc(Function *self)
 {
     PyObject_GC_UnTrack(self);

@@ -25,7 +25,8 @@ typedef struct {
     int is_fast; /* whether C handles calls without options */
 } Nearest;
 
-/* Writes the redundancy parameters of a seed, the inputs of the inverse after the pose. */
+/* Writes the redundancy parameters of a seed to `values`. The redundancy parameters are the inputs
+ * of the inverse after the pose. */
 static void write_parameters(const Nearest *self, const double *q_seed, double *values)
 {
     if (PyTuple_CheckExact(self->parameters)) {
@@ -195,7 +196,8 @@ static int nearest_traverse(Nearest *self, visitproc visit, void *arg)
     return 0;
 }
 
-/* The type has no tp_clear, because all members are older than the object. */
+/* The type has no tp_clear, because all members are created before the Nearest object (see
+ * function_dealloc). */
 static void nearest_dealloc(Nearest *self)
 {
     PyObject_GC_UnTrack(self);
@@ -215,7 +217,7 @@ static PyObject *nearest_reduce(Nearest *self, PyObject *Py_UNUSED(ignored))
     return Py_NewRef(self->reduced);
 }
 
-/* Tests whether the redundancy parameters of the inverse follow from a seed. */
+/* Tests whether the redundancy parameters of the inverse can be computed from a seed. */
 static int parameters_fit(const Nearest *self)
 {
     const Kernel *kernel = ((const Function *)self->inverse)->kernel;

@@ -1,7 +1,7 @@
 /* Nearest, the Python object that implements robot.ik_nearest.
  *
- * If a call has only poses and seeds, C runs both the inverse and the compiled selection. Python
- * handles options, and poses that need refinement or an error. */
+ * If a call has only poses and seeds, C runs the inverse and selects the nearest solutions. Python
+ * handles calls with options, poses that need refinement, and matrices that are not poses. */
 #pragma once
 
 #include "call/function/function.h"

@@ -4,7 +4,7 @@
 
 #include "numerics/_rigid.h"
 
-#define MAX_SLOTS 64 /* maximum number of solution slots of a pose for the selection */
+#define MAX_SLOTS 64 /* maximum number of solution slots per pose that C can select from */
 
 /* Solves for a block of rows. If the first pose is rounded, or a solution is inexact, the inverse
  * projects all poses before the selection. */

@@ -27,14 +27,14 @@ static inline npy_intp coordinates_of(const Kernel *kernel)
     return kernel->operands[kernel->n_inputs].dims[1];
 }
 
-/* Tests whether a row needs refinement, or an error because its matrix is not a pose. */
+/* Tests whether Python must handle a row. The row needs refinement, or its matrix is not a pose. */
 static inline int is_unsettled(const Function *inverse, int slot, double residual)
 {
     return slot < 0 && ((inverse->refinement && residual <= inverse->near) || residual > DBL_MAX);
 }
 
-/* Tests whether the function is an inverse with a compiled selection. Its solution slots must
- * fit the scratch memory. */
+/* Tests whether C can select the nearest solution of the inverse. The solution slots of one pose
+ * must fit the scratch memory. */
 int can_select(const Function *inverse);
 
 /* Reads the distance metric, four arrays (n,). Returns -1 on error. */

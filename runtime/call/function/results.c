@@ -18,7 +18,7 @@ enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS }
 /* Facts about the poses of a batch that have no valid branch. */
 typedef struct {
     int refine;  /* some residual is at most `near`, so that refinement is useful */
-    int no_pose; /* some residual is infinite: no pose, or another assembly mode */
+    int no_pose; /* some residual is infinite: not a pose, or a pose of another assembly mode */
 } Unsettled;
 
 /* Examines the poses without a valid branch, among n poses with k branches each. */
@@ -81,7 +81,8 @@ static int refuse_poses(const Function *self, PyObject *T)
     return answer ? 0 : -1;
 }
 
-/* Calls the refinement, which changes the results and valid in place. Returns -1 on error. */
+/* Calls the refinement, which changes the arrays `results` and `valid` in place. Returns -1 on
+ * error. */
 static int refine_branches(const Function *self, PyObject *const *inputs, PyObject **results,
                            PyObject *valid)
 {

@@ -19,7 +19,7 @@ PyObject *pack_branches(const Function *self, PyObject *const *inputs, PyObject 
 PyObject *branches_of_ufunc(const Function *self, PyObject *const *inputs, PyObject *result);
 
 /* Packs results, unless the guard raises an error for values in `memory` that are not finite. This
- * function is not inlined, to keep calls of functions without a guard short. */
+ * function is not inlined, so that the code for functions without a guard stays short. */
 PyObject *pack_guarded(Function *self, PyObject *const *inputs, double *const *memory,
                        PyObject **results, PyObject *const *outs);
 

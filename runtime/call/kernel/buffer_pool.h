@@ -13,9 +13,10 @@
 /* Prepares the memory handler. Returns -1 on error. */
 int buffer_pool_init(void);
 
-/* Returns a new array of doubles in a block, or in memory of the program's own memory handler. */
+/* Returns a new array of doubles in a block of the pool. If the program has set a NumPy memory
+ * handler, this handler allocates the array instead. */
 PyObject *new_large(int ndim, npy_intp *dims);
 
-/* release_memory() of the module: returns all blocks of the pool to the system. The result is
- * their size [B]. */
+/* release_memory() of the module: returns all blocks of the pool to the system. The result is the
+ * total size of these blocks [B]. */
 PyObject *release_memory(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(ignored));

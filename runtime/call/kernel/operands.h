@@ -28,13 +28,13 @@ typedef struct {
                  double *const *outputs, const ptrdiff_t *output_steps);
     const chasles_kernel *entry; /* addresses in the library */
     int n_inputs, n_outputs, n_operands;
-    PosesOf poses;                  /* test of the poses in the first input, if it is an inverse */
+    PosesOf poses;                  /* for an inverse: the test of the poses in the first input */
     double unit;                    /* [m] the length that is equivalent to one radian */
     const chasles_kernel *fk;       /* computes residuals if the unit is not 1 m, otherwise NULL */
     Operand operands[MAX_OPERANDS]; /* inputs, then outputs */
     PyObject *library;              /* kept open */
     PyObject *label;                /* "ur5e.fk", for messages */
-    /* A ufunc stores these pointers, so the kernel owns their memory. */
+    /* A ufunc stores pointers to the members below, so the kernel owns their memory. */
     char *ufunc_name, *ufunc_doc;
     PyUFuncGenericFunction ufunc_loops[1];
     void *ufunc_data[1];
@@ -47,7 +47,7 @@ Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *lab
                    PyObject *inputs, PyObject *outputs);
 
 /* Marks the kernel as an inverse of poses, with forward kinematics (or NULL) and the unit length.
- * Returns -1 on error if the operands do not fit such an inverse. */
+ * Returns -1 on error if the operands are not the operands of an inverse of poses. */
 int set_poses(Kernel *kernel, int poses, const chasles_kernel *fk, double unit);
 
 void kernel_free(Kernel *kernel);

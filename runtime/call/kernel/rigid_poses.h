@@ -1,8 +1,9 @@
 /* Inverses of rounded poses (single precision or printed digits).
  *
- * A pose counts as rigid if a residual is at rounding level. Other poses are tested. Nearly
- * rigid poses are projected and solved again. All other matrices lead to NaN and infinite
- * residuals. For general arms, each matrix is tested first.
+ * A pose counts as rigid if the residual of one of its solutions is at rounding level. A pose
+ * without such a solution is tested for rigidity. Nearly rigid poses are projected and solved
+ * again. Matrices that are not nearly rigid lead to NaN and infinite residuals. For general arms,
+ * each matrix is tested before the solution.
  *
  * If the unit length is not 1 m, residuals are computed again as the larger of the distance and
  * the angle times the unit length. */
@@ -16,8 +17,8 @@
 /* The outputs of an inverse. */
 enum { SLOTS_Q, SLOTS_RESIDUAL, SLOTS_MARGIN };
 
-/* Tests whether four numbers differ from 0 0 0 1. The bits are compared, which is faster. The
- * shift removes the sign bit of a zero. */
+/* Tests whether four numbers differ from 0 0 0 1. Comparing the bits of the doubles is faster than
+ * comparing the doubles. The shift removes the sign bit of a zero. */
 static inline int differs_from_last_row(const double *row)
 {
     const double one = 1;
@@ -67,7 +68,8 @@ static inline void run_kernel(const Kernel *kernel, const double *const *inputs,
     }
 }
 
-/* Runs the kernel on n rows with these strides, by the code for many poses if it exists. */
+/* Runs the kernel on n rows. `input_steps` and `output_steps` are the distances between successive
+ * rows. The kernel's code for many poses runs if it exists. */
 void run_kernel_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
                      const ptrdiff_t *input_steps, double *const *outputs,
                      const ptrdiff_t *output_steps);

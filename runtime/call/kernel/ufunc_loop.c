@@ -51,9 +51,10 @@ static void copy_elements(const Operand *operand, const npy_intp *strides, char 
     }
 }
 
-/* Tests whether the kernel needs a copy of an operand. Its elements may not be dense, or an
- * input may share memory with an output. NumPy copies overlapping operands, except an input that
- * is also the output, which is safe for elementwise functions only. */
+/* Tests whether the kernel needs a copy of an operand. The kernel needs a copy if the elements of
+ * the operand are not dense, or if an input shares memory with an output. NumPy copies overlapping
+ * operands, except an input that is also the output, which is safe for elementwise functions
+ * only. */
 static int needs_buffer(const Kernel *kernel, int i, char **args, const npy_intp *core_strides)
 {
     const Operand *operand = &kernel->operands[i];
