@@ -27,7 +27,8 @@ from .families import FAMILIES
 from .families.family import Family
 from .general.general_inverse import GeneralInverse
 from .mechanisms import backward_inverse, leg_inverse
-from .mechanisms.backward_inverse import is_carried
+from .mechanisms.backward_inverse import is_carried, is_carried_arm
+from .mechanisms.carried_arm import carried_arm
 from .mechanisms.carried_wrist import ROTATIONS
 from .mechanisms.leg_chains import leg_chains
 from .polished_inverse import FREEDOMS
@@ -368,6 +369,17 @@ def _of_loops(hybrid: SolvedLoops) -> str:
             f"{message} The pose of the tool determines the wrist center. Each leg keeps a ball "
             f"joint in a plane, so that up to {ROTATIONS} rotations of the platform are roots of a "
             "polynomial. ik solves the legs and the wrist for each rotation."
+        )
+    arm = carried_arm(hybrid) if is_solved else None
+    if arm is not None and is_carried_arm(hybrid):
+        names = [arm.carried.others[k].name for k in sorted(arm.unknown)]
+        given = [hybrid.robot.moving[k].name for k in arm.given]
+        fixed = f" with {listed(given)} fixed" if given else ""
+        found = f"determine {listed(names)}{fixed}" if names else f"hold{fixed}"
+        return (
+            f"{message} Each leg keeps a ball joint in a plane. For a pose of the tool, the three "
+            f"equations of the planes {found}, in up to {arm.solutions} ways. ik solves the legs "
+            "for each of them."
         )
     if is_solved:
         return f"{message} ik solves a pose in this way."

@@ -29,6 +29,15 @@ HEXAPOD = (
     "chasles_solve_six.h",
 )
 SUPPORTS = {
+    "carried_arm": (
+        "chasles_carried_arm.h",
+        "chasles_carried_arm_tolerances.h",
+        "chasles_carried_dixon.h",
+        "chasles_carried_elimination.h",
+        "chasles_closure_modes.h",
+        "chasles_closure_tolerances.h",
+        *CIRCLE,
+    ),
     "carried_wrist": (
         "chasles_carried_wrist.h",
         "chasles_carried_wrist_tolerances.h",

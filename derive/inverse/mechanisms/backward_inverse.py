@@ -41,8 +41,10 @@ from ..tasks.slots import (
     tool_of,
 )
 from ..tool_axis import with_still_axis
-from . import carried_wrist
-from .carried_wrist import CarriedWrist
+from .carried_arm import CarriedArm, carried_arm
+from .carried_arm import missing as missing_arm
+from .carried_platform import keeps_planes
+from .carried_wrist import CarriedWrist, carried_wrist
 from .leg_chains import LegChain, leg_chains
 from .loop_sides import (
     MAX_CHOICES,
@@ -55,6 +57,7 @@ from .loop_sides import (
 from .moving_chain import MovingChain, moving_chain
 from .substitution import substituted
 
+Chain = MovingChain | CarriedWrist | CarriedArm
 WHOLE = 6
 """Degrees of freedom of a platform that only its legs constrain."""
 SIGNS_AT_A_POSE = 16
@@ -83,6 +86,11 @@ def is_carried(h: SolvedLoops) -> bool:
     return isinstance(_chain(h), CarriedWrist)
 
 
+def is_carried_arm(h: SolvedLoops) -> bool:
+    """Whether the inverse finds joints before or on a platform from the planes of its legs."""
+    return isinstance(_chain(h), CarriedArm)
+
+
 def missing(h: SolvedLoops) -> str:
     """Returns the reason why a robot with iterated loops has no ``ik``.
 
@@ -95,15 +103,15 @@ def missing(h: SolvedLoops) -> str:
         return f"the main chain does not determine {listed(h.backward.open)} in closed form"
     if _chain(h):
         return ""
-    reason = "" if carried_wrist.keeps_planes(h) else classify(h.robot, h.terms).missing
-    return f"for the main chain, {reason}" if reason else carried_wrist.missing(h)
+    reason = "" if keeps_planes(h) else classify(h.robot, h.terms).missing
+    return f"for the main chain, {reason}" if reason else missing_arm(h)
 
 
-def _chain(h: SolvedLoops) -> MovingChain | CarriedWrist | None:
+def _chain(h: SolvedLoops) -> Chain | None:
     """Returns the main chain and a structure that solves its pose, or None if none exists."""
     whole = _whole_chain(h)
     moving = moving_chain(h, FAMILIES) if whole is None else None
-    return (whole if moving is None else moving[0]) or carried_wrist.carried_wrist(h)
+    return (whole if moving is None else moving[0]) or carried_wrist(h) or carried_arm(h)
 
 
 def _whole_chain(h: SolvedLoops) -> MovingChain | None:
@@ -133,9 +141,7 @@ def moving_inverses(h: SolvedLoops) -> Inverses | None:
     return Inverses(classification, {"ik": solved})
 
 
-def _inverse(
-    h: SolvedLoops, chain: MovingChain | CarriedWrist, legs: Sequence[LegChain]
-) -> SymbolicFunction:
+def _inverse(h: SolvedLoops, chain: Chain, legs: Sequence[LegChain]) -> SymbolicFunction:
     """Returns the function ``ik``. Each combination of branch signs has a solution slot."""
     function, work = _solved(h, frozenset(), chain, legs)
     settled = _settled(h, function, work, chain, has_legs=bool(legs))
@@ -146,7 +152,7 @@ def _settled(
     h: SolvedLoops,
     function: SymbolicFunction,
     work: Work,
-    chain: MovingChain | CarriedWrist,
+    chain: Chain,
     *,
     has_legs: bool,
 ) -> frozenset[int]:
@@ -171,9 +177,7 @@ def _settled(
     return unused | same | {k for k in without if work.signs[k] in work.sides}
 
 
-def _idle_in_legs(
-    h: SolvedLoops, function: SymbolicFunction, chain: MovingChain | CarriedWrist
-) -> frozenset[int]:
+def _idle_in_legs(h: SolvedLoops, function: SymbolicFunction, chain: Chain) -> frozenset[int]:
     """Returns the branch signs of legs that change no coordinate at a pose with closed loops.
 
     The loops of a platform with all degrees of freedom can be closed at every pose.
@@ -206,17 +210,17 @@ def _has_loops_at_its_ends(mechanism: Mechanism) -> bool:
     return not chain & actuated and all(path in (set(), chain) for path in paths)
 
 
-def _inputs(
-    h: SolvedLoops, chain: MovingChain | CarriedWrist, theta: FloatArray
-) -> list[FloatArray]:
+def _inputs(h: SolvedLoops, chain: Chain, theta: FloatArray) -> list[FloatArray]:
     """Returns the inputs of the inverse after the tool pose, for main-chain joints (N, n)."""
+    if isinstance(chain, CarriedArm):
+        return [theta.T[chain.places]]
     if not isinstance(chain, CarriedWrist):
         return [theta.T[[k]] for k in chain.given]
     (fk,) = lower([chain.platform_pose(h)], "platform")
     return [np.array(fk(theta.T)).reshape(16, -1)]
 
 
-def _poses(h: SolvedLoops, chain: MovingChain | CarriedWrist) -> list[FloatArray]:
+def _poses(h: SolvedLoops, chain: Chain) -> list[FloatArray]:
     """Returns random main-chain poses (16, N) around the reference, and further inputs."""
     (fk,) = lower([of_open_chain("fk", h)], "chain")
     size = h.backward.reference.size
@@ -230,7 +234,7 @@ def _poses(h: SolvedLoops, chain: MovingChain | CarriedWrist) -> list[FloatArray
 def _solved(
     h: SolvedLoops,
     settled: frozenset[int],
-    chain: MovingChain | CarriedWrist,
+    chain: Chain,
     legs: Sequence[LegChain],
 ) -> tuple[SymbolicFunction, Work]:
     """Returns (function without redundant branch signs, solution steps)."""
@@ -267,7 +271,7 @@ def _solved(
         *("ik", work, (pose_argument(h.robot), *arguments)),
         tuple(q[c.name] for c in h.mechanism.coordinates),
         *(unit, residual, IDENTITY),
-        _coordinates(h, chain.given),
+        () if isinstance(chain, CarriedArm) else _coordinates(h, chain.given),
         substituted(terms, margins, theta),
     )
     return function, work

@@ -23,24 +23,19 @@ import sympy as sp
 from ...chain.coordinates import InProportion
 from ...chain.groups import groups
 from ...chain.kinematics import Kinematics
-from ...loops.model.body_frames import pose_along
-from ...loops.model.planes import Loop, loops
 from ...loops.solve.solved_loops import SolvedLoops
-from ...model.mechanism import Closure, Frame
 from ...model.robot import SerialRobot
 from ...model.tolerances import EXACT_STRUCTURE
 from ...terms.symbolic_function import Argument, SymbolicFunction, Tables
-from ...terms.terms import Terms
 from ...terms.vectors import IDENTITY, Vector, cross, dot, subtracted
-from ..arms.loop_arm import structure_of
 from ..chain_solution import solve_chain
 from ..classify import Attempt
 from ..steps.rotations import last_turn, three_turns, two_turns
 from ..steps.target import of_pose
 from ..steps.work import Work
-from ..structure.lines import Axis, Lines, axes_of, home_of, numbers
-from ..structure.words import listed
+from ..structure.lines import Lines, axes_of, home_of, numbers
 from ..tasks.slots import POSE_SYMBOLS, values_of
+from .carried_platform import TURNS, Plane, carried_platform, home
 from .differences import FloatArray
 
 SOLVER = "carried_wrist"
@@ -53,12 +48,6 @@ PLATFORM = Argument(
 )
 ROTATIONS = 8
 """Maximum number of platform rotations at a tool pose."""
-LEGS, LEG_JOINTS, TURNS = 3, 2, 3
-"""Number of legs, joints per leg before its ball joint, and maximum number of wrist joints."""
-FREE = 6
-"""Number of virtual joints of a platform. If the main chain contains a leg instead of virtual
-joints, the leg has five joints.
-"""
 
 
 @dataclass(frozen=True)
@@ -89,15 +78,6 @@ class CarriedWristTables(Tables):
 
 
 @dataclass(frozen=True)
-class Plane:
-    """The plane of a leg: its normal and offset in the base frame, and the ball on the platform."""
-
-    normal: FloatArray
-    offset: float
-    ball: FloatArray
-
-
-@dataclass(frozen=True)
 class CarriedWrist:
     """A main chain that consists of a platform and a wrist.
 
@@ -121,6 +101,12 @@ class CarriedWrist:
 
     given = ()
     """No joint value is an input of the inverse."""
+    solver, solutions, label = SOLVER, ROTATIONS, "platform rotation"
+    """Name of the C solver, its maximum number of solutions, and the name of a solution."""
+
+    def arguments(self) -> tuple[Argument, ...]:
+        """Returns no fixed joint."""
+        return ()
 
     @property
     def center(self) -> FloatArray:
@@ -181,7 +167,7 @@ class CarriedWrist:
             size: Length of the mechanism (meter).
         """
         center = self.center
-        x, y, z, at = _home(self.wrist, self.axes.terms)
+        x, y, z, at = home(self.wrist, self.axes.terms)
         levers = [plane.ball - center for plane in self.planes]
         lengths = [float(np.linalg.norm(lever)) for lever in levers]
         return CarriedWristTables(
@@ -212,100 +198,26 @@ def carried_wrist(h: SolvedLoops) -> CarriedWrist | None:
     Args:
         h: The robot.
     """
-    found = _found(h)
-    return found if isinstance(found, CarriedWrist) else None
-
-
-def missing(h: SolvedLoops) -> str:
-    """Returns the reason why a platform on loops that carries further joints has no ``ik``.
-
-    The text is empty if the chain is a platform with a wrist.
-    """
-    found = _found(h)
-    if isinstance(found, CarriedWrist):
-        return ""
-    actuated = {c.moves for c in h.mechanism.coordinates}
-    coupled = [joint.name for joint in h.robot.moving if joint.name not in actuated]
-    couple = f"the loops couple {listed(coupled)}, so that " if coupled else ""
-    return f"{couple}a pose of the tool does not determine the platform in closed form: {found}"
-
-
-def keeps_planes(h: SolvedLoops) -> bool:
-    """Whether the main chain is a platform with joints, and each leg keeps a ball in a plane."""
-    parts = _parts(h)
-    return not isinstance(parts, str) and not isinstance(_planes(h, parts[0]), str)
-
-
-def _parts(h: SolvedLoops) -> tuple[SerialRobot, SerialRobot] | str:
-    """Returns the joints before and on a platform, or the condition that fails."""
-    m, chain = h.mechanism, h.mechanism.path_to(h.mechanism.tool_body)
-    ends = {frame.body for item in m.loop_joints for frame in (item.a, item.b)}
-    bodies = [joint.link for joint in chain if joint.link in ends]
-    if len(bodies) != 1:
-        return f"the main chain must have one body at which legs end, but it has {len(bodies)}"
-    count = 1 + [joint.link for joint in chain].index(bodies[0])
-    platform = replace(h.robot, joints=h.robot.joints[:count], tool=())
+    carried = carried_platform(h)
+    if isinstance(carried, str) or any(joint.kind != "fixed" for joint in carried.before):
+        return None
+    count = len(h.robot.joints) - len(carried.behind)
     wrist = replace(h.robot, joints=h.robot.joints[count:], base=())
-    if not platform.moving or not wrist.moving:
-        return f"no joint moves {'the' if wrist.moving else 'the tool on the'} body {bodies[0]}"
-    return platform, wrist
-
-
-def _found(h: SolvedLoops) -> CarriedWrist | str:
-    """Returns the platform and the wrist of a main chain, or the condition that fails."""
-    parts = _parts(h)
-    if isinstance(parts, str):
-        return parts
-    platform, wrist = parts
     axes = Lines(h.terms, axes_of(wrist, h.terms))
-    planes = _planes(h, platform)
-    why = planes if isinstance(planes, str) else _unlike_wrist(wrist, axes)
-    if isinstance(planes, str) or why:
-        return why
-    needed, body = LEGS + len(axes.axes), platform.joints[-1].link
-    if len(h.q) != needed:
-        return f"the robot must have {needed} actuated coordinates, but it has {len(h.q)}"
-    structure, center = structure_of(platform, h.terms), _center(axes)
-    least = min(float(np.linalg.norm(plane.ball - center)) for plane in planes)
-    if structure is None:
-        return f"the pose of {body} does not determine its joints in closed form"
+    if not _meet(axes):
+        return None
+    least = min(float(np.linalg.norm(plane.ball - _center(axes))) for plane in carried.planes)
     if least <= EXACT_STRUCTURE * h.numbers.size:
-        return f"the axes of {listed(_names(wrist))} meet in the center of a ball joint"
-    return CarriedWrist(h.robot, platform, wrist, *structure, axes, planes)
+        return None
+    structure = carried.lines, carried.found
+    return CarriedWrist(h.robot, carried.platform, wrist, *structure, axes, carried.planes)
 
 
-def _planes(h: SolvedLoops, platform: SerialRobot) -> tuple[Plane, ...] | str:
-    """Returns the planes of the three ball joints, or the condition that fails."""
-    found = {
-        f"the leg that ends at {loop.loop_joint.name}": _plane(h, loop)
-        for loop in loops(h.mechanism)
-    }
-    if len(platform.moving) != FREE:
-        found[f"the leg of {listed(_names(platform))}"] = _plane_of_chain(platform, h.terms)
-    if len(found) != LEGS:
-        return f"the platform must have {LEGS} legs, but it has {len(found)}"
-    planes = tuple(plane for plane in found.values() if plane is not None)
-    if len(planes) == LEGS:
-        return planes
-    others = listed([leg for leg, plane in found.items() if plane is None])
-    return f"each leg must keep a ball joint in a plane, unlike {others}"
-
-
-def _unlike_wrist(wrist: SerialRobot, axes: Lines) -> str:
-    """Returns the condition that the joints on a platform do not meet, or an empty text."""
-    names = _names(wrist)
-    slides = [name for name, axis in zip(names, axes.axes, strict=True) if not axis.turns]
-    if len(names) > TURNS:
-        return f"the platform may carry {TURNS} joints, but it carries {listed(names)}"
-    if slides:
-        return f"the joints on the platform must be revolute, unlike {listed(slides)}"
-    if len(names) > 1 and not axes.meet(*range(len(names))):
-        return f"the axes of {listed(names)} do not meet in one point"
-    return ""
-
-
-def _names(robot: SerialRobot) -> list[str]:
-    return [joint.name for joint in robot.moving]
+def _meet(axes: Lines) -> bool:
+    """Whether one to three revolute axes meet in a point."""
+    if not all(axis.turns for axis in axes.axes) or not 0 < len(axes.axes) <= TURNS:
+        return False
+    return len(axes.axes) == 1 or axes.meet(*range(len(axes.axes)))
 
 
 def _center(axes: Lines) -> FloatArray:
@@ -313,74 +225,6 @@ def _center(axes: Lines) -> FloatArray:
     if len(axes.axes) == 1:
         return axes.axes[0].origin
     return numbers(axes.terms, axes.meeting(0, 1))
-
-
-def _plane(h: SolvedLoops, loop: Loop) -> Plane | None:
-    """Returns the plane in which a leg's end ball moves, or None if the ball is not in a plane."""
-    closure, chain = loop.loop_joint, {joint.name for joint in h.robot.joints}
-    if not isinstance(closure, Closure) or closure.kind != "ball":
-        return None
-    for leg, own, other in (
-        (loop.to_a, closure.a, closure.b),
-        (loop.to_b, closure.b, closure.a),
-    ):
-        if chain.isdisjoint(joint.name for joint in leg):
-            return _plane_of_leg(h, own, other)
-    return None
-
-
-def _plane_of_leg(h: SolvedLoops, own: Frame, other: Frame) -> Plane | None:
-    """Returns the plane in which the ball joint at the end of a leg moves.
-
-    Args:
-        h: The robot.
-        own: The frame of the ball joint on the leg.
-        other: The frame of the ball joint on the platform.
-    """
-    m = h.mechanism
-    joints = tuple(replace(joint, parent="") for joint in m.path_to(own.body))
-    leg = SerialRobot(m.name, joints, base=m.base, tool=own.placement, parameters=m.parameters)
-    axes = axes_of(leg, h.terms)
-    normal = _normal(axes) if len(axes) == LEG_JOINTS else None
-    if normal is None:
-        return None
-    *_, ball = _home(leg, h.terms)
-    _, point = pose_along(m, h.terms, (), other.placement, {})
-    return Plane(normal, float(normal @ ball), numbers(h.terms, point))
-
-
-def _plane_of_chain(platform: SerialRobot, terms: Terms) -> Plane | None:
-    """Returns the plane in which the ball joint of a leg in the main chain moves.
-
-    The last three axes of the leg are the ball joint.
-    """
-    lines = Lines(terms, axes_of(platform, terms))
-    if len(lines.axes) != LEG_JOINTS + TURNS or not all(a.turns for a in lines.axes[LEG_JOINTS:]):
-        return None
-    normal = _normal(lines.axes[:LEG_JOINTS])
-    if normal is None or not lines.meet(*range(LEG_JOINTS, LEG_JOINTS + TURNS)):
-        return None
-    ball = numbers(terms, lines.meeting(LEG_JOINTS, LEG_JOINTS + 1))
-    x, y, z, at = _home(platform, terms)
-    return Plane(normal, float(normal @ ball), np.array([x, y, z]) @ (ball - at))
-
-
-def _normal(axes: Sequence[Axis]) -> FloatArray | None:
-    """Returns the normal of the plane in which the joints of a leg move points, or None."""
-    normal = next((axis.direction for axis in axes if axis.turns), None)
-    return normal if normal is not None and all(_keeps(a, normal) for a in axes) else None
-
-
-def _keeps(axis: Axis, normal: FloatArray) -> bool:
-    """Whether a joint moves points in a plane with this normal."""
-    if axis.turns:
-        return float(np.linalg.norm(np.cross(axis.direction, normal))) <= EXACT_STRUCTURE
-    return axis.kind == "prismatic" and abs(float(axis.direction @ normal)) <= EXACT_STRUCTURE
-
-
-def _home(robot: SerialRobot, terms: Terms) -> list[FloatArray]:
-    """Returns the axes and the origin of the tool with all joints at zero."""
-    return [numbers(terms, column[:3]) for column in home_of(robot, terms).T.tolist()]
 
 
 def _floats(vector: FloatArray) -> tuple[float, ...]:

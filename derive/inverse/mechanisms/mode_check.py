@@ -17,9 +17,10 @@ from ...loops.functions.maps import Maker
 from ...loops.iterated.closure_equations import LoopClosure
 from ...loops.iterated.iteration import STEPS, SYSTEM
 from ...loops.modes.platforms import WrittenMaker
+from ...loops.solve.solved_loops import SolvedLoops
 from ...terms.symbolic_function import NativeSolverFunction, SymbolicFunction, Tables
-from .carried_wrist import PLATFORM, ROTATIONS, carried_wrist
-from .carried_wrist import SOLVER as CARRIED
+from .carried_arm import ARM, CarriedArm, carried_arm
+from .carried_wrist import PLATFORM, CarriedWrist, carried_wrist
 
 IK, LEGS, FK = "ik", "ik_legs", "fk"
 SOLVER = "closure_modes"
@@ -92,27 +93,46 @@ def _checked(closure: LoopClosure, legs: SymbolicFunction) -> NativeSolverFuncti
         SYSTEM * STEPS * slots,
         role=legs.role,
     )
-    carried = carried_wrist(closure.hybrid) if PLATFORM in legs.inputs else None
+    carried = carried_chain(closure.hybrid, legs)
     if carried is None:
         return checked
-    count = ROTATIONS * slots
+    count = carried.solutions * slots
+    h = closure.hybrid
     return replace(
         checked,
         summary=f"Every solution of the inverse kinematics, in {count} slots.",
-        inputs=legs.inputs[:1],
+        inputs=(legs.inputs[0], *carried.arguments()),
         outputs=tuple(replace(r, shape=(count, *r.shape[1:])) for r in checked.outputs),
-        solver=CARRIED,
+        solver=carried.solver,
         tables=carried.tables(slots, q.shape[1], closure.size),
         branches=count,
-        operations=ROTATIONS * checked.operations,
-        role=replace(legs.role, labels=_by_rotation(legs.role.labels)),
+        operations=carried.solutions * checked.operations,
+        role=replace(
+            legs.role,
+            labels=_by_solution(carried, legs.role.labels),
+            fixed=tuple(sorted(coordinates_of(h, carried.given))),
+        ),
     )
 
 
-def _by_rotation(labels: Sequence[str]) -> tuple[str, ...]:
-    """Returns the label of each solution slot of a wrist on a platform."""
+def carried_chain(h: SolvedLoops, legs: SymbolicFunction) -> CarriedWrist | CarriedArm | None:
+    """Returns the platform with other joints whose inverse calls a leg inverse, or None."""
+    names = {argument.name for argument in legs.inputs}
+    if PLATFORM in legs.inputs:
+        return carried_wrist(h)
+    return carried_arm(h) if ARM in names else None
+
+
+def coordinates_of(h: SolvedLoops, joints: Sequence[int]) -> list[int]:
+    """Returns the actuated coordinates of main-chain joints."""
+    moves = [c.moves for c in h.mechanism.coordinates]
+    return [moves.index(h.robot.moving[k].name) for k in joints]
+
+
+def _by_solution(carried: CarriedWrist | CarriedArm, labels: Sequence[str]) -> tuple[str, ...]:
+    """Returns the label of each solution slot."""
     return tuple(
-        ", ".join(filter(None, (f"platform rotation {k + 1}", label)))
-        for k in range(ROTATIONS)
+        ", ".join(filter(None, (f"{carried.label} {k + 1}", label)))
+        for k in range(carried.solutions)
         for label in labels
     )

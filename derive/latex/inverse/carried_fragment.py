@@ -1,39 +1,44 @@
 r"""Prints the rotations of a platform that carries a wrist, and the joints at each rotation."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 
-from ...inverse.mechanisms.carried_wrist import ROTATIONS, CarriedWrist, carried_wrist
+import sympy as sp
+
+from ...inverse.classify import Attempt
+from ...inverse.mechanisms.carried_arm import CarriedArm
+from ...inverse.mechanisms.carried_platform import Plane
+from ...inverse.mechanisms.carried_wrist import ROTATIONS, CarriedWrist
+from ...inverse.mechanisms.differences import FloatArray
 from ...inverse.steps.work import Work
+from ...inverse.structure.lines import Lines
 from ...inverse.structure.words import listed as in_words
 from ...inverse.tasks.slots import POSE_SYMBOLS
+from ...model.robot import SerialRobot
 from ..loops.arms_fragment import arm_inverses, arm_page
 from ..loops.loop_page import LoopPage
 from ..setting.layout import aligned
 from ..setting.names import escape
-from ..setting.page import sentence
+from ..setting.page import listed, sentence
 from .inverse_fragment import arm_steps, method
+from .printed_task import PrintedTask
 
+Solve = Callable[[Work, Sequence[sp.Expr]], list[sp.Expr]]
+Part = tuple[SerialRobot, Solve, Lines, Attempt | None]
+"""An arm, the function that solves it, its axes and their structure."""
 DIGITS = 6
 """Number of printed digits of the planes and of the ball joints."""
 
 
-def carried(page: LoopPage) -> list[str]:
-    """Prints the rotations of the platform, the steps of its joints and the steps of the wrist."""
-    wrist = carried_wrist(page.hybrid)
-    assert wrist is not None
-    names = [escape(joint.name) for joint in wrist.wrist.moving]
-    printed, tasks, first = [], [], 1
-    for robot, solve, lines, found in (
-        (wrist.platform, wrist.place, wrist.lines, wrist.found),
-        (wrist.wrist, wrist.turn, wrist.axes, None),
-    ):
-        work = Work(page.terms)
-        values = solve(work, POSE_SYMBOLS)
-        inverses = arm_inverses(lines, found, robot, work, values)
-        steps, task = arm_steps(arm_page(page, robot), inverses, first)
-        first += len(task.steps)
-        printed.append(steps)
-        tasks.append(task)
+def carried(page: LoopPage, chain: CarriedWrist | CarriedArm) -> list[str]:
+    """Prints the polynomial of a platform with other joints, and the steps of all joints."""
+    if isinstance(chain, CarriedArm):
+        return _arm(page, chain)
+    names = [escape(joint.name) for joint in chain.wrist.moving]
+    (platform, of_platform), (wrist, of_wrist) = _steps(
+        page,
+        (chain.platform, chain.place, chain.lines, chain.found),
+        (chain.wrist, chain.turn, chain.axes, None),
+    )
     axes = f"The axes of {in_words(names)} meet" if names[1:] else f"The axis of {names[0]} passes"
     return [
         sentence(
@@ -41,25 +46,77 @@ def carried(page: LoopPage) -> list[str]:
             r" which the pose of the tool places at $w$. Each of three legs keeps a ball joint"
             r" $b_i$ of the platform in a plane with the unit normal $n_i$ and the offset $d_i$,"
             r" $i = 1, 2, 3$, with",
-            aligned(list(_planes(wrist))),
+            aligned(list(_planes(chain.planes, chain.center))),
         ),
         _ROTATIONS,
-        method(tasks),
+        method((of_platform, of_wrist)),
         r"\paragraph{Joints of the platform.} With $T$ the pose of the platform in the base frame,"
         r" which consists of $R$ and of the position $w - R\,c$:",
-        printed[0],
+        platform,
         r"\paragraph{Joints of the wrist.} With $T$ the pose of the tool relative to the platform:",
-        printed[1],
+        wrist,
     ]
 
 
-def _planes(wrist: CarriedWrist) -> Iterable[tuple[str, list[str]]]:
-    """Returns the equations for the planes and for the ball joints relative to the center."""
-    center = wrist.center
-    for k, plane in enumerate(wrist.planes, 1):
+def _steps(page: LoopPage, *parts: Part) -> list[tuple[str, PrintedTask]]:
+    """Prints the steps of several arms with consecutive numbers."""
+    printed, first = [], 1
+    for robot, solve, lines, found in parts:
+        work = Work(page.terms)
+        values = solve(work, POSE_SYMBOLS)
+        inverses = arm_inverses(lines, found, robot, work, values)
+        printed.append(arm_steps(arm_page(page, robot), inverses, first))
+        first += len(printed[-1][1].steps)
+    return printed
+
+
+def _arm(page: LoopPage, chain: CarriedArm) -> list[str]:
+    """Prints the elimination of joints before and on a platform."""
+    own = chain.carried
+    unknown = [own.others[k] for k in chain.unknown]
+    given = [page.hybrid.robot.moving[k].name for k in chain.given]
+    symbols = {joint.name: f"${page.tex(page.joints[joint.name])}$" for joint in unknown}
+    slides, angles = (
+        [symbols[joint.name] for joint in unknown if joint.kind == kind]
+        for kind in ("prismatic", "revolute")
+    )
+    fixed = f"Fixed inputs are {listed(page.tex(page.joints[name]) for name in given)}."
+    ((platform, of_platform),) = _steps(page, (own.platform, chain.place, own.lines, own.found))
+    joints = f" for {in_words([*symbols.values()])}" if symbols else ""
+    return [
+        sentence(
+            r"Each of three legs keeps a ball joint $b_i$ of the platform in a plane with the unit"
+            r" normal $n_i$ and the offset $d_i$ in the frame of the legs, $i = 1, 2, 3$, with",
+            aligned(list(_planes(own.planes, None))),
+        ),
+        sentence(
+            r"With the pose $B$ of the legs in the base frame and the pose $W$ of the tool relative"
+            r" to the platform, the pose $T$ of the tool gives three equations"
+            rf"{joints},",
+            "\\begin{equation*}\n"
+            r"(n_i, -d_i)\, B^{-1}\, T\, W^{-1}\, (b_i, 1)^{\mathsf{T}} = 0."
+            "\n\\end{equation*}%",
+            "Each equation is linear in the cosine and sine of a revolute joint and in the"
+            " displacement of a prismatic joint.",
+            fixed if given else "",
+        ),
+        _elimination(slides, angles),
+        method((of_platform,)),
+        r"\paragraph{Joints of the platform.} With the pose $B^{-1}\,T\,W^{-1}$ of the platform in"
+        r" the frame of the legs, which is called $T$ in these steps:",
+        platform,
+    ]
+
+
+def _planes(planes: Sequence[Plane], center: FloatArray | None) -> Iterable[tuple[str, list[str]]]:
+    """Returns the equations for the planes and for the ball joints relative to a center."""
+    for k, plane in enumerate(planes, 1):
         yield f"n_{k}", [_vector(plane.normal)]
         yield f"d_{k}", [_number(plane.offset)]
-        yield f"b_{k} - c", [_vector(plane.ball - center)]
+        if center is None:
+            yield f"b_{k}", [_vector(plane.ball)]
+        else:
+            yield f"b_{k} - c", [_vector(plane.ball - center)]
 
 
 def _vector(values: Iterable[float]) -> str:
@@ -93,3 +150,47 @@ or $A_i \cos\beta + B_i \sin\beta + C_i = 0$. Both hold for the same $\beta$ if
 \end{{equation*}}%
 This is a trigonometric polynomial of degree 4 in $\alpha$ with up to {ROTATIONS} real roots.
 Newton's iteration on the three equations refines each rotation."""
+_ROW = r"$M\,(1, \cos, \sin)^{\mathsf{T}} = 0$"
+
+
+def _elimination(slides: Sequence[str], angles: Sequence[str]) -> str:
+    """Explains how the equations are solved for displacements and angles, in their order."""
+    without = ""
+    if slides and angles:
+        without = f"The equation with the largest factor of {slides[0]} eliminates it. "
+    match len(angles):
+        case 0:
+            if not slides:
+                return "They hold at the poses that the platform reaches."
+            return f"Their solution for {slides[0]} is found by least squares."
+        case 1:
+            return (
+                f"{without}The equations are linear in the cosine and sine of {angles[0]}, which"
+                " is their least-squares solution."
+            )
+        case 2:
+            form = (
+                f"{without}The equations have the form {_ROW} for {angles[0]}, with a matrix $M$"
+                f" that is linear in the cosine and sine of {angles[1]}."
+            )
+            if slides:
+                return (
+                    rf"{form} Its two rows have a cross product $(D_1, D_2, D_3)$ with"
+                    rf" $D_2^2 + D_3^2 = D_1^2$, a trigonometric polynomial of degree 4 in"
+                    rf" {angles[1]}. {_NEWTON}"
+                )
+            return (
+                rf"{form} Then $\det M = 0$ is a trigonometric polynomial of degree 3 in"
+                rf" {angles[1]}. {_NEWTON}"
+            )
+    inner, middle, outer = angles
+    return (
+        f"With the tangents of half of {inner} and {middle}, the equations are polynomials of"
+        " degree 2 in each tangent. Their Dixon matrix (8, 8) is singular at a solution; its"
+        f" determinant is a trigonometric polynomial of degree 16 in {outer}, with up to 32 real"
+        f" roots. At a root, the equations have the form {_ROW} for {inner}, and $\\det M = 0$"
+        f" gives {middle}. {_NEWTON}"
+    )
+
+
+_NEWTON = "Newton's iteration refines all values."

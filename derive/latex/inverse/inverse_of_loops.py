@@ -3,9 +3,8 @@ r"""Prints the inverse kinematics of a robot with loops."""
 from dataclasses import replace
 
 from ...inverse.mechanisms.backward_inverse import moving_inverses
-from ...inverse.mechanisms.carried_wrist import PLATFORM, ROTATIONS
 from ...inverse.mechanisms.leg_chains import leg_chains
-from ...inverse.mechanisms.mode_check import LEGS
+from ...inverse.mechanisms.mode_check import LEGS, carried_chain
 from ...inverse.serial_inverse import Inverses
 from ...inverse.structure.words import listed as in_words
 from ...model.plural import counted
@@ -25,8 +24,9 @@ def inverse_of_loops(page: LoopPage) -> str:
     of_chain = replace(chain.inverse, solved=tasks)
     found = page.inverse
     back = next((f for f in page.functions if f.name in ("ik", LEGS)), None)
-    if back is not None and PLATFORM in back.inputs:
-        return text(*carried(page), _through_the_chain(page, back))
+    chain_of_legs = None if back is None else carried_chain(page.hybrid, back)
+    if back is not None and chain_of_legs is not None:
+        return text(*carried(page, chain_of_legs), _through_the_chain(page, back))
     moving = moving_inverses(page.hybrid) if found is None and back is not None else None
     if moving is not None and back is not None:
         return text(written(chain, moving, {}).rstrip(), _through_the_chain(page, back))
@@ -68,7 +68,8 @@ def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
         if legs
         else ""
     )
-    count = function.branches * (ROTATIONS if PLATFORM in function.inputs else 1)
+    carried_joints = carried_chain(page.hybrid, function)
+    count = function.branches * (1 if carried_joints is None else carried_joints.solutions)
     slots = f"{count} slots" if count > 1 else "one slot"
     return (
         "The actuators follow from these joints as in the solution of the loops from the main"

@@ -4,18 +4,14 @@ The generating coordinates come from a NumPy model. Newton's method from many st
 platform rotations that keep the balls in their planes.
 """
 
-from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import Joint, explain, write
-from chasles.derive.description.conventions import urdf
-from chasles.derive.inverse.mechanisms.backward_inverse import missing
-from chasles.derive.loops.closing.loop_model import loop_model
-from chasles.derive.loops.solve.solved_loops import solved_loops
+from chasles.derive import explain, write
+from tests.support.generators.carried_planes import carrying
 from tests.support.loops.closures import Model
 from tests.support.loops.legs_of_joints import drawn, driven_by_a_leg
 
@@ -24,29 +20,12 @@ CLOSED, SAME, APART = 1e-12, 1e-9, 1e-4
 CENTER = np.array([0.1, 0.05, 0.1])
 WRIST = [((0, 0, 1), ("0.1", "0.05", "0.1")), ((0, 1, 0), (0, 0, 0)), ((0, 0, 1), (0, 0, 0))]
 """Axis and origin of each wrist joint; the axes meet in the center (meter, platform axes)."""
-APART_AXES = [WRIST[0], ((0, 1, 0), ("0.05", 0, 0)), ((0, 1, 0), (0, 0, "0.2"))]
-"""Axes that do not meet in one point."""
 ROBOTS = {
     "one axis": (partial(drawn, 0, ("RPS", "RPS", "RPS")), 1),
     "two axes": (partial(drawn, 1, ("RPS", "PRS", "RRS")), 2),
     "three axes": (partial(drawn, 2, ("RPS", "RPS", "RPS")), 3),
     "three axes on a leg": (driven_by_a_leg, 3),
 }
-
-
-def carrying(mechanism, axes, kind="revolute"):
-    """Returns a robot with further actuated joints on the body ``platform``."""
-    joints, parent = [], "platform"
-    for k, (axis, xyz) in enumerate(axes):
-        before, after = urdf(kind, xyz=xyz, rpy=(0, 0, 0), axis=axis)
-        joints.append(Joint(f"axis_{k}", kind, before, after, link=f"hand_{k}", parent=parent))
-        parent = f"hand_{k}"
-    return replace(
-        mechanism,
-        joints=(*mechanism.joints, *joints),
-        actuated=(*mechanism.actuated, *(joint.name for joint in joints)),
-        tool_body=parent,
-    )
 
 
 @cache
@@ -139,48 +118,6 @@ def test_all_platform_rotations_are_found(loaded):
         counts.append(rotations(model, np.roll(z, -k, axis=0), start))
         assert np.isfinite(q).any(-1).sum() == counts[-1]
     assert max(counts) > 4
-
-
-def test_axes_that_do_not_meet_leave_no_inverse_and_a_reason(tmp_path):
-    mechanism = carrying(driven_by_a_leg(), APART_AXES)
-    reason = "the loops couple hinge_0, turn_z, turn_y and turn_x, so that a pose of the tool"
-    write(mechanism, tmp_path, languages=("c", "python"))
-    robot = chasles.load(tmp_path)
-    assert robot.manifest.inverse.missing.startswith(reason)
-    with pytest.raises(AttributeError, match=reason):
-        _ = robot.ik
-    q = np.array(robot.reference.q) + 0.05
-    found = robot.ik_numeric(robot.fk(q), robot.reference.q)
-    assert found.valid
-    np.testing.assert_allclose(robot.fk(found.q), robot.fk(q), atol=SAME)
-
-
-def half_flat():
-    """Returns a platform with four degrees of freedom, two legs in planes and a UPS leg."""
-    mechanism = drawn(1, ("RPS", "RPS", "UPS"))
-    return replace(mechanism, actuated=(*mechanism.actuated, "u0_2"))
-
-
-@pytest.mark.parametrize(
-    ("make", "axes", "kind", "reason"),
-    [
-        (
-            driven_by_a_leg,
-            APART_AXES,
-            "revolute",
-            "the axes of axis_0, axis_1 and axis_2 do not meet",
-        ),
-        (driven_by_a_leg, WRIST[:1], "prismatic", "must be revolute, unlike axis_0"),
-        (
-            half_flat,
-            WRIST[:2],
-            "revolute",
-            "each leg must keep a ball joint in a plane, unlike the leg that ends at ball_2",
-        ),
-    ],
-)
-def test_reason_states_the_condition_that_fails(make, axes, kind, reason):
-    assert reason in missing(solved_loops(loop_model(carrying(make(), axes, kind))))
 
 
 def test_explanation_and_article_name_the_rotations_of_the_platform(tmp_path):

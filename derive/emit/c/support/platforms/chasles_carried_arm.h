@@ -1,0 +1,97 @@
+/* Joints before and on a platform whose legs keep ball joints in planes, such as a 3-RPS on a rail
+ * or with an arm. This file is part of chasles and is the same for every robot.
+ *
+ * With the plane r_i (unit normal and negative offset), the ball joint b_i on the platform, the
+ * maps A_j of the joints before the legs, the tool pose T and the maps of the joints on the
+ * platform, the planes give
+ *
+ *     r_i . A_m ... A_1 T A_n ... A_(m+1) b_i = 0,   i = 1, 2, 3.
+ *
+ * A map is linear in (1, cos, sin) of a revolute joint and in (1, x) of a prismatic joint. Up to
+ * three joints are unknown. The equations are linear in each of them, so that the unknowns are
+ * eliminated one after the other:
+ *
+ * - one unknown: the least-squares solution of the equations;
+ * - two unknowns: the 3 x 3 determinant of the equations in (1, cos, sin) of the first unknown is a
+ *   trigonometric polynomial of degree 3 in the second;
+ * - three unknowns: the 8 x 8 Dixon determinant of the first two unknowns is a trigonometric
+ *   polynomial of degree 16 in the third, which is sampled.
+ *
+ * A first unknown that is prismatic is eliminated linearly. Newton's iteration refines all
+ * unknowns.
+ */
+#ifndef CHASLES_CARRIED_ARM_H
+#define CHASLES_CARRIED_ARM_H
+
+#include <math.h>
+#include <string.h>
+
+#include "chasles_carried_dixon.h"
+#include "chasles_carried_elimination.h"
+#include "chasles_closure_modes.h"
+
+/* Writes the values of the unknowns. */
+static void chasles_arm_solved(const chasles_arm_equations *equations, chasles_arm_solutions *found)
+{
+    const chasles_carried_arm_arm *arm = equations->arm;
+    double x[CHASLES_ARM_UNKNOWN] = {0.0}, rows[3][3], angles[3];
+    chasles_arm_pair pair;
+    found->count = 0;
+    if (arm->unknown == 3 && !arm->slides) {
+        chasles_arm_three(equations, found);
+        return;
+    }
+    if (arm->slides)
+        chasles_arm_without_slide(equations, &pair);
+    else
+        chasles_arm_at(equations, 0.0, &pair);
+    if (arm->unknown - arm->slides == 2) {
+        chasles_arm_pairs(equations, &pair, arm->slides, x, found);
+    } else if (arm->unknown - arm->slides == 1) {
+        for (int i = 0; i < pair.count; i++)
+            for (int a = 0; a < 3; a++)
+                rows[i][a] = pair.at[i][a][0];
+        const int count = chasles_arm_angles(pair.count, (const double(*)[3])rows, angles);
+        for (int i = 0; i < count; i++) {
+            x[arm->slides] = angles[i];
+            chasles_arm_finish(equations, x, found);
+        }
+    } else {
+        chasles_arm_finish(equations, x, found);
+    }
+}
+
+/* Writes every solution of a tool pose; unused slots contain NaN. */
+static void chasles_carried_arm_ik(const chasles_carried_arm_arm *arm, const double *T,
+                                   const double *given, double *q, double *residual, double *margin)
+{
+    chasles_arm_equations equations;
+    chasles_arm_solutions found;
+    const int slots = arm->slots, n = arm->coordinates;
+    found.count = 0;
+    if (chasles_arm_setup(arm, T, given, &equations))
+        chasles_arm_solved(&equations, &found);
+    for (int i = slots * found.count * n; i < slots * arm->solutions * n; i++)
+        q[i] = NAN;
+    for (int k = slots * found.count; k < slots * arm->solutions; k++)
+        residual[k] = margin[k] = NAN;
+    for (int k = 0; k < found.count; k++) {
+        const chasles_arm_solution *solution = &found.solution[k];
+        double v[CHASLES_ARM_JOINTS];
+        for (int map = 0; map < arm->joints; map++) {
+            const int rank = arm->ranks[map];
+            v[arm->places[map]] = rank < 0 ? given[-1 - rank] : solution->x[rank];
+        }
+        arm->legs(T, v, q + slots * n * k, residual + slots * k, margin + slots * k);
+        for (int at = slots * k; at < slots * (k + 1); at++) {
+            double reached[16];
+            if (residual[at] != residual[at])
+                continue;
+            arm->fk(q + n * at, reached);
+            residual[at] = chasles_mode_residual(T, reached, residual[at], arm->size);
+            margin[at] = solution->margin < margin[at] ? solution->margin : margin[at];
+        }
+    }
+}
+
+#endif

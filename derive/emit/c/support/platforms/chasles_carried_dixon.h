@@ -1,0 +1,195 @@
+/* Dixon's resultant of three equations in three angles: the joints before and on a platform. This
+ * file is part of chasles and is the same for every robot.
+ */
+#ifndef CHASLES_CARRIED_DIXON_H
+#define CHASLES_CARRIED_DIXON_H
+
+#include <math.h>
+
+#include "chasles_carried_elimination.h"
+
+/* Number of samples of the determinant, and maximum number of steps to a root. */
+#define CHASLES_ARM_CIRCLE 256
+#define CHASLES_ARM_BISECTIONS 40
+/* Number of parabolas that locate a minimum. */
+#define CHASLES_ARM_ROUNDS 3
+#define CHASLES_DIXON 8
+
+/* Writes the Dixon matrix of three equations, which are polynomials of degree 2 in the tangents x
+ * and y of the half inner and outer angle. The determinant of the polynomials at (x, y), (u, y) and
+ * (u, v), divided by (x - u) (y - v), is a sum of products of monomials in (x, y) and in (u, v). */
+static void chasles_arm_dixon(const chasles_arm_pair *pair, double (*matrix)[CHASLES_DIXON])
+{
+    double g[3][3][3], N[3][5][5][3] = {{{{0.0}}}}, Q[2][5][4][3], R[2][4][4][2];
+    for (int i = 0; i < 3; i++) {
+        double half[3][3];
+        for (int b = 0; b < 3; b++) {
+            half[0][b] = pair->at[i][0][b] + pair->at[i][1][b];
+            half[1][b] = 2.0 * pair->at[i][2][b];
+            half[2][b] = pair->at[i][0][b] - pair->at[i][1][b];
+        }
+        for (int a = 0; a < 3; a++) {
+            g[a][0][i] = half[a][0] + half[a][1];
+            g[a][1][i] = 2.0 * half[a][2];
+            g[a][2][i] = half[a][0] - half[a][1];
+        }
+    }
+    for (int a = 0; a < 3; a++)
+        for (int b = 0; b < 3; b++)
+            for (int c = 0; c < 3; c++)
+                for (int d = 0; d < 3; d++) {
+                    double normal[3];
+                    if (a == c && b == d)
+                        continue;
+                    chasles_arm_cross(g[a][b], g[c][d], normal);
+                    for (int e = 0; e < 3; e++)
+                        for (int f = 0; f < 3; f++)
+                            N[a][b + d][c + e][f] += chasles_arm_dot(normal, g[e][f]);
+                }
+    for (int y = 0; y < 5; y++)
+        for (int u = 0; u < 4; u++)
+            for (int v = 0; v < 3; v++) {
+                Q[1][y][u][v] = N[2][y][u][v];
+                Q[0][y][u][v] = N[1][y][u][v] + (u ? N[2][y][u - 1][v] : 0.0);
+            }
+    for (int x = 0; x < 2; x++)
+        for (int y = 3; y >= 0; y--)
+            for (int u = 0; u < 4; u++)
+                for (int v = 0; v < 2; v++) {
+                    R[x][y][u][v] = Q[x][y + 1][u][v];
+                    if (y < 3 && v)
+                        R[x][y][u][v] += R[x][y + 1][u][0];
+                    matrix[4 * x + y][2 * u + v] = R[x][y][u][v];
+                }
+}
+
+/* Returns the Dixon determinant at an angle of the third unknown, and the product of the row sizes
+ * of its matrix. */
+static double chasles_arm_determinant(const chasles_arm_equations *equations, double angle,
+                                      double *bound)
+{
+    double A[CHASLES_DIXON][CHASLES_DIXON], determinant = 1.0;
+    chasles_arm_pair pair;
+    chasles_arm_at(equations, angle, &pair);
+    chasles_arm_dixon(&pair, A);
+    *bound = 1.0;
+    for (int i = 0; i < CHASLES_DIXON; i++) {
+        double square = 0.0;
+        for (int j = 0; j < CHASLES_DIXON; j++)
+            square += A[i][j] * A[i][j];
+        *bound *= sqrt(square);
+    }
+    for (int j = 0; j < CHASLES_DIXON; j++) {
+        int pivot = j;
+        for (int i = j + 1; i < CHASLES_DIXON; i++)
+            pivot = fabs(A[i][j]) > fabs(A[pivot][j]) ? i : pivot;
+        if (!(fabs(A[pivot][j]) > 0.0))
+            return 0.0;
+        for (int k = j; pivot != j && k < CHASLES_DIXON; k++) {
+            const double value = A[j][k];
+            A[j][k] = A[pivot][k];
+            A[pivot][k] = value;
+        }
+        determinant *= pivot == j ? A[j][j] : -A[j][j];
+        for (int i = j + 1; i < CHASLES_DIXON; i++) {
+            const double factor = A[i][j] / A[j][j];
+            for (int k = j + 1; k < CHASLES_DIXON; k++)
+                A[i][k] -= factor * A[j][k];
+        }
+    }
+    return determinant;
+}
+
+/* Returns a root of the determinant between two angles at which it has different signs. */
+static double chasles_arm_root(const chasles_arm_equations *equations, double low, double at_low,
+                               double high, double at_high)
+{
+    double bound;
+    for (int k = 0; k < CHASLES_ARM_BISECTIONS && high - low > CHASLES_ROOT_FOUND; k++) {
+        const double middle = (low * at_high - high * at_low) / (at_high - at_low);
+        const double value = chasles_arm_determinant(equations, middle, &bound);
+        if ((value < 0.0) == (at_low < 0.0)) {
+            low = middle;
+            at_low = value;
+            at_high *= 0.5;
+        } else {
+            high = middle;
+            at_high = value;
+            at_low *= 0.5;
+        }
+    }
+    return fabs(at_low) < fabs(at_high) ? low : high;
+}
+
+/* Solves for the first two unknowns at an angle of the third. */
+static void chasles_arm_try(const chasles_arm_equations *equations, double angle,
+                            chasles_arm_solutions *found)
+{
+    chasles_arm_pair pair;
+    double x[CHASLES_ARM_UNKNOWN] = {0.0, 0.0, angle};
+    chasles_arm_at(equations, angle, &pair);
+    chasles_arm_pairs(equations, &pair, 0, x, found);
+}
+
+/* Solves near a minimum of the determinant's size, where it has the same sign at three samples: two
+ * close roots, a double root or none. */
+static void chasles_arm_touch(const chasles_arm_equations *equations, double angle, double step,
+                              const double *samples, chasles_arm_solutions *found)
+{
+    double before = samples[0], own = samples[1], next = samples[2], at = angle, h = step, bound;
+    double bend = before - 2.0 * own + next;
+    for (int round = 0; round < CHASLES_ARM_ROUNDS; round++) {
+        const double vertex = bend != 0.0 ? 0.5 * (before - next) / bend : 0.0;
+        at += h * fmax(-1.0, fmin(1.0, vertex));
+        h *= 0.25;
+        own = chasles_arm_determinant(equations, at, &bound);
+        if ((own < 0.0) != (samples[1] < 0.0)) {
+            const double low = angle - step, high = angle + step;
+            chasles_arm_try(equations, chasles_arm_root(equations, low, samples[0], at, own),
+                            found);
+            chasles_arm_try(equations, chasles_arm_root(equations, at, own, high, samples[2]),
+                            found);
+            return;
+        }
+        before = chasles_arm_determinant(equations, at - h, &bound);
+        next = chasles_arm_determinant(equations, at + h, &bound);
+        bend = before - 2.0 * own + next;
+    }
+    /* The distance of the roots of the parabola from its vertex. */
+    const double apart = bend != 0.0 ? h * sqrt(fabs(2.0 * own / bend)) : 0.0;
+    chasles_arm_try(equations, at, found);
+    if (apart < step) {
+        chasles_arm_try(equations, at - apart, found);
+        chasles_arm_try(equations, at + apart, found);
+    }
+}
+
+/* Solves for three angles. */
+static void chasles_arm_three(const chasles_arm_equations *equations, chasles_arm_solutions *found)
+{
+    double values[CHASLES_ARM_CIRCLE], most = 0.0, bounds = 0.0, bound;
+    const double step = CHASLES_TURN / CHASLES_ARM_CIRCLE;
+    for (int k = 0; k < CHASLES_ARM_CIRCLE; k++) {
+        values[k] = chasles_arm_determinant(equations, k * step, &bound);
+        most = fmax(most, fabs(values[k]));
+        bounds = fmax(bounds, bound);
+    }
+    if (!(most > CHASLES_ARM_VANISHED * bounds)) {
+        chasles_arm_try(equations, 0.0, found);
+        return;
+    }
+    for (int k = 0; k < CHASLES_ARM_CIRCLE; k++) {
+        const double samples[3] = {values[(k + CHASLES_ARM_CIRCLE - 1) % CHASLES_ARM_CIRCLE],
+                                   values[k], values[(k + 1) % CHASLES_ARM_CIRCLE]};
+        const double own = samples[1], next = samples[2];
+        if ((own < 0.0) != (next < 0.0)) {
+            chasles_arm_try(
+                equations, chasles_arm_root(equations, k * step, own, (k + 1) * step, next), found);
+        } else if ((own < 0.0) == (samples[0] < 0.0) && fabs(own) <= fabs(samples[0]) &&
+                   fabs(own) <= fabs(next)) {
+            chasles_arm_touch(equations, k * step, step, samples, found);
+        }
+    }
+}
+
+#endif

@@ -1,0 +1,459 @@
+/* Equations of joints before and on a platform, with up to two unknown angles. This file is part of
+ * chasles and is the same for every robot.
+ */
+#ifndef CHASLES_CARRIED_ELIMINATION_H
+#define CHASLES_CARRIED_ELIMINATION_H
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "chasles_carried_arm_tolerances.h"
+#include "chasles_circle_roots.h"
+
+/* Maximum numbers of joints before and on the platform, of unknown joints, and of solutions. */
+#define CHASLES_ARM_JOINTS 6
+#define CHASLES_ARM_UNKNOWN 3
+#define CHASLES_ARM_SOLUTIONS 32
+/* Number of samples of a polynomial of degree up to 4, a divisor of CHASLES_CELLS. */
+#define CHASLES_ARM_SAMPLES 16
+#define CHASLES_ARM_DEGREE 4
+/* Maximum number of Newton steps. */
+#define CHASLES_ARM_STEPS 40
+
+typedef struct {
+    void (*legs)(const double *T, const double *v, double *q, double *residual, double *margin);
+    void (*fk)(const double *q, double *T);
+    int slots, coordinates;
+    int joints, before;             /* number of joints, and of joints before the legs */
+    int unknown, slides;            /* number of unknowns; whether the first one is prismatic */
+    int solutions;                  /* maximum number of solutions */
+    int places[CHASLES_ARM_JOINTS]; /* joint of each map */
+    int ranks[CHASLES_ARM_JOINTS];  /* unknown of each map, or -1 - index of its given value */
+    int kinds[CHASLES_ARM_JOINTS];  /* 1 for the map of a prismatic joint */
+    double size;                    /* length of the mechanism (meter) */
+    double maps[CHASLES_ARM_JOINTS][3][16];
+    double planes[3][4]; /* in the frame of the legs (1, meter) */
+    double points[3][4]; /* the ball joints in the platform frame (meter) */
+} chasles_carried_arm_arm;
+
+/* The equations at a tool pose, divided by the size of the mechanism. They are linear in (1, cos,
+ * sin) or (1, x, 0) of each unknown. */
+typedef struct {
+    const chasles_carried_arm_arm *arm;
+    double at[3][3][3][3];
+} chasles_arm_equations;
+
+typedef struct {
+    double x[CHASLES_ARM_UNKNOWN], margin, order;
+} chasles_arm_solution;
+
+typedef struct {
+    int count;
+    chasles_arm_solution solution[CHASLES_ARM_SOLUTIONS];
+} chasles_arm_solutions;
+
+/* Up to three equations, linear in (1, cos, sin) of an inner and of an outer angle. */
+typedef struct {
+    int count;
+    double at[3][3][3];
+} chasles_arm_pair;
+
+static double chasles_arm_dot(const double *a, const double *b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void chasles_arm_cross(const double *a, const double *b, double *c)
+{
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        c[i] = a[j] * b[k] - a[k] * b[j];
+    }
+}
+
+/* Writes (1, cos, sin) or (1, x, 0), and the derivative. */
+static void chasles_arm_basis(double x, int is_slide, double *u, double *rate)
+{
+    u[0] = 1.0;
+    u[1] = is_slide ? x : cos(x);
+    u[2] = is_slide ? 0.0 : sin(x);
+    rate[0] = 0.0;
+    rate[1] = is_slide ? 1.0 : -u[2];
+    rate[2] = is_slide ? 0.0 : u[1];
+}
+
+/* Multiplies rows by the map of one joint. An unknown joint triples the rows. Returns the new
+ * number of rows. */
+static int chasles_arm_mapped(const chasles_carried_arm_arm *arm, int map, const double *given,
+                              int count, double (*rows)[4])
+{
+    double next[27][4], u[3] = {1.0, 0.0, 0.0}, rate[3];
+    const int rank = arm->ranks[map], parts = rank >= 0 ? 3 : 1;
+    if (rank < 0)
+        chasles_arm_basis(given[-1 - rank], arm->kinds[map], u, rate);
+    for (int k = 0; k < count; k++) {
+        for (int part = 0; part < 3; part++) {
+            const double *A = arm->maps[map][part], weight = rank < 0 ? u[part] : 1.0;
+            double *to = next[parts * k + (rank < 0 ? 0 : part)];
+            for (int j = 0; j < 4; j++) {
+                const double product = rows[k][0] * A[j] + rows[k][1] * A[4 + j] +
+                                       rows[k][2] * A[8 + j] + rows[k][3] * A[12 + j];
+                to[j] = (rank < 0 && part ? to[j] : 0.0) + weight * product;
+            }
+        }
+    }
+    memcpy(rows, next, (size_t)(parts * count) * sizeof *rows);
+    return parts * count;
+}
+
+/* Writes the equations. Returns 0 if T is not finite. */
+static int chasles_arm_setup(const chasles_carried_arm_arm *arm, const double *T,
+                             const double *given, chasles_arm_equations *equations)
+{
+    double most = 0.0;
+    memset(equations, 0, sizeof *equations);
+    equations->arm = arm;
+    for (int i = 0; i < 3; i++) {
+        double rows[27][4];
+        int count = 1;
+        memcpy(rows[0], arm->planes[i], sizeof rows[0]);
+        for (int map = 0; map <= arm->joints; map++) {
+            if (map == arm->before) {
+                for (int k = 0; k < count; k++) {
+                    double own[4];
+                    for (int j = 0; j < 4; j++)
+                        own[j] = rows[k][0] * T[j] + rows[k][1] * T[4 + j] + rows[k][2] * T[8 + j] +
+                                 (j == 3 ? rows[k][3] : 0.0);
+                    memcpy(rows[k], own, sizeof own);
+                }
+            }
+            if (map < arm->joints)
+                count = chasles_arm_mapped(arm, map, given, count, rows);
+        }
+        for (int k = 0; k < count; k++) {
+            int part[CHASLES_ARM_UNKNOWN] = {0}, digits = k;
+            for (int map = arm->joints - 1; map >= 0; map--) {
+                if (arm->ranks[map] >= 0) {
+                    part[arm->ranks[map]] = digits % 3;
+                    digits /= 3;
+                }
+            }
+            const double value =
+                (chasles_arm_dot(rows[k], arm->points[i]) + rows[k][3]) / arm->size;
+            equations->at[i][part[0]][part[1]][part[2]] = value;
+            most += fabs(value);
+        }
+    }
+    return most <= DBL_MAX;
+}
+
+/* Writes the errors of the equations and their derivatives. Returns the largest error. */
+static double chasles_arm_error(const chasles_arm_equations *equations, const double *x,
+                                double *errors, double (*slopes)[CHASLES_ARM_UNKNOWN])
+{
+    double u[3][3], rate[3][3], most = 0.0;
+    for (int k = 0; k < 3; k++)
+        chasles_arm_basis(x[k], k == 0 && equations->arm->slides, u[k], rate[k]);
+    for (int i = 0; i < 3; i++) {
+        errors[i] = slopes[i][0] = slopes[i][1] = slopes[i][2] = 0.0;
+        for (int a = 0; a < 3; a++) {
+            for (int b = 0; b < 3; b++) {
+                const double *row = equations->at[i][a][b];
+                const double value = chasles_arm_dot(row, u[2]);
+                errors[i] += value * u[0][a] * u[1][b];
+                slopes[i][0] += value * rate[0][a] * u[1][b];
+                slopes[i][1] += value * u[0][a] * rate[1][b];
+                slopes[i][2] += chasles_arm_dot(row, rate[2]) * u[0][a] * u[1][b];
+            }
+        }
+        const double size = fabs(errors[i]);
+        most = !(size <= DBL_MAX) ? HUGE_VAL : size > most ? size : most;
+    }
+    return most;
+}
+
+/* Writes the step of Newton's iteration, or of the Gauss-Newton iteration with fewer unknowns than
+ * equations. Returns the distance from a singularity, 0 at a singularity. */
+static double chasles_arm_step(int unknown, const double *errors,
+                               const double (*slopes)[CHASLES_ARM_UNKNOWN], double *step)
+{
+    double A[3][4], sizes = 1.0, determinant = 1.0;
+    for (int i = 0; i < unknown; i++) {
+        A[i][unknown] = unknown == 3 ? -errors[i] : 0.0;
+        for (int j = 0; j < unknown; j++) {
+            A[i][j] = unknown == 3 ? slopes[i][j] : 0.0;
+            for (int k = 0; k < 3 && unknown < 3; k++)
+                A[i][j] += slopes[k][i] * slopes[k][j];
+        }
+        for (int k = 0; k < 3 && unknown < 3; k++)
+            A[i][unknown] -= slopes[k][i] * errors[k];
+        double square = 0.0;
+        for (int j = 0; j < unknown; j++)
+            square += A[i][j] * A[i][j];
+        sizes *= sqrt(square);
+    }
+    for (int j = 0; j < unknown; j++) {
+        int pivot = j;
+        for (int i = j + 1; i < unknown; i++)
+            pivot = fabs(A[i][j]) > fabs(A[pivot][j]) ? i : pivot;
+        for (int k = j; k <= unknown; k++) {
+            const double value = A[j][k];
+            A[j][k] = A[pivot][k];
+            A[pivot][k] = value;
+        }
+        determinant *= A[j][j];
+        for (int i = j + 1; i < unknown; i++) {
+            const double factor = A[i][j] / A[j][j];
+            for (int k = j; k <= unknown; k++)
+                A[i][k] -= factor * A[j][k];
+        }
+    }
+    for (int i = unknown - 1; i >= 0; i--) {
+        step[i] = A[i][unknown];
+        for (int k = i + 1; k < unknown; k++)
+            step[i] -= A[i][k] * step[k];
+        step[i] /= A[i][i];
+    }
+    return sizes > 0.0 ? fabs(determinant) / sizes : 0.0;
+}
+
+/* Refines a solution. Returns 0 without convergence. */
+static int chasles_arm_polished(const chasles_arm_equations *equations,
+                                chasles_arm_solution *solution)
+{
+    const chasles_carried_arm_arm *arm = equations->arm;
+    const double closed = arm->unknown == 3 ? CHASLES_ARM_CLOSED : CHASLES_ARM_NEAR;
+    double errors[3], slopes[3][CHASLES_ARM_UNKNOWN], step[CHASLES_ARM_UNKNOWN];
+    double error = chasles_arm_error(equations, solution->x, errors, slopes);
+    for (int count = 0;; count++) {
+        solution->margin = chasles_arm_step(arm->unknown, errors,
+                                            (const double(*)[CHASLES_ARM_UNKNOWN])slopes, step);
+        if (count == CHASLES_ARM_STEPS || error <= CHASLES_ARM_POLISHED)
+            break;
+        double next[CHASLES_ARM_UNKNOWN] = {0.0}, next_errors[3], largest = 0.0;
+        double next_slopes[3][CHASLES_ARM_UNKNOWN];
+        for (int k = 0; k < arm->unknown; k++) {
+            const double unit = k == 0 && arm->slides ? arm->size : 1.0;
+            const double size = fabs(step[k]) / unit;
+            largest = !(size <= DBL_MAX) ? HUGE_VAL : size > largest ? size : largest;
+        }
+        if (!(largest <= DBL_MAX))
+            break;
+        const double part = largest > CHASLES_ARM_STEP ? CHASLES_ARM_STEP / largest : 1.0;
+        for (int k = 0; k < arm->unknown; k++)
+            next[k] = solution->x[k] + part * step[k];
+        const double then = chasles_arm_error(equations, next, next_errors, next_slopes);
+        if (!(then < error) && error <= closed)
+            break;
+        error = then;
+        memcpy(solution->x, next, sizeof next);
+        memcpy(errors, next_errors, sizeof errors);
+        memcpy(slopes, next_slopes, sizeof slopes);
+    }
+    return error <= closed;
+}
+
+/* Refines and inserts a new solution. The sum of cosines, which is largest for small angles, sorts
+ * the solutions. */
+static void chasles_arm_add(const chasles_arm_equations *equations, const double *x,
+                            chasles_arm_solutions *found)
+{
+    const chasles_carried_arm_arm *arm = equations->arm;
+    chasles_arm_solution own = {{0.0}, 0.0, 0.0};
+    memcpy(own.x, x, sizeof own.x);
+    if (found->count == arm->solutions || !chasles_arm_polished(equations, &own))
+        return;
+    for (int k = 0; k < arm->unknown; k++) {
+        const int is_slide = k == 0 && arm->slides;
+        own.x[k] = is_slide ? own.x[k] : chasles_circle_wrapped(own.x[k]);
+        own.order += is_slide ? 0.0 : cos(own.x[k]);
+    }
+    int at = found->count;
+    for (int i = 0; i < found->count; i++) {
+        const chasles_arm_solution *other = &found->solution[i];
+        double apart = 0.0;
+        for (int k = 0; k < arm->unknown; k++) {
+            const double change = own.x[k] - other->x[k];
+            const double size =
+                k == 0 && arm->slides ? change / arm->size : chasles_circle_wrapped(change);
+            apart = fmax(apart, fabs(size));
+        }
+        if (apart < CHASLES_ARM_SAME)
+            return;
+        at = i < at && own.order > other->order ? i : at;
+    }
+    memmove(found->solution + at + 1, found->solution + at,
+            (size_t)(found->count - at) * sizeof own);
+    found->solution[at] = own;
+    found->count++;
+}
+
+/* Writes up to four angles that nearly solve equations in (1, cos, sin): the least-squares
+ * solution, and the solutions of the equation with the largest coefficients. Returns their number.
+ */
+static int chasles_arm_angles(int count, const double (*rows)[3], double *angles)
+{
+    double A = 0.0, B = 0.0, C = 0.0, D = 0.0, E = 0.0;
+    int largest = 0;
+    for (int i = 0; i < count; i++) {
+        A += rows[i][1] * rows[i][1];
+        B += rows[i][1] * rows[i][2];
+        C += rows[i][2] * rows[i][2];
+        D -= rows[i][1] * rows[i][0];
+        E -= rows[i][2] * rows[i][0];
+        if (hypot(rows[i][1], rows[i][2]) > hypot(rows[largest][1], rows[largest][2]))
+            largest = i;
+    }
+    const double *row = rows[largest], size = hypot(row[1], row[2]);
+    if (!(size > CHASLES_ARM_VANISHED)) {
+        angles[0] = 0.0;
+        return 1;
+    }
+    const double middle = atan2(row[2], row[1]);
+    const double aside = acos(fmax(-1.0, fmin(1.0, -row[0] / size)));
+    angles[0] = middle + aside;
+    angles[1] = middle - aside;
+    angles[2] = atan2(A * E - B * D, C * D - B * E);
+    return 3;
+}
+
+/* Writes the equations in the inner unknown at an outer angle. Returns the polynomial: the
+ * determinant of three equations, or the condition that two equations have a common angle. */
+static double chasles_arm_condition(const chasles_arm_pair *pair, double c, double s,
+                                    double (*rows)[3])
+{
+    double D[3];
+    for (int i = 0; i < pair->count; i++)
+        for (int a = 0; a < 3; a++)
+            rows[i][a] = pair->at[i][a][0] + c * pair->at[i][a][1] + s * pair->at[i][a][2];
+    chasles_arm_cross(rows[0], rows[1], D);
+    return pair->count == 3 ? chasles_arm_dot(D, rows[2]) : D[1] * D[1] + D[2] * D[2] - D[0] * D[0];
+}
+
+/* Divides each equation by its largest coefficient. */
+static void chasles_arm_scaled(chasles_arm_pair *pair)
+{
+    for (int i = 0; i < pair->count; i++) {
+        double *values = pair->at[i][0], most = DBL_MIN;
+        for (int k = 0; k < 9; k++)
+            most = fmax(most, fabs(values[k]));
+        for (int k = 0; k < 9; k++)
+            values[k] /= most;
+    }
+}
+
+/* Writes the outer angles at which the equations have a common inner angle. Returns 0 if all outer
+ * angles have one. */
+static int chasles_arm_outer(const chasles_arm_pair *pair, chasles_circle_roots *roots)
+{
+    const double *cosine = chasles_circle_cosine, *sine = chasles_circle_cosine + 72;
+    const int step = CHASLES_CELLS / CHASLES_ARM_SAMPLES;
+    chasles_circle_series series;
+    double rows[3][3];
+    memset(&series, 0, sizeof series);
+    for (int j = 0; j < CHASLES_ARM_SAMPLES; j++) {
+        const double value = chasles_arm_condition(pair, cosine[step * j], sine[step * j], rows);
+        for (int m = 0; m <= CHASLES_ARM_DEGREE; m++) {
+            const int at = step * (m * j % CHASLES_ARM_SAMPLES);
+            series.a[m] += (m ? 2.0 : 1.0) / CHASLES_ARM_SAMPLES * value * cosine[at];
+            series.b[m] += (m ? 2.0 : 0.0) / CHASLES_ARM_SAMPLES * value * sine[at];
+        }
+    }
+    for (int m = 0; m <= CHASLES_ARM_DEGREE; m++)
+        series.most = fmax(series.most, fmax(fabs(series.a[m]), fabs(series.b[m])));
+    series.noise = CHASLES_ARM_NOISE * (1.0 + series.most);
+    roots->count = 0;
+    if (!(series.most > CHASLES_ARM_VANISHED))
+        return 0;
+    chasles_circle_real(0, 0, &series, roots);
+    return 1;
+}
+
+/* Adds the prismatic unknown, if there is one, and inserts the solution. */
+static void chasles_arm_finish(const chasles_arm_equations *equations, double *x,
+                               chasles_arm_solutions *found)
+{
+    double errors[3], slopes[3][CHASLES_ARM_UNKNOWN];
+    if (equations->arm->slides) {
+        x[0] = 0.0;
+        chasles_arm_error(equations, x, errors, slopes);
+        double square = 0.0, product = 0.0;
+        for (int i = 0; i < 3; i++) {
+            square += slopes[i][0] * slopes[i][0];
+            product += slopes[i][0] * errors[i];
+        }
+        x[0] = square > 0.0 ? -product / square : 0.0;
+    }
+    if (chasles_arm_error(equations, x, errors, slopes) <= CHASLES_ARM_TRIED)
+        chasles_arm_add(equations, x, found);
+}
+
+/* Solves for two angles; the inner one is the unknown number `inner`. */
+static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_arm_pair *pair,
+                              int inner, double *x, chasles_arm_solutions *found)
+{
+    chasles_circle_roots roots;
+    chasles_arm_scaled(pair);
+    if (!chasles_arm_outer(pair, &roots)) {
+        /* Either two equations determine the angles, or any outer angle is a solution. */
+        chasles_arm_pair two = *pair;
+        two.count = 2;
+        for (int k = 0; k < pair->count && pair->count == 3; k++) {
+            memcpy(two.at[0], pair->at[k], sizeof two.at[0]);
+            memcpy(two.at[1], pair->at[(k + 1) % 3], sizeof two.at[1]);
+            chasles_arm_pairs(equations, &two, inner, x, found);
+        }
+        chasles_circle_add(&roots, 0.0, 0.0);
+    }
+    for (int k = 0; k < roots.count; k++) {
+        for (int side = roots.imaginary[k] > 0.0 ? -1 : 0; side <= (roots.imaginary[k] > 0.0);
+             side++) {
+            double rows[3][3], angles[3];
+            x[inner + 1] = roots.angle[k] + side * roots.imaginary[k];
+            chasles_arm_condition(pair, cos(x[inner + 1]), sin(x[inner + 1]), rows);
+            const int count = chasles_arm_angles(pair->count, (const double(*)[3])rows, angles);
+            for (int i = 0; i < count; i++) {
+                x[inner] = angles[i];
+                chasles_arm_finish(equations, x, found);
+            }
+        }
+    }
+}
+
+/* Writes the equations without the prismatic unknown, whose coefficients are constant. */
+static void chasles_arm_without_slide(const chasles_arm_equations *equations,
+                                      chasles_arm_pair *pair)
+{
+    int largest = 0, count = 0;
+    for (int i = 1; i < 3; i++)
+        if (fabs(equations->at[i][1][0][0]) > fabs(equations->at[largest][1][0][0]))
+            largest = i;
+    const double whole = equations->at[largest][1][0][0];
+    for (int i = 0; i < 3; i++) {
+        if (i == largest)
+            continue;
+        const double own = equations->at[i][1][0][0];
+        for (int b = 0; b < 3; b++)
+            for (int c = 0; c < 3; c++)
+                pair->at[count][b][c] =
+                    equations->at[i][0][b][c] * whole - equations->at[largest][0][b][c] * own;
+        count++;
+    }
+    pair->count = count;
+}
+
+/* Writes the equations in the first two unknowns at an angle of the third. */
+static void chasles_arm_at(const chasles_arm_equations *equations, double angle,
+                           chasles_arm_pair *pair)
+{
+    double u[3], rate[3];
+    chasles_arm_basis(angle, 0, u, rate);
+    pair->count = 3;
+    for (int i = 0; i < 3; i++)
+        for (int a = 0; a < 3; a++)
+            for (int b = 0; b < 3; b++)
+                pair->at[i][a][b] = chasles_arm_dot(equations->at[i][a][b], u);
+}
+
+#endif

@@ -1,0 +1,297 @@
+"""Joints before or on a platform whose legs keep ball joints in planes, such as a 3-RPS on a rail.
+
+The planes of the legs have the rows r_i (unit normal, negative offset) in the frame of the legs,
+and the ball joints are at b_i on the platform. With the pose B of the legs in the base frame and
+the pose W of the tool on the platform, the pose T of the tool gives three equations
+
+    r_i . B^-1 T W^-1 b_i = 0,   i = 1, 2, 3.
+
+Each is linear in the cosine and sine of a revolute joint before or on the platform, and in the
+displacement of a prismatic joint. Up to three of these joints are unknown; further joints are fixed
+inputs. Handwritten C eliminates the unknowns one after the other, down to the roots of a
+trigonometric polynomial. ``ik_legs`` solves the platform and the legs for the values of the joints.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import sympy as sp
+
+from ...chain.forward import Pose
+from ...loops.model.body_frames import pose_along
+from ...loops.solve.solved_loops import SolvedLoops
+from ...terms.symbolic_function import Argument, Tables
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, dot, subtracted
+from ..chain_solution import solve_chain
+from ..steps.target import of_pose
+from ..steps.work import Work
+from ..structure.lines import home_of
+from ..structure.words import listed
+from ..tasks.slots import POSE_SYMBOLS, given_argument, values_of
+from .carried_platform import CarriedPlatform, carried_platform
+from .differences import FloatArray
+from .plane_equations import PlaneEquations
+
+SOLVER = "carried_arm"
+ARM = "v"
+"""Name of the argument of ``ik_legs`` with the joints before and on the platform."""
+MAX_JOINTS = 6
+"""Maximum number of joints before and on a platform."""
+SOLUTIONS = {0: 1, 1: 4, 2: 8, 3: 32}
+"""Maximum number of solutions by the number of unknown joints.
+
+Three angles have a polynomial of degree 16, two angles one of degree 3 with up to two inner angles.
+"""
+
+
+@dataclass(frozen=True)
+class CarriedArmTables(Tables):
+    """The fields of the C struct ``chasles_carried_arm_arm`` after its function pointers.
+
+    Attributes:
+        slots: Number of solution slots of ``ik_legs``.
+        coordinates: Number of actuated coordinates.
+        joints: Number of joints before and on the platform.
+        before: Number of joints before the platform.
+        unknown: Number of unknown joints.
+        slides: Whether the first unknown joint is prismatic.
+        solutions: Maximum number of solutions for the unknown joints.
+        places: Number of the joint of each map, counted from the base.
+        ranks: Number of the unknown of each map, or -1 - k for fixed input k.
+        kinds: Whether the joint of each map is prismatic.
+        size: Length of the mechanism (meter).
+        maps: Factors of 1, cos and sin, or of 1 and the displacement, in the inverse joint poses.
+        planes: Unit normal and negative offset of each plane in the frame of the legs (1, meter).
+        points: The ball joints in the platform frame (meter).
+    """
+
+    slots: int
+    coordinates: int
+    joints: int
+    before: int
+    unknown: int
+    slides: int
+    solutions: int
+    places: tuple[int, ...]
+    ranks: tuple[int, ...]
+    kinds: tuple[int, ...]
+    size: float
+    maps: tuple[tuple[tuple[float, ...], ...], ...]
+    planes: tuple[tuple[float, ...], ...]
+    points: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class CarriedArm:
+    """A main chain that consists of a platform and joints before or on it.
+
+    Attributes:
+        h: The robot.
+        carried: The platform.
+        equations: The equations of the planes.
+        unknown: Numbers of the joints that the C solver finds, in the order of elimination.
+    """
+
+    h: SolvedLoops
+    carried: CarriedPlatform
+    equations: PlaneEquations
+    unknown: tuple[int, ...]
+
+    solver, label = SOLVER, "arm solution"
+    """Name of the C solver, and the name of a solution."""
+
+    @property
+    def solutions(self) -> int:
+        """Maximum number of solutions for the unknown joints."""
+        return SOLUTIONS[len(self.unknown)]
+
+    @property
+    def given(self) -> tuple[int, ...]:
+        """Numbers of the fixed joints in the main chain."""
+        names = [joint.name for joint in self.h.robot.moving]
+        others = self.carried.others
+        return tuple(
+            names.index(joint.name) for k, joint in enumerate(others) if k not in self.unknown
+        )
+
+    @property
+    def places(self) -> list[int]:
+        """Numbers of the joints before and on the platform in the main chain."""
+        names = [joint.name for joint in self.h.robot.moving]
+        return [names.index(joint.name) for joint in self.carried.others]
+
+    @property
+    def argument(self) -> Argument:
+        """The coordinates of all joints before and on the platform."""
+        symbols = tuple(sp.Symbol(f"_{joint.name}", real=True) for joint in self.carried.others)
+        return Argument(ARM, symbols, (len(symbols),), "", "joints before and on the platform")
+
+    def arguments(self) -> tuple[Argument, ...]:
+        """Returns the fixed joints as arguments of the inverse."""
+        moving = self.h.robot.moving
+        return tuple(
+            given_argument(self.h.robot, k, sp.Symbol(f"_{moving[k].name}", real=True))
+            for k in self.given
+        )
+
+    def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
+        """Returns the joints before and on the platform as an argument, and all coordinates."""
+        carried, own = self.carried, self.argument
+        values = {
+            joint.name: symbol for joint, symbol in zip(carried.others, own.symbols, strict=True)
+        }
+        found = zip(carried.platform.moving, self.place(work, self._platform(values)), strict=True)
+        values |= {joint.name: joint.direction * x for joint, x in found}
+        return (own,), [values[joint.name] for joint in self.h.robot.moving]
+
+    def place(self, work: Work, entries: Sequence[sp.Expr]) -> list[sp.Expr]:
+        """Solves for the joints of the platform at a pose, given by its entries."""
+        carried = self.carried
+        home = home_of(carried.platform, work.terms)
+        solve_chain(work, carried.lines, carried.found, of_pose(work.terms, entries, home), {})
+        return values_of(work, carried.platform, {})
+
+    def tables(self, slots: int, coordinates: int, size: float) -> CarriedArmTables:
+        """Returns the tables of the C solver.
+
+        Args:
+            slots: Number of solution slots of ``ik_legs``.
+            coordinates: Number of actuated coordinates.
+            size: Length of the mechanism (meter).
+        """
+        count = len(self.equations.maps)
+        fixed = [k for k in range(count) if k not in self.unknown]
+        ranks = [
+            self.unknown.index(m.joint) if m.joint in self.unknown else -1 - fixed.index(m.joint)
+            for m in self.equations.maps
+        ]
+        empty = [0] * (MAX_JOINTS - count)
+        maps = [[_floats(part) for part in m.parts] for m in self.equations.maps]
+        maps += [[(0.0,) * 16] * 3 for _ in empty]
+        return CarriedArmTables(
+            slots,
+            coordinates,
+            count,
+            self.equations.before,
+            len(self.unknown),
+            sum(map(self.equations.is_slide, self.unknown)),
+            self.solutions,
+            (*(m.joint for m in self.equations.maps), *empty),
+            (*ranks, *empty),
+            (*(int(m.is_slide) for m in self.equations.maps), *empty),
+            size,
+            tuple(map(tuple, maps)),
+            tuple(map(_floats, self.equations.rows)),
+            tuple(map(_floats, self.equations.points)),
+        )
+
+    def _platform(self, values: dict[str, sp.Expr]) -> list[sp.Expr]:
+        """Returns the entries of the pose of the platform in the frame of the legs."""
+        m, terms, carried = self.h.mechanism, self.h.terms, self.carried
+        x, y, z, p = _columns(POSE_SYMBOLS)
+        T: Pose = ((x, y, z), p)
+        base = self.h.robot.base if carried.before else ()
+        B = pose_along(m, terms, carried.before, (), values, base)
+        W = pose_along(m, terms, carried.behind, self.h.robot.tool, values)
+        pose = _relative(terms, B, _before(terms, T, W))
+        (x, y, z), p = pose
+        rows = [[column[i] for column in (x, y, z, p)] for i in range(3)]
+        return [entry for row in (*rows, [sp.S.Zero] * 3 + [sp.S.One]) for entry in row]
+
+
+def carried_arm(h: SolvedLoops) -> CarriedArm | None:
+    """Returns the platform and its other joints, or None if their equations cannot be solved."""
+    found = _found(h)
+    return found if isinstance(found, CarriedArm) else None
+
+
+def missing(h: SolvedLoops) -> str:
+    """Returns the reason why a chain with coupled joints next to other joints has no ``ik``.
+
+    The text is empty if the chain is a platform with joints before or on it.
+    """
+    found = _found(h)
+    if isinstance(found, CarriedArm):
+        return ""
+    actuated = {c.moves for c in h.mechanism.coordinates}
+    coupled = [joint.name for joint in h.robot.moving if joint.name not in actuated]
+    couple = f"the loops couple {listed(coupled)}, so that " if coupled else ""
+    return f"{couple}a pose of the tool does not determine the platform in closed form: {found}"
+
+
+def _found(h: SolvedLoops) -> CarriedArm | str:
+    carried = carried_platform(h)
+    if isinstance(carried, str):
+        return carried
+    names = [joint.name for joint in carried.others]
+    unlike = [j.name for j in carried.others if j.kind not in ("revolute", "prismatic")]
+    if len(names) > MAX_JOINTS:
+        return (
+            f"at most {MAX_JOINTS} joints may be before and on the platform, unlike {listed(names)}"
+        )
+    if unlike:
+        kinds = "the joints before and on the platform must be revolute or prismatic"
+        return f"{kinds}, unlike {listed(unlike)}"
+    equations = PlaneEquations(h, carried)
+    count = equations.rank()
+    for unknown in _choices(equations, count):
+        if equations.rank(unknown) == count:
+            return CarriedArm(h, carried, equations, unknown)
+    return (
+        f"the planes of the legs determine {count} of {listed(names)}, and the elimination needs "
+        "at most one prismatic joint among them, whose direction relative to the planes no other "
+        "of them changes"
+    )
+
+
+def _choices(equations: PlaneEquations, count: int) -> Iterator[tuple[int, ...]]:
+    """Yields sets of unknown joints in the order of elimination.
+
+    The joints at the tool come first, so that rails and turntables are fixed. A prismatic joint is
+    eliminated first. An angle in which the equations are always dependent is eliminated last. For
+    example, the planes of a symmetric platform meet in a line, and a turntable about this line
+    leaves two independent equations.
+    """
+    for unknown in combinations(range(len(equations.maps))[::-1], count):
+        slides = [k for k in unknown if equations.is_slide(k)]
+        angles = sorted(k for k in unknown if k not in slides)
+        is_constant = all(equations.has_constant_factor(k, unknown) for k in slides)
+        if len(slides) <= 1 and is_constant:
+            angles.sort(key=lambda k: equations.is_dependent(k, angles))
+            yield (*slides, *angles)
+
+
+def _columns(entries: Sequence[sp.Expr]) -> list[Vector]:
+    return [(entries[j], entries[4 + j], entries[8 + j]) for j in range(4)]
+
+
+def _relative(terms: Terms, A: Pose, B: Pose) -> Pose:
+    """Returns A^-1 B."""
+    axes, origin = A
+    columns = [*B[0], subtracted(terms, B[1], origin)]
+    x, y, z, p = (_triple([dot(terms, axis, v) for axis in axes]) for v in columns)
+    return (x, y, z), p
+
+
+def _before(terms: Terms, T: Pose, W: Pose) -> Pose:
+    """Returns T W^-1."""
+    axes, origin = W
+    rows = [_triple([T[0][j][i] for j in range(3)]) for i in range(3)]
+    # Entry (i, k) of the rotation is row i of the rotation of T times row k of the rotation of W.
+    others = [_triple([axes[j][k] for j in range(3)]) for k in range(3)]
+    R = [_triple([dot(terms, row, other) for other in others]) for row in rows]
+    moved = _triple([dot(terms, row, origin) for row in R])
+    x, y, z = (_triple([R[i][k] for i in range(3)]) for k in range(3))
+    return (x, y, z), subtracted(terms, T[1], moved)
+
+
+def _triple(values: Sequence[sp.Expr]) -> Vector:
+    x, y, z = values
+    return x, y, z
+
+
+def _floats(values: FloatArray) -> tuple[float, ...]:
+    return tuple(map(float, np.ravel(values)))

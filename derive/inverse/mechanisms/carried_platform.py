@@ -1,0 +1,239 @@
+"""A platform in a main chain whose three legs each keep a ball joint in a plane, such as a 3-RPS.
+
+Further joints may be before the legs, between the base and the body at which the legs start, or on
+the platform. The pose of the tool then does not determine the pose of the platform directly.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...loops.model.body_frames import pose_along
+from ...loops.model.planes import Loop, loops
+from ...loops.solve.solved_loops import SolvedLoops
+from ...model.mechanism import Closure, Frame
+from ...model.robot import Joint, SerialRobot
+from ...model.tolerances import EXACT_STRUCTURE
+from ...terms.terms import Terms
+from ..arms.loop_arm import structure_of
+from ..classify import Attempt
+from ..structure.lines import Axis, Lines, axes_of, home_of, numbers
+from ..structure.words import listed
+from .differences import FloatArray
+
+LEGS, LEG_JOINTS, TURNS = 3, 2, 3
+"""Number of legs, joints per leg before its ball joint, and axes of a ball joint."""
+FREE = 6
+"""Number of virtual joints of a platform; a leg in the main chain has one joint less."""
+Path = tuple[Joint, ...]
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The plane of a leg: its normal and offset in the frame of the legs, and the platform's ball.
+
+    Attributes:
+        normal: Unit normal, in the axes of the body at which the legs start.
+        offset: Distance from the origin of this body (meter).
+        ball: The ball joint in the platform frame (meter).
+    """
+
+    normal: FloatArray
+    offset: float
+    ball: FloatArray
+
+
+@dataclass(frozen=True)
+class CarriedPlatform:
+    """A main chain with a platform whose legs keep ball joints in planes.
+
+    Attributes:
+        before: The joints before the body at which the legs start, with fixed joints.
+        platform: The virtual joints of the platform, or the leg that carries it.
+        behind: The joints on the platform, with fixed joints.
+        lines: The axes of the platform's joints.
+        found: The structure of these axes.
+        planes: The planes of the three ball joints.
+    """
+
+    before: Path
+    platform: SerialRobot
+    behind: Path
+    lines: Lines
+    found: Attempt
+    planes: tuple[Plane, ...]
+
+    @property
+    def others(self) -> tuple[Joint, ...]:
+        """Returns the moving joints before and on the platform."""
+        return tuple(j for j in (*self.before, *self.behind) if j.kind != "fixed")
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """The main chain before, up to and behind the platform; the body ``start`` carries the legs."""
+
+    before: Path
+    middle: Path
+    behind: Path
+    start: str
+
+
+def carried_platform(h: SolvedLoops) -> CarriedPlatform | str:
+    """Returns the platform of a main chain, or the condition that fails."""
+    parts = _parts(h)
+    if isinstance(parts, str):
+        return parts
+    platform = _robot(h, parts)
+    planes = _planes(h, parts, platform)
+    if isinstance(planes, str):
+        return planes
+    others = [j.name for j in (*parts.before, *parts.behind) if j.kind != "fixed"]
+    actuated = {c.moves for c in h.mechanism.coordinates}
+    passive = [name for name in others if name not in actuated]
+    if passive:
+        return f"no joint before or on the platform may be passive, unlike {listed(passive)}"
+    if len(h.q) != LEGS + len(others):
+        return (
+            f"the robot must have {LEGS + len(others)} actuated coordinates, but it has {len(h.q)}"
+        )
+    structure = structure_of(platform, h.terms)
+    if structure is None:
+        return (
+            f"the pose of {platform.joints[-1].link} does not determine its joints in closed form"
+        )
+    return CarriedPlatform(parts.before, platform, parts.behind, *structure, planes)
+
+
+def keeps_planes(h: SolvedLoops) -> bool:
+    """Whether the main chain has a platform with joints, and each leg keeps a ball in a plane."""
+    parts = _parts(h)
+    return not isinstance(parts, str) and not isinstance(_planes(h, parts, _robot(h, parts)), str)
+
+
+def _parts(h: SolvedLoops) -> _Parts | str:
+    """Returns the parts of the main chain, or the condition that fails."""
+    m, chain = h.mechanism, h.mechanism.path_to(h.mechanism.tool_body)
+    ends = {frame.body for item in m.loop_joints for frame in (item.a, item.b)}
+    starts = _starts(h)
+    if len(starts) != 1:
+        return f"the legs must start at one body, but they start at {listed(starts)}"
+    (start,) = starts
+    links = [joint.link for joint in chain]
+    first = 1 + links.index(start) if start in links else 0
+    bodies = [link for link in links[first:] if link in ends]
+    if len(bodies) != 1:
+        return f"the main chain must have one body at which legs end, but it has {len(bodies)}"
+    last = 1 + links.index(bodies[0])
+    parts = _Parts(tuple(chain[:first]), tuple(chain[first:last]), tuple(chain[last:]), start)
+    if all(joint.kind == "fixed" for joint in (*parts.before, *parts.behind)):
+        return f"no joint moves the legs or the tool on the body {bodies[0]}"
+    return parts
+
+
+def _starts(h: SolvedLoops) -> list[str]:
+    """Returns the bodies at which the legs start: the common bodies of the loops."""
+    found = []
+    for loop in loops(h.mechanism):
+        paths = [path for path in (loop.to_a, loop.to_b) if path]
+        found += [path[0].parent for path in paths]
+    return list(dict.fromkeys(found))
+
+
+def _robot(h: SolvedLoops, parts: _Parts) -> SerialRobot:
+    """Returns the joints of the platform, from the body at which the legs start."""
+    base = () if parts.before else h.robot.base
+    count = len(parts.before)
+    joints = h.robot.joints[count : count + len(parts.middle)]
+    return replace(h.robot, joints=joints, base=base, tool=())
+
+
+def _planes(h: SolvedLoops, parts: _Parts, platform: SerialRobot) -> tuple[Plane, ...] | str:
+    """Returns the planes of the three ball joints, or the condition that fails."""
+    found = {
+        f"the leg that ends at {loop.loop_joint.name}": _plane(h, parts, loop)
+        for loop in loops(h.mechanism)
+    }
+    if len(platform.moving) != FREE:
+        found[f"the leg of {listed(names_of(platform))}"] = _plane_of_chain(platform, h.terms)
+    if len(found) != LEGS:
+        return f"the platform must have {LEGS} legs, but it has {len(found)}"
+    planes = tuple(plane for plane in found.values() if plane is not None)
+    if len(planes) == LEGS:
+        return planes
+    others = listed([leg for leg, plane in found.items() if plane is None])
+    return f"each leg must keep a ball joint in a plane, unlike {others}"
+
+
+def names_of(robot: SerialRobot) -> list[str]:
+    """Returns the names of the moving joints."""
+    return [joint.name for joint in robot.moving]
+
+
+def _plane(h: SolvedLoops, parts: _Parts, loop: Loop) -> Plane | None:
+    """Returns the plane of the ball joint at the end of a leg, or None if it moves differently."""
+    closure, chain = loop.loop_joint, {joint.name for joint in h.robot.joints}
+    if not isinstance(closure, Closure) or closure.kind != "ball":
+        return None
+    for leg, own, other in (
+        (loop.to_a, closure.a, closure.b),
+        (loop.to_b, closure.b, closure.a),
+    ):
+        if chain.isdisjoint(joint.name for joint in leg):
+            return _plane_of_leg(h, parts, own, other)
+    return None
+
+
+def _plane_of_leg(h: SolvedLoops, parts: _Parts, own: Frame, other: Frame) -> Plane | None:
+    """Returns the plane of a ball joint.
+
+    Args:
+        h: The robot.
+        parts: The parts of its main chain.
+        own: The frame of the ball joint on the leg.
+        other: The frame of the ball joint on the platform.
+    """
+    m = h.mechanism
+    path = m.path_to(own.body)[len(parts.before) :]
+    joints = tuple(replace(joint, parent="") for joint in path)
+    base = () if parts.before else m.base
+    leg = SerialRobot(m.name, joints, base=base, tool=own.placement, parameters=m.parameters)
+    axes = axes_of(leg, h.terms)
+    normal = _normal(axes) if len(axes) == LEG_JOINTS else None
+    if normal is None:
+        return None
+    *_, ball = home(leg, h.terms)
+    _, point = pose_along(m, h.terms, (), other.placement, {})
+    return Plane(normal, float(normal @ ball), numbers(h.terms, point))
+
+
+def _plane_of_chain(platform: SerialRobot, terms: Terms) -> Plane | None:
+    """Returns the plane of a leg in the main chain, whose last three axes are its ball joint."""
+    lines = Lines(terms, axes_of(platform, terms))
+    if len(lines.axes) != LEG_JOINTS + TURNS or not all(a.turns for a in lines.axes[LEG_JOINTS:]):
+        return None
+    normal = _normal(lines.axes[:LEG_JOINTS])
+    if normal is None or not lines.meet(*range(LEG_JOINTS, LEG_JOINTS + TURNS)):
+        return None
+    ball = numbers(terms, lines.meeting(LEG_JOINTS, LEG_JOINTS + 1))
+    x, y, z, at = home(platform, terms)
+    return Plane(normal, float(normal @ ball), np.array([x, y, z]) @ (ball - at))
+
+
+def _normal(axes: Sequence[Axis]) -> FloatArray | None:
+    """Returns the normal of the plane in which the joints of a leg move points, or None."""
+    normal = next((axis.direction for axis in axes if axis.turns), None)
+    return normal if normal is not None and all(_keeps(a, normal) for a in axes) else None
+
+
+def _keeps(axis: Axis, normal: FloatArray) -> bool:
+    """Whether a joint moves points in a plane with this normal."""
+    if axis.turns:
+        return float(np.linalg.norm(np.cross(axis.direction, normal))) <= EXACT_STRUCTURE
+    return axis.kind == "prismatic" and abs(float(axis.direction @ normal)) <= EXACT_STRUCTURE
+
+
+def home(robot: SerialRobot, terms: Terms) -> list[FloatArray]:
+    """Returns the axes and the origin of the tool with all joints at zero (meter)."""
+    return [numbers(terms, column[:3]) for column in home_of(robot, terms).T.tolist()]

@@ -1,0 +1,221 @@
+"""The equations of planes that legs keep, in the joints before and on their platform, in numbers.
+
+With the pose B of the legs in the base frame and the pose W of the tool on the platform, the pose
+of the platform in the frame of the legs is B^-1 T W^-1. A joint changes the inverse poses B^-1 or
+W^-1 by a factor that is linear in its cosine and sine, or in its displacement.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, reduce
+
+import numpy as np
+import sympy as sp
+
+from ...chain.forward import Pose
+from ...loops.model.body_frames import pose_along
+from ...loops.solve.solved_loops import SolvedLoops
+from ...model.robot import Joint, Placement
+from ...terms.terms import Terms
+from .carried_platform import CarriedPlatform
+from .differences import FloatArray
+
+RANK = 1e-6
+"""Smallest singular value, relative to the largest, of equations that determine the unknowns."""
+ZERO = 1e-12
+"""Largest change of a coefficient that counts as constant, relative to the coefficient."""
+SAMPLES = 8
+"""Number of random values of the unknown joints that show a constant coefficient."""
+ANGLES = (0.0, 2.0, 4.0)
+"""Angles (radian) that determine the factors of 1, cosine and sine."""
+Group = tuple[tuple[Joint, ...], Placement, Placement]
+"""A moving joint with fixed joints next to it, and the placements before and after them."""
+
+
+@dataclass(frozen=True)
+class JointMap:
+    """The inverse pose of a joint, which is linear in functions of its coordinate.
+
+    Attributes:
+        joint: Number of the joint among the joints before and on the platform.
+        is_slide: Whether the joint is prismatic.
+        parts: Factors (4, 4) of 1, cosine and sine, or of 1, displacement and 0.
+    """
+
+    joint: int
+    is_slide: bool
+    parts: tuple[FloatArray, ...]
+
+    def at(self, x: float) -> FloatArray:
+        """Returns the inverse pose (4, 4) at a coordinate (radian or meter)."""
+        one, first, second = self.parts
+        return one + (x * first if self.is_slide else np.cos(x) * first + np.sin(x) * second)
+
+    def slope(self, x: float) -> FloatArray:
+        """Returns the derivative of the inverse pose with respect to the coordinate."""
+        _, first, second = self.parts
+        return first if self.is_slide else np.cos(x) * second - np.sin(x) * first
+
+
+@dataclass(frozen=True)
+class PlaneEquations:
+    """The equations of three planes in the joints before and on a platform.
+
+    Attributes:
+        h: The robot.
+        carried: The platform.
+    """
+
+    h: SolvedLoops
+    carried: CarriedPlatform
+
+    @property
+    def before(self) -> int:
+        """Number of moving joints before the legs."""
+        return sum(joint.kind != "fixed" for joint in self.carried.before)
+
+    @cached_property
+    def maps(self) -> tuple[JointMap, ...]:
+        """The joints before the legs, from the legs to the base, then from the tool to the legs."""
+        base = self.h.robot.base if self.carried.before else ()
+        before = _groups(self.carried.before, base, ())
+        behind = _groups(self.carried.behind, (), self.h.robot.tool)
+        own = [self._map(group, k) for k, group in enumerate((*before, *behind))]
+        return (*own[: len(before)][::-1], *own[len(before) :][::-1])
+
+    @cached_property
+    def rows(self) -> FloatArray:
+        """Unit normals and negative offsets (3, 4) of the planes, times fixed inverse poses."""
+        planes = self.carried.planes
+        rows = np.array([[*plane.normal, -plane.offset] for plane in planes])
+        return rows @ self._still(self.carried.before, self.h.robot.base, ())
+
+    @cached_property
+    def points(self) -> FloatArray:
+        """The ball joints (3, 4) in homogeneous coordinates, times fixed inverse poses."""
+        points = np.array([[*plane.ball, 1.0] for plane in self.carried.planes])
+        return points @ self._still(self.carried.behind, (), self.h.robot.tool).T
+
+    def rank(self, unknown: Sequence[int] | None = None) -> int:
+        """Returns the number of joints that the planes determine.
+
+        Args:
+            unknown: Numbers of the joints that are not fixed; by default, all joints.
+        """
+        columns = range(len(self.maps)) if unknown is None else unknown
+        slopes = np.array([self._derivatives(T, x)[:, list(columns)] for x, T in self._closed])
+        if not slopes.size:
+            return 0
+        slides = [i for i, k in enumerate(columns) if self.is_slide(k)]
+        slopes[:, :, slides] *= self.h.numbers.size
+        values = np.linalg.svd(slopes, compute_uv=False)
+        return int(max(np.sum(v > RANK * max(v[0], RANK)) for v in values))
+
+    def has_constant_factor(self, slide: int, unknown: Sequence[int]) -> bool:
+        """Whether no other unknown joint changes the factor of a prismatic joint."""
+        rng, (start, T) = np.random.default_rng(0), self._closed[-1]
+        found, x = [], start.copy()
+        for _ in range(SAMPLES):
+            x[list(unknown)] = rng.uniform(-1, 1, len(unknown))
+            found.append(self._derivatives(T, x)[:, slide])
+        size = max(1.0, float(np.abs(found).max()))
+        return bool(np.max(np.ptp(found, axis=0)) <= ZERO * size)
+
+    def is_dependent(self, joint: int, unknown: Sequence[int]) -> bool:
+        """Whether the equations are dependent in 1, cosine and sine of a joint for all others."""
+        rng, values = np.random.default_rng(0), []
+        for start, T in self._closed:
+            x = start.copy()
+            x[list(unknown)] = rng.uniform(-np.pi, np.pi, len(unknown))
+            errors = []
+            for x[joint] in ANGLES:
+                errors.append(self._product([m.at(x[m.joint]) for m in self.maps], T))
+            singular = np.linalg.svd(np.array(errors), compute_uv=False)
+            values.append(singular[-1] / singular[0])
+        return bool(max(values) < RANK)
+
+    def is_slide(self, joint: int) -> bool:
+        """Whether a joint is prismatic."""
+        return self.carried.others[joint].kind == "prismatic"
+
+    @cached_property
+    def _closed(self) -> list[tuple[FloatArray, FloatArray]]:
+        """Joints before and on the platform, and tool poses (4, 4), at closed configurations."""
+        h, carried, found = self.h, self.carried, []
+        base = () if carried.before else h.robot.base
+        before_still = self._still(carried.before, h.robot.base, ())
+        behind_still = self._still(carried.behind, (), h.robot.tool)
+        for w in h.numbers.generic:
+            at = {n: sp.Float(value) for n, value in zip(h.numbers.names, w, strict=True)}
+            x = np.array([float(at[joint.name]) for joint in carried.others])
+            P = self._matrix(carried.platform.joints, base, (), at)
+            factors = [m.at(x[m.joint]) for m in self.maps]
+            before = reduce(np.matmul, factors[: self.before], before_still)
+            behind = reduce(np.matmul, factors[self.before :], np.eye(4)) @ behind_still
+            found.append((x, np.linalg.inv(before) @ P @ np.linalg.inv(behind)))
+        return found
+
+    def _derivatives(self, T: FloatArray, x: FloatArray) -> FloatArray:
+        """Returns the derivatives (3, n) of the equations with respect to the joints."""
+        found = np.zeros((len(self.carried.planes), len(self.maps)))
+        for moved in self.maps:
+            factors = [m.slope(x[m.joint]) if m is moved else m.at(x[m.joint]) for m in self.maps]
+            found[:, moved.joint] = self._product(factors, T)
+        return found
+
+    def _product(self, factors: Sequence[FloatArray], T: FloatArray) -> FloatArray:
+        """Returns the planes times the inverse poses, T and the ball joints (3,)."""
+        product = reduce(np.matmul, [*factors[: self.before], T, *factors[self.before :]])
+        found: FloatArray = np.einsum("ij,jk,ik->i", self.rows, product, self.points)
+        return found
+
+    def _still(self, path: Sequence[Joint], base: Placement, tool: Placement) -> FloatArray:
+        """Returns the inverse pose (4, 4) of fixed joints on a side without moving joints."""
+        if any(joint.kind != "fixed" for joint in path):
+            return np.eye(4)
+        # The planes are in the base frame if the legs start there.
+        first = base if path else ()
+        return np.asarray(np.linalg.inv(self._matrix(path, first, tool, {})))
+
+    def _map(self, group: Group, joint: int) -> JointMap:
+        joints, base, tool = group
+        (moving,) = [each for each in joints if each.kind != "fixed"]
+
+        def inverse(x: float) -> FloatArray:
+            pose = self._matrix(joints, base, tool, {moving.name: sp.Float(x)})
+            return np.asarray(np.linalg.inv(pose))
+
+        if moving.kind == "prismatic":
+            zero = inverse(0.0)
+            return JointMap(joint, True, (zero, inverse(1.0) - zero, np.zeros((4, 4))))
+        zero, half, quarter = inverse(0.0), inverse(np.pi), inverse(np.pi / 2)
+        middle = (zero + half) / 2
+        return JointMap(joint, False, (middle, zero - middle, quarter - middle))
+
+    def _matrix(
+        self, path: Sequence[Joint], base: Placement, tool: Placement, at: dict[str, sp.Expr]
+    ) -> FloatArray:
+        pose = pose_along(self.h.mechanism, self.h.terms, path, tool, at, base)
+        return _numbers(self.h.terms, pose)
+
+
+def _groups(path: Sequence[Joint], base: Placement, tool: Placement) -> list[Group]:
+    """Returns the moving joints, each with the fixed joints before it; the last one has the rest.
+
+    The list is empty if no joint moves.
+    """
+    ends = [k for k, joint in enumerate(path) if joint.kind != "fixed"]
+    groups = []
+    for k, end in enumerate(ends):
+        is_last = end == ends[-1]
+        start = ends[k - 1] + 1 if k else 0
+        joints = tuple(path[start : len(path) if is_last else end + 1])
+        groups.append((joints, base if k == 0 else (), tool if is_last else ()))
+    return groups
+
+
+def _numbers(terms: Terms, pose: Pose) -> FloatArray:
+    T = np.eye(4)
+    for j, column in enumerate((*pose[0], pose[1])):
+        T[:3, j] = [float(terms.value(entry)) for entry in column]
+    return T
