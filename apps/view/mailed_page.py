@@ -6,7 +6,7 @@ import base64
 import html
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -83,6 +83,7 @@ def page_data(robot: Robot) -> dict[str, Any]:
         "bodies": _bodies(skeleton),
         "struts": _struts(skeleton, start),
         "closures": _closures(skeleton),
+        "couplings": _couplings(robot, start.z, _scales(robot, skeleton), skeleton.size),
         "tool": {"body": skeleton.tip, "placement": skeleton.tip_placement.ravel().tolist()},
         "surfaces": [_surface(solid, display.moved) for solid in display.solids],
     }
@@ -157,6 +158,17 @@ def _closures(skeleton: Skeleton) -> list[dict[str, Any]]:
         }
         for closure in skeleton.closures
     ]
+
+
+def _couplings(
+    robot: Robot, z: NDArray[np.float64], scales: Sequence[float], size: float
+) -> list[dict[str, Any]]:
+    """Return the factors of z in each coupling, in meters, and their total at closed loops."""
+    found = []
+    for row in robot.manifest.loops.joint_couplings:
+        factors = np.array(row) * size / np.abs(np.array(row) * scales).max()
+        found.append({"factors": factors.tolist(), "total": float(factors @ z)})
+    return found
 
 
 def _surface(solid: Solid, moved: Mapping[str, int]) -> dict[str, Any]:

@@ -74,7 +74,8 @@ class Kinematics {
     const used = [...robot.bodies.map((body) => body.joint), ...robot.struts]
       .map((part) => (part ? part.coordinate : -1))
       .filter((k) => k >= 0 && !this.driven.includes(k));
-    this.free = robot.closures.length + robot.struts.length ? [...new Set(used)] : [];
+    const equations = robot.closures.length + robot.struts.length + robot.couplings.length;
+    this.free = equations ? [...new Set(used)] : [];
     this.paths = this.pathsFromTheGround();
   }
 
@@ -166,6 +167,10 @@ class Kinematics {
       square
         .slice(0, { pin: 2, ball: 0, weld: 3, slider: 3 }[kind])
         .forEach(([a, b]) => rows.square(bodies, a, b, size));
+    }
+    for (const { factors, total } of this.robot.couplings) {
+      rows.add(factors.reduce((sum, factor, k) => sum + factor * z[k], -total));
+      factors.forEach((factor, k) => (rows.last[k] += factor));
     }
     return rows;
   }

@@ -21,6 +21,8 @@ STEPS = 3
 HELD = Path(__file__).with_name("held.toml")
 """A robot with slider, weld and ball closures; the other robots have pins and struts."""
 
+GEARED = Path(__file__).parents[2] / "derive" / "loops" / "geared_five_bar.toml"
+
 
 def moved(T, point) -> np.ndarray:
     return T[:3, :3] @ point + T[:3, 3]
@@ -30,8 +32,11 @@ def test_page_kinematics_match_generated_functions(browser, tmp_path):
     opened(browser, tmp_path, chasles.load("four_bar"))
     checked, kinds = 0, set()
     functions = ["fk", "configuration", "constraint", "constraint_D_z"]
-    held = compiled(read(HELD), tmp_path / "held", functions, ("c", "python"))
-    for robot in (*map(chasles.load, chasles.robots()), held):
+    own = [
+        compiled(read(file), tmp_path / file.stem, functions, ("c", "python"))
+        for file in (HELD, GEARED)
+    ]
+    for robot in (*map(chasles.load, chasles.robots()), *own):
         name = robot.name
         display = Display(robot)
         kinds |= {closure.kind for closure in display.skeleton.closures}
@@ -45,7 +50,7 @@ def test_page_kinematics_match_generated_functions(browser, tmp_path):
             assert off[:, :3, :3].max() < CLOSED, name
             assert off[:, :3, 3].max() < CLOSED * size, name
             checked += 1
-    assert checked == STEPS * (1 + len(chasles.robots()))
+    assert checked == STEPS * (len(own) + len(chasles.robots()))
     assert kinds == {"pin", "slider", "weld", "ball"}
     assert browser.complaints() == []
 
