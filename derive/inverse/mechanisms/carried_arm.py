@@ -38,6 +38,8 @@ from .plane_equations import PlaneEquations
 SOLVER = "carried_arm"
 ARM = "v"
 """Name of the argument of ``ik_legs`` with the joints before and on the platform."""
+MAX_UNKNOWN = 3
+"""Maximum number of unknown joints: the number of planes."""
 MAX_JOINTS = 6
 """Maximum number of joints before and on a platform."""
 SOLUTIONS = {0: 1, 1: 4, 2: 8, 3: 32}
@@ -243,7 +245,7 @@ def _found(h: SolvedLoops) -> CarriedArm | str:
     return (
         f"the planes of the legs determine {count} of {listed(names)}, and the elimination needs "
         "at most one prismatic joint among them, whose direction relative to the planes no other "
-        "of them changes"
+        "of them changes, and two revolute joints among three whose axes are not parallel"
     )
 
 
@@ -257,11 +259,19 @@ def _choices(equations: PlaneEquations, count: int) -> Iterator[tuple[int, ...]]
     """
     for unknown in combinations(range(len(equations.maps))[::-1], count):
         slides = [k for k in unknown if equations.is_slide(k)]
-        angles = sorted(k for k in unknown if k not in slides)
+        angles = _angles(equations, sorted(k for k in unknown if k not in slides))
         is_constant = all(equations.has_constant_factor(k, unknown) for k in slides)
-        if len(slides) <= 1 and is_constant:
-            angles.sort(key=lambda k: equations.is_dependent(k, angles))
+        if len(slides) <= 1 and is_constant and angles is not None:
             yield (*slides, *angles)
+
+
+def _angles(equations: PlaneEquations, angles: list[int]) -> list[int] | None:
+    """Returns angles in the order of elimination, or None if no order has a resultant."""
+    angles = sorted(angles, key=lambda k: equations.is_dependent(k, angles))
+    if len(angles) < MAX_UNKNOWN:
+        return angles
+    orders = ([*pair, last] for last in angles[::-1] for pair in [[k for k in angles if k != last]])
+    return next((order for order in orders if not equations.meet_at_infinity(*order[:2])), None)
 
 
 def _columns(entries: Sequence[sp.Expr]) -> list[Vector]:

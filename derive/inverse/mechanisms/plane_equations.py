@@ -8,6 +8,7 @@ W^-1 by a factor that is linear in its cosine and sine, or in its displacement.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
+from itertools import product
 
 import numpy as np
 import sympy as sp
@@ -134,6 +135,24 @@ class PlaneEquations:
             values.append(singular[-1] / singular[0])
         return bool(max(values) < RANK)
 
+    def meet_at_infinity(self, first: int, second: int) -> bool:
+        """Whether the equations in two angles have a common root at infinity for all others.
+
+        Such a root, for example of two adjacent parallel axes, makes their resultant zero. The
+        factor of exp(i x) in a map is (A - i B) / 2, with the factors A and B of cosine and sine.
+        """
+        rng, (start, T) = np.random.default_rng(0), self._closed[-1]
+        x = rng.uniform(-np.pi, np.pi, len(start))
+        sizes = []
+        for signs in product((1j, -1j), repeat=2):
+            chosen = dict(zip((first, second), signs, strict=True))
+            factors = [
+                m.parts[1] - chosen[m.joint] * m.parts[2] if m.joint in chosen else m.at(x[m.joint])
+                for m in self.maps
+            ]
+            sizes.append(np.abs(self._product(factors, T)).max())
+        return bool(min(sizes) <= RANK * max(sizes))
+
     def is_slide(self, joint: int) -> bool:
         """Whether a joint is prismatic."""
         return self.carried.others[joint].kind == "prismatic"
@@ -165,8 +184,8 @@ class PlaneEquations:
 
     def _product(self, factors: Sequence[FloatArray], T: FloatArray) -> FloatArray:
         """Returns the planes times the inverse poses, T and the ball joints (3,)."""
-        product = reduce(np.matmul, [*factors[: self.before], T, *factors[self.before :]])
-        found: FloatArray = np.einsum("ij,jk,ik->i", self.rows, product, self.points)
+        pose = reduce(np.matmul, [*factors[: self.before], T, *factors[self.before :]])
+        found: FloatArray = np.einsum("ij,jk,ik->i", self.rows, pose, self.points)
         return found
 
     def _still(self, path: Sequence[Joint], base: Placement, tool: Placement) -> FloatArray:

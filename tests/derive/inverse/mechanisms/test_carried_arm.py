@@ -26,10 +26,12 @@ AXES = [
     ((1, 0, 0), ("0.02", "-0.04", "0.1")),
 ]
 """Axis and origin (meter) of each joint on a platform; the axes do not meet in one point."""
+PARALLEL = [AXES[0], ((0, 0, 1), AXES[1][1]), AXES[2]]
+"""Axes of which the first two are parallel, so that they are not eliminated together."""
 MIXED = ("RPS", "PRS", "RRS")
 RAIL, SPIN = ("rail", (1, 0, 0), ("0.1", 0, 0)), ("turntable", (0, 0, 1), (0, "0.1", 0))
 ROBOTS = {
-    "three offset axes": (lambda: carrying(drawn(2, ("RPS",) * 3), AXES), ()),
+    "three offset axes": (lambda: carrying(drawn(2, ("RPS",) * 3), PARALLEL), ()),
     "rail": (lambda: moved(drawn(0, ("RPS",) * 3), *RAIL), ()),
     "rail and two axes": (lambda: moved(carrying(drawn(1, MIXED), AXES[:2]), *RAIL), ()),
     "turntable and one axis": (lambda: moved(carrying(driven_by_a_leg(), AXES[:1]), *SPIN), ()),
