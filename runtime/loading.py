@@ -34,7 +34,7 @@ def load_functions(
         MismatchError: If the library is damaged, and no compiler was found.
         ChaslesError: If the library cannot be compiled; the message states the reason.
     """
-    library = open_library(manifest)
+    _, library = open_library(manifest)
     functions: dict[str, Function[Any]] = {}
     # Margin functions are loaded before the functions that they guard. Inverses are loaded last,
     # because their refinement may call any other function.

@@ -14,14 +14,15 @@ Environment:
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import math
 import os
 import platform
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from ..call import _call
@@ -239,28 +240,23 @@ def build(manifest: Manifest) -> bool:
     Raises:
         ChaslesError: If the compilation fails; the message states the reason.
     """
-    return _opened(manifest)[0]
+    return open_library(manifest)[0]
 
 
-def open_library(manifest: Manifest) -> _call.Library:
-    """Return the library of a robot, after compilation if there is no intact library.
+def open_library(manifest: Manifest) -> tuple[bool, _call.Library]:
+    """Return whether the library of a robot had to be compiled, and the library.
 
     Raises:
         MismatchError: If the library is damaged, and no compiler was found.
         ChaslesError: If the compilation fails; the message states the reason.
     """
-    return _opened(manifest)[1]
-
-
-def _opened(manifest: Manifest) -> tuple[bool, _call.Library]:
     recipe = make_recipe(manifest)
-    if recipe.compiler is None or recipe.path.exists():
-        try:
+    if recipe.compiler is None:
+        return False, _open(recipe)
+    if recipe.path.exists():
+        with suppress(MismatchError):
             return False, _open(recipe)
-        except MismatchError:
-            if recipe.compiler is None:
-                raise
-    _compile(recipe)
+    write_library(recipe, partial(recipe.compiler.compile, [GLUE_FILE], "library.so"))
     return True, _open(recipe)
 
 
@@ -293,11 +289,6 @@ def _check_owner(cache: Path) -> None:
         )
 
 
-def _compile(recipe: Recipe) -> None:
-    assert recipe.compiler is not None
-    write_library(recipe, functools.partial(recipe.compiler.compile, [GLUE_FILE], "library.so"))
-
-
 def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
     """Write the library of a robot, with `compile_in` to compile the sources in a folder."""
     cache = recipe.path.parent
@@ -316,12 +307,9 @@ def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
             library = folder / "library.so"
             _seal(library)
             # The move is atomic: other processes see the complete library or no library.
-            try:
+            # Windows does not replace a library that another process has loaded.
+            with suppress(*[PermissionError] * (os.name == "nt" and recipe.path.exists())):
                 library.replace(recipe.path)
-            except PermissionError:
-                # Windows does not replace a library that another process has loaded.
-                if os.name != "nt" or not recipe.path.exists():
-                    raise
     except OSError as error:
         raise CacheError(
             f"{cache}: cannot write a library ({error}); set CHASLES_CACHE to a writable folder"

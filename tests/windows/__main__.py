@@ -33,6 +33,7 @@ def run(*command, folder=ROOT, **variables):
 def run_in_wine(*command):
     """Runs a command for Windows, and stops if it fails."""
     env = {**os.environ, "WINEPREFIX": str(BUILD / "prefix"), "WINEDEBUG": "-all"}
+    env |= {"CC": "", "CHASLES_CFLAGS": "", "CHASLES_CACHE": ""}
     words = ["wine", *map(str, command)]
     # Python for Windows cannot use a terminal or a file of Linux, but a pipe.
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}

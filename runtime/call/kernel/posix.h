@@ -45,8 +45,7 @@ static inline const char *last_error(char *reason)
 static inline int start_thread(HANDLE *thread, void *(*work)(void *), void *argument)
 {
     /* 64-bit Windows has one calling convention, and nobody reads the exit code of the thread. */
-    *thread =
-        (HANDLE)_beginthreadex(NULL, 0, (unsigned (*)(void *))(void *)work, argument, 0, NULL);
+    *thread = (HANDLE)_beginthreadex(NULL, 0, (void *)work, argument, 0, NULL);
     return *thread ? 0 : -1;
 }
 #endif
