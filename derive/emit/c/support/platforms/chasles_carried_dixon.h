@@ -11,9 +11,9 @@
 /* Number of samples of the determinant, and maximum number of steps to a root. */
 #define CHASLES_ARM_CIRCLE 256
 #define CHASLES_ARM_BISECTIONS 40
-/* Number of parabolas that locate a minimum. */
-#define CHASLES_ARM_ROUNDS 3
 #define CHASLES_DIXON 8
+/* Degree of the determinant. */
+#define CHASLES_ARM_RESULTANT 16
 
 /* Writes the Dixon matrix of three equations, which are polynomials of degree 2 in the tangents x
  * and y of the half inner and outer angle. The determinant of the polynomials at (x, y), (u, y) and
@@ -131,37 +131,69 @@ static void chasles_arm_try(const chasles_arm_equations *equations, double angle
     chasles_arm_pairs(equations, &pair, 0, x, found);
 }
 
-/* Solves near a minimum of the determinant's size, where it has the same sign at three samples: two
- * close roots, a double root or none. */
-static void chasles_arm_touch(const chasles_arm_equations *equations, double angle, double step,
-                              const double *samples, chasles_arm_solutions *found)
+/* The slope of the determinant, a trigonometric polynomial. */
+typedef struct {
+    double a[CHASLES_ARM_RESULTANT + 1], b[CHASLES_ARM_RESULTANT + 1];
+} chasles_arm_slopes;
+
+/* Computes the slope from samples of the determinant. */
+static void chasles_arm_differentiate(const double *values, chasles_arm_slopes *slopes)
 {
-    double before = samples[0], own = samples[1], next = samples[2], at = angle, h = step, bound;
-    double bend = before - 2.0 * own + next;
-    for (int round = 0; round < CHASLES_ARM_ROUNDS; round++) {
-        const double vertex = bend != 0.0 ? 0.5 * (before - next) / bend : 0.0;
-        at += h * fmax(-1.0, fmin(1.0, vertex));
-        h *= 0.25;
-        own = chasles_arm_determinant(equations, at, &bound);
-        if ((own < 0.0) != (samples[1] < 0.0)) {
-            const double low = angle - step, high = angle + step;
-            chasles_arm_try(equations, chasles_arm_root(equations, low, samples[0], at, own),
-                            found);
-            chasles_arm_try(equations, chasles_arm_root(equations, at, own, high, samples[2]),
-                            found);
-            return;
+    double c[CHASLES_ARM_CIRCLE], s[CHASLES_ARM_CIRCLE];
+    for (int k = 0; k < CHASLES_ARM_CIRCLE; k++) {
+        c[k] = cos(k * (CHASLES_TURN / CHASLES_ARM_CIRCLE));
+        s[k] = sin(k * (CHASLES_TURN / CHASLES_ARM_CIRCLE));
+    }
+    for (int m = 0; m <= CHASLES_ARM_RESULTANT; m++) {
+        double even = 0.0, odd = 0.0;
+        for (int k = 0; k < CHASLES_ARM_CIRCLE; k++) {
+            even += values[k] * c[m * k % CHASLES_ARM_CIRCLE];
+            odd += values[k] * s[m * k % CHASLES_ARM_CIRCLE];
         }
-        before = chasles_arm_determinant(equations, at - h, &bound);
-        next = chasles_arm_determinant(equations, at + h, &bound);
-        bend = before - 2.0 * own + next;
+        slopes->a[m] = m * odd * (2.0 / CHASLES_ARM_CIRCLE);
+        slopes->b[m] = -m * even * (2.0 / CHASLES_ARM_CIRCLE);
+    }
+}
+
+static double chasles_arm_slope(const chasles_arm_slopes *slopes, double angle)
+{
+    const double c = cos(angle), s = sin(angle);
+    double cosine = 1.0, sine = 0.0, sum = slopes->a[0];
+    for (int m = 1; m <= CHASLES_ARM_RESULTANT; m++) {
+        const double next = cosine * c - sine * s;
+        sine = sine * c + cosine * s;
+        cosine = next;
+        sum += slopes->a[m] * cosine + slopes->b[m] * sine;
+    }
+    return sum;
+}
+
+/* Solves near the extremum in a cell at whose ends the determinant has the same sign and decreases
+ * in size towards the interior: two roots, a double root or none. */
+static void chasles_arm_touch(const chasles_arm_equations *equations,
+                              const chasles_arm_slopes *slopes, double low, double at_low,
+                              double high, double at_high, chasles_arm_solutions *found)
+{
+    double from = low, to = high, bound;
+    for (int k = 0; k < CHASLES_ARM_BISECTIONS; k++) {
+        const double middle = 0.5 * (from + to);
+        if ((chasles_arm_slope(slopes, middle) < 0.0) == (at_low > 0.0))
+            from = middle;
+        else
+            to = middle;
+    }
+    const double own = chasles_arm_determinant(equations, from, &bound), h = 0.01 * (high - low);
+    if ((own < 0.0) != (at_low < 0.0)) {
+        chasles_arm_try(equations, chasles_arm_root(equations, low, at_low, from, own), found);
+        chasles_arm_try(equations, chasles_arm_root(equations, from, own, high, at_high), found);
     }
     /* The distance of the roots of the parabola from its vertex. */
-    const double apart = bend != 0.0 ? h * sqrt(fabs(2.0 * own / bend)) : 0.0;
-    chasles_arm_try(equations, at, found);
-    if (apart < step) {
-        chasles_arm_try(equations, at - apart, found);
-        chasles_arm_try(equations, at + apart, found);
-    }
+    const double bend =
+        (chasles_arm_slope(slopes, from + h) - chasles_arm_slope(slopes, from - h)) / (2.0 * h);
+    const double apart = bend != 0.0 ? sqrt(fabs(2.0 * own / bend)) : 0.0;
+    for (int side = -1; side <= 1; side++)
+        if (side == 0 || apart < high - low)
+            chasles_arm_try(equations, from + side * apart, found);
 }
 
 /* Solves for three angles. */
@@ -169,6 +201,7 @@ static void chasles_arm_three(const chasles_arm_equations *equations, chasles_ar
 {
     double values[CHASLES_ARM_CIRCLE], most = 0.0, bounds = 0.0, bound;
     const double step = CHASLES_TURN / CHASLES_ARM_CIRCLE;
+    chasles_arm_slopes slopes;
     for (int k = 0; k < CHASLES_ARM_CIRCLE; k++) {
         values[k] = chasles_arm_determinant(equations, k * step, &bound);
         most = fmax(most, fabs(values[k]));
@@ -178,17 +211,16 @@ static void chasles_arm_three(const chasles_arm_equations *equations, chasles_ar
         chasles_arm_try(equations, 0.0, found);
         return;
     }
+    chasles_arm_differentiate(values, &slopes);
+    double slope = chasles_arm_slope(&slopes, 0.0);
     for (int k = 0; k < CHASLES_ARM_CIRCLE; k++) {
-        const double samples[3] = {values[(k + CHASLES_ARM_CIRCLE - 1) % CHASLES_ARM_CIRCLE],
-                                   values[k], values[(k + 1) % CHASLES_ARM_CIRCLE]};
-        const double own = samples[1], next = samples[2];
-        if ((own < 0.0) != (next < 0.0)) {
-            chasles_arm_try(
-                equations, chasles_arm_root(equations, k * step, own, (k + 1) * step, next), found);
-        } else if ((own < 0.0) == (samples[0] < 0.0) && fabs(own) <= fabs(samples[0]) &&
-                   fabs(own) <= fabs(next)) {
-            chasles_arm_touch(equations, k * step, step, samples, found);
-        }
+        const double low = k * step, high = low + step, before = slope;
+        const double own = values[k], next = values[(k + 1) % CHASLES_ARM_CIRCLE];
+        slope = chasles_arm_slope(&slopes, high);
+        if ((own < 0.0) != (next < 0.0))
+            chasles_arm_try(equations, chasles_arm_root(equations, low, own, high, next), found);
+        else if ((before < 0.0) == (own > 0.0) && (slope < 0.0) != (own > 0.0))
+            chasles_arm_touch(equations, &slopes, low, own, high, next, found);
     }
 }
 
