@@ -9,9 +9,12 @@ from fractions import Fraction
 from functools import cache
 from itertools import product
 
+import mpmath
 import sympy as sp
 
 from ...model.exact import is_zero
+from ...model.tolerances import WORKING_DIGITS
+from ...model.values import Values
 from .printer import number
 
 STEPS = 30
@@ -31,7 +34,9 @@ def is_nested(value: sp.Expr) -> bool:
 
 def as_angle(value: sp.Expr) -> str:
     """Formats an angle of whole arc minutes as a multiple of pi, or returns "" for other angles."""
-    factor = sp.Rational(round(sp.N(value * MINUTES / sp.pi, DIGITS)), MINUTES)
+    with mpmath.workdps(DIGITS):
+        minutes = mpmath.nint(Values().of(value) * MINUTES / mpmath.pi)
+    factor = sp.Rational(int(minutes), MINUTES)
     return number(factor * sp.pi) if factor and is_zero(value - factor * sp.pi) else ""
 
 
@@ -51,7 +56,7 @@ def as_trigonometric(value: sp.Expr) -> str:
 
 
 def _recognized(value: sp.Expr, roots: Sequence[int]) -> str:
-    digits = Fraction(str(sp.N(value, DIGITS)))
+    digits = _fraction(Values().of(value))
     found = []
     for (root, step, name), size in _sizes().items():
         ratio = digits / size
@@ -70,12 +75,17 @@ def _recognized(value: sp.Expr, roots: Sequence[int]) -> str:
 
 @cache
 def _sizes() -> dict[tuple[int, int, str], Fraction]:
-    return {
-        (root, step, name): Fraction(
-            str(sp.N(sp.sqrt(root) * _FUNCTIONS[name](step * sp.pi / (4 * STEPS)), DIGITS))
-        )
-        for root, step, name in product((1, 2, 3), range(1, STEPS), _FUNCTIONS)
-    }
+    with mpmath.workdps(WORKING_DIGITS):
+        return {
+            (root, step, name): _fraction(
+                mpmath.sqrt(root) * getattr(mpmath, name)(step * mpmath.pi / (4 * STEPS))
+            )
+            for root, step, name in product((1, 2, 3), range(1, STEPS), _FUNCTIONS)
+        }
+
+
+def _fraction(value: mpmath.mpf) -> Fraction:
+    return Fraction(mpmath.nstr(value, DIGITS))
 
 
 def _product(factor: sp.Expr, name: str, degrees: sp.Rational) -> str:

@@ -10,7 +10,7 @@ from tests.support.compiling import compiled
 from tests.support.loops.legs_of_joints import turned
 from tests.support.pages import examples
 
-CLOSED = 1e-10
+CLOSED, CONVERGED = 1e-10, 1e-13
 RETRACTED = 0.2
 UP = 0.5
 TANGENT, RADIAL = (-90, -90), (180, -90)
@@ -104,6 +104,8 @@ def followed(legs, start, q, steps=20):
         strokes = start + part * (q - start)
         for _ in range(8):
             r = gaps(legs, T, strokes)
+            if np.abs(r).max() < CONVERGED:
+                break
             h = 1e-6 * np.eye(6)
             rows = [
                 gaps(legs, stepped(T, e), strokes) - gaps(legs, stepped(T, -e), strokes) for e in h

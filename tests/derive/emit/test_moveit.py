@@ -398,6 +398,7 @@ def test_package_builds_with_cmake(packages, tmp_path):
         (folder / f"{name}Config.cmake").write_text(AMENT if name == "ament_cmake" else text)
     build = tmp_path / "build"
     flags = [f"-DCMAKE_PREFIX_PATH={prefix}", "-DCMAKE_BUILD_TYPE=None"]
+    flags += ["-DCMAKE_CXX_COMPILER=g++", f"-DCMAKE_CXX_FLAGS={' '.join(moveit.WARNINGS)}"]
     for command in (["-S", package, "-B", build, *flags], ["--build", build]):
         done = subprocess.run(["cmake", *command], capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr

@@ -6,9 +6,8 @@ import pickle
 import numpy as np
 import pytest
 
-import chasles
 from chasles.calibration.calibrated_file import robot_file
-from chasles.derive import read_text, write
+from chasles.derive import read_text
 from chasles.drawing import skeleton
 from tests.support.compiling import compiled
 
@@ -68,8 +67,7 @@ VARIED = {"joint", "axis", "transmission", "coupling"}
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bevel_wrist")
-    write(read_text(WRIST), folder, languages=("c", "python"))
-    return chasles.load(folder)
+    return compiled(read_text(WRIST), folder)
 
 
 def test_nearest_solution_takes_full_turns_of_joints(arm):
@@ -130,8 +128,7 @@ def test_filtered_solutions_are_within_limits_of_motors_and_joints(arm):
 
 
 def test_limits_of_a_joint_that_follows_several_joints_are_respected(tmp_path):
-    write(read_text(PALLETIZER), tmp_path, languages=("c", "python"))
-    palletizer = chasles.load(tmp_path)
+    palletizer = compiled(read_text(PALLETIZER), tmp_path)
     T, seeds = palletizer.fk(palletizer.random_q(500)), palletizer.random_q(500, rng=7) + 9
     found, free = palletizer.ik_nearest(T, seeds), palletizer.ik_nearest(T, seeds, limits=None)
     assert found.valid.all()
@@ -183,8 +180,7 @@ def test_calibrated_arm_keeps_couplings_and_inverse(tmp_path):
 
 
 def test_coupled_arm_with_few_functions_checks_limits_of_joints(tmp_path):
-    write(read_text(WRIST), tmp_path, functions=("fk", "ik"), languages=("c",))
-    arm = chasles.load(tmp_path)
+    arm = compiled(read_text(WRIST), tmp_path, ("fk", "ik"), ["c"])
     found = arm.ik(arm.fk(np.zeros(6)))
     assert found.within_limits().valid.any()
     np.testing.assert_array_equal(arm.chain(np.eye(6)[4])[4:6], [0.5, 0.5])
@@ -230,8 +226,7 @@ def test_path_ends_at_the_limit_of_a_coupled_joint(arm):
 
 def test_path_starts_within_the_limits_of_joints(tmp_path):
     """A full turn of an unlimited motor towards the seed would exceed the limit of `level`."""
-    write(read_text(PALLETIZER), tmp_path, languages=("c", "python"))
-    palletizer = chasles.load(tmp_path)
+    palletizer = compiled(read_text(PALLETIZER), tmp_path)
     towards = np.array([6, 0, 6, 6])
     for row in palletizer.random_q(50):
         path = palletizer.ik_path(palletizer.fk(row[None]), row + towards)
@@ -242,8 +237,7 @@ def test_path_starts_within_the_limits_of_joints(tmp_path):
 
 @pytest.mark.parametrize("text", [WRIST, PALLETIZER, BELTS], ids=["wrist", "palletizer", "belts"])
 def test_a_solution_moves_into_limits_by_full_turns_of_coupled_joints(text, tmp_path):
-    write(read_text(text), tmp_path, languages=("c", "python"))
-    arm = chasles.load(tmp_path)
+    arm = compiled(read_text(text), tmp_path)
     T = arm.fk(arm.random_q(2000, rng=3))
     for windings in (True, False):
         found = arm.ik(T).within_limits(windings=windings)

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
-import chasles
 from chasles.derive import DescriptionError, derive, read, write
 from chasles.derive.inverse.arms import arm_step
 from chasles.derive.inverse.mechanisms.hybrid_inverse import hybrid_inverses
 from chasles.derive.model.robot import Rotation
-from tests.support.compiling import compiled
+from tests.support.compiling import compiled, loaded
 from tests.support.derivations import ROBOTS
 from tests.support.generators.as_built import BOARD_INSTALLER, as_built
 from tests.support.loops.closures import Model
@@ -173,7 +172,7 @@ def test_following_motor_is_not_a_loop_joint(tmp_path, monkeypatch):
     monkeypatch.setattr(arm_step, "with_arms", lambda loops: loops)
     gantry = tilted(read(ROBOTS / "bricklaying_gantry.toml"), "y_second")
     write(gantry, tmp_path, functions=["fk", "passive", "configuration"], languages=["c"])
-    robot = chasles.load(tmp_path)
+    robot = loaded(tmp_path)
     assert robot.manifest.is_iterated
     q = np.array(robot.reference.q)
     names = [variable.name for variable in robot.configuration_variables]

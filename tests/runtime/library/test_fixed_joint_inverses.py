@@ -12,7 +12,7 @@ from chasles import se3
 from chasles.closed_form import fixed_joints
 from chasles.closed_form.complete_inverse import CompleteInverse
 from chasles.derive import write
-from tests.support.compiling import COMPILER
+from tests.support.compiling import COMPILER, loaded
 from tests.support.generators.drawn_arms import random_arm
 
 DEG, MM = np.pi / 180, 1e-3
@@ -186,7 +186,7 @@ def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
     robot, names = random_arm(332), ("j2", "j3")
     functions = ("fk", "fk_jacobian_mixed", "ik")
     write(robot, tmp_path / "arm", functions=functions, fixed=names, languages=("c",))
-    arm = chasles.load(tmp_path / "arm")
+    arm = loaded(tmp_path / "arm")
     q = np.random.default_rng(0).integers(-1, 3, (60, arm.n)) * np.pi / 2
     T = arm.fk(q)
     _, residual, _ = arm.ik.ufunc(T, q[:, 1], q[:, 2])
@@ -216,7 +216,7 @@ PARALLEL_AT_ZERO = {
 def test_degenerate_values_of_fixed_joint_lose_and_repeat_no_solution(seed, tmp_path):
     functions = ("fk", "fk_jacobian_mixed", "ik")
     write(random_arm(seed), tmp_path / "arm", functions=functions, fixed=("j2",), languages=("c",))
-    arm = chasles.load(tmp_path / "arm")
+    arm = loaded(tmp_path / "arm")
     q = np.array(PARALLEL_AT_ZERO[seed])
     T = arm.fk(q)
     found = arm.ik(T, fixed={"j2": 0.0})

@@ -22,6 +22,8 @@ from tests.support.native import BUILD
 
 STUBS = Path(__file__).parent
 WARNINGS = ("-Wall", "-Wextra", "-Werror", "-Wconversion", "-Wshadow", "-Wpedantic")
+COMPILER = "clang++" if shutil.which("clang++") else "g++"
+"""Clang compiles Eigen at -O0 in half the time of GCC."""
 EIGEN_FOLDER = Path("/usr/include/eigen3")
 EIGEN = ("-isystem", str(EIGEN_FOLDER))
 BASE, TIP = "world", "tcp"
@@ -57,7 +59,7 @@ def compiled(package: Path, name: str, flags: tuple[str, ...] = ("-O0",)) -> Pat
     include = package / "include" / f"chasles_{name}_moveit"
     sources = [*sorted((package / "src").glob("*.cpp")), STUBS / "bridge.cpp"]
     files = [*sources, *package.glob("src/*.[ch]*"), *include.iterdir(), *STUBS.rglob("*.hpp")]
-    texts = [*flags, *(file.read_text() for file in sorted({*files}))]
+    texts = [COMPILER, *flags, *(file.read_text() for file in sorted({*files}))]
     digest = hashlib.sha256("\0".join(texts).encode()).hexdigest()
     library = BUILD / f"moveit-{name}-{digest[:16]}.so"
     places = ["-I", str(STUBS / "include"), "-I", str(include), "-I", str(package / "src")]
@@ -65,7 +67,7 @@ def compiled(package: Path, name: str, flags: tuple[str, ...] = ("-O0",)) -> Pat
     c = ["gcc", "-std=c99", *shared, "-c", f"src/{name}.c", "-o", "robot.o"]
     # A single compilation unit takes a third of the time, because each unit compiles Eigen.
     unit = "".join(f'#include "{source}"\n' for source in sources)
-    cpp = ["g++", "-std=c++17", *shared, *WARNINGS, *EIGEN, "-shared", "unit.cpp", "robot.o"]
+    cpp = [COMPILER, "-std=c++17", *shared, *WARNINGS, *EIGEN, "-shared", "unit.cpp", "robot.o"]
     with locked(library):
         missing = not library.exists()
         (package / "unit.cpp").write_text(unit)

@@ -5,12 +5,12 @@ import random
 import numpy as np
 import pytest
 
-import chasles
-from chasles.derive import derive, write
+from chasles.derive import derive
 from chasles.derive.latex import fragments
 from chasles.derive.loops.closing.loop_model import loop_model
 from chasles.derive.loops.functions import constraint_functions
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.compiling import compiled
 from tests.support.mjcf_models import (
     mujoco,
     poses_of,
@@ -215,8 +215,7 @@ def test_delta_with_ball_joints_in_its_tree_agrees_with_mujoco(tmp_path, is_free
     path, text, dice = tmp_path / "model.xml", rod_pair_delta(is_free=is_free), random.Random(0)
     robot = read_model(path, text, tip="platform")
     assert [strut.ends for strut in robot.struts] == ["ball"] * 6
-    write(robot, tmp_path / "delta", languages=("c", "python"))
-    loaded = chasles.load(tmp_path / "delta")
+    loaded = compiled(robot, tmp_path / "delta")
     for _ in range(5):
         q = [dice.uniform(-0.4, 0.4) for _ in range(3)]
         platform, T = delta_at(text, q).body("platform"), loaded.fk(q)

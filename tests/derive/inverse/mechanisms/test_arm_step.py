@@ -1,7 +1,5 @@
 """Loops whose unknown joints form a serial arm, compared with Newton's method on a NumPy model."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 from test_leg_chains import slots_at
@@ -101,11 +99,12 @@ d = 7.6
 """A telescopic Cardan shaft between a motor and a tool on a carriage."""
 
 
-@cache
-def platform(kind):
-    """Returns a platform and closed configurations (N, n_z) near its reference."""
-    mechanism = drawn_as(KINDS[kind], 0)
-    return mechanism, *configurations(mechanism, SHORT.get(kind, 1.0))
+@pytest.fixture(scope="module", params=KINDS)
+def platform(request):
+    """Returns kernels of a platform, and closed configurations (N, n_z) near its reference."""
+    mechanism = drawn_as(KINDS[request.param], 0)
+    functions = kernels(mechanism, (*MAPS, "actuator_margin"))
+    return functions, *configurations(mechanism, SHORT.get(request.param, 1.0))
 
 
 def configurations(mechanism, part=1.0):
@@ -125,29 +124,33 @@ def configurations(mechanism, part=1.0):
     return model, z
 
 
-def evaluated(mechanism, names, *inputs):
-    """Returns the first result (N, ...) of each named function, which has a closed form."""
+def kernels(mechanism, names):
+    """Returns the named functions and their CasADi kernels; each function has a closed form."""
     found = derive(mechanism, functions=names)
     functions = [found.function(name) for name in names]
     assert not any(function.calls for function in functions)
+    return dict(zip(names, zip(functions, lower(functions, "arms"), strict=True), strict=True))
+
+
+def evaluated(kernels, names, *inputs):
+    """Returns the first result (N, ...) of each named function."""
     results = []
-    for function, kernel in zip(functions, lower(functions, "arms"), strict=True):
+    for function, kernel in (kernels[name] for name in names):
         values = kernel(*(x.T for x in inputs[: len(function.inputs)]))
         first = values[0] if isinstance(values, list | tuple) else values
         results.append(np.array(first).T.reshape(-1, *function.outputs[0].shape))
     return results
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_actuators_of_iterated_platforms_have_a_closed_form(kind):
-    mechanism, model, z = platform(kind)
+def test_actuators_of_iterated_platforms_have_a_closed_form(platform):
+    functions, model, z = platform
     rates = np.random.default_rng(1).normal(size=(len(z), len(model.actuated)))
     slope = model.z_D_q(z)
     zd = np.einsum("nij,nj->ni", slope, rates)
     moved = [model.newton(z + side * STEP * zd, model.actuated) for side in (1, -1)]
     zdd = (moved[0] + moved[1] - 2 * z) / STEP**2
     theta, thetad, thetadd = (values[:, model.chain] for values in (z, zd, zdd))
-    q, slopes, qd, qdd = evaluated(mechanism, MAPS, theta, thetad, thetadd)
+    q, slopes, qd, qdd = evaluated(functions, MAPS, theta, thetad, thetadd)
     assert np.abs(wrapped(q - z[:, model.actuated])).max() < SAME
     products = slopes @ slope[:, model.chain]
     assert np.abs(products - np.eye(len(model.actuated))).max() < 100 * SAME
@@ -155,11 +158,10 @@ def test_actuators_of_iterated_platforms_have_a_closed_form(kind):
     assert np.abs(qdd).max() < CURVED * max(1.0, np.abs(thetadd).max())
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_joints_that_loops_exclude_have_no_actuators(kind):
-    mechanism, model, z = platform(kind)
+def test_joints_that_loops_exclude_have_no_actuators(platform):
+    functions, model, z = platform
     theta = z[:, model.chain] + 1e-3 * np.arange(1, len(model.chain) + 1)
-    q, margin = evaluated(mechanism, ("actuators", "actuator_margin"), theta)
+    q, margin = evaluated(functions, ("actuators", "actuator_margin"), theta)
     assert np.isnan(q).any(-1).all()
     assert (margin.min(-1) < 0).all()
 
@@ -173,11 +175,12 @@ def test_explanation_lists_the_arms():
 def test_shaft_turns_the_tool_in_closed_form():
     model, z = configurations(SHAFT)
     q, theta, slope = z[:, model.actuated], z[:, model.chain], model.z_D_q(z)
-    pose, chain, slopes, rows = evaluated(SHAFT, FORWARD, q)
+    functions = kernels(SHAFT, (*FORWARD, "actuators"))
+    pose, chain, slopes, rows = evaluated(functions, FORWARD, q)
     assert np.abs(pose - model.tip(z)).max() < SAME
     assert np.abs(wrapped(chain - theta)).max() < SAME
     assert np.abs(slopes - slope[:, model.chain]).max() < 100 * SAME
-    (back,) = evaluated(SHAFT, ("actuators",), theta)
+    (back,) = evaluated(functions, ("actuators",), theta)
     assert np.abs(wrapped(back - q)).max() < SAME
     assert np.isfinite(rows).all()
     assert all(closes_at(model, row, q[0]) for row in rows[0])

@@ -9,8 +9,8 @@ from functools import cache, partial
 import numpy as np
 import pytest
 
-import chasles
 from chasles.derive import explain, write
+from tests.support.compiling import compiled
 from tests.support.generators.carried_planes import carrying
 from tests.support.loops.closures import Model
 from tests.support.loops.legs_of_joints import drawn, driven_by_a_leg
@@ -39,7 +39,7 @@ def loaded(request, tmp_path_factory):
     """Returns a robot, its NumPy model, and closed configurations (N, n_z)."""
     mechanism, rng = carried(request.param), np.random.default_rng(3)
     folder = tmp_path_factory.mktemp("carried")
-    write(mechanism, folder, languages=("c", "python"))
+    robot = compiled(mechanism, folder)
     model, at = Model(mechanism), dict(mechanism.reference)
     z = np.repeat([[float(at.get(name, 0)) for name in model.names]], POSES, 0)
     legs, wrist = model.actuated[:3], model.actuated[3:]
@@ -48,7 +48,7 @@ def loaded(request, tmp_path_factory):
     z = model.newton(z, model.actuated)
     z = z[model.gap(z) < CLOSED]
     assert len(z) > POSES / 2
-    return chasles.load(folder), model, z
+    return robot, model, z
 
 
 def test_solutions_contain_the_generating_coordinates_and_reach_the_pose(loaded):
@@ -122,7 +122,7 @@ def test_all_platform_rotations_are_found(loaded):
 
 def test_explanation_and_article_name_the_rotations_of_the_platform(tmp_path):
     assert "up to 8 rotations of the platform" in str(explain(carried("three axes")))
-    write(carried("three axes"), tmp_path, languages=("c", "latex"))
+    write(carried("three axes"), tmp_path, functions=("ik",), languages=("c", "latex"))
     (article,) = tmp_path.rglob("inverse.tex")
     text = " ".join(article.read_text(encoding="utf-8").split())
     assert "axis_0, axis_1 and axis_2 meet in the wrist center" in text.replace("\\_", "_")

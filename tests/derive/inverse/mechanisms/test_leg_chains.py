@@ -5,10 +5,10 @@ from functools import cache, partial
 import numpy as np
 import pytest
 
-import chasles
-from chasles.derive import derive, explain, write
+from chasles.derive import derive, explain
 from chasles.derive.terms.branches import patterns
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.compiling import compiled
 from tests.support.generators.guided_platforms import X, Y, guided
 from tests.support.generators.leg_platforms import LEG_KINDS, drawn_as, drawn_legs
 from tests.support.loops.closures import Model
@@ -115,8 +115,7 @@ def test_missing_inverse_of_guided_platform_has_reason(tmp_path):
     mechanism = drawn_as(partial(guided, ("ahead", Y, "up", X, Y)), 3)
     reason = "for the main chain, the nearest structure is"
     assert f"There is no ik; {reason}" in str(explain(mechanism))
-    write(mechanism, tmp_path, functions=("fk", "actuators"), languages=("c",))
-    robot = chasles.load(tmp_path)
+    robot = compiled(mechanism, tmp_path, ("fk", "actuators"), ["c"])
     assert robot.manifest.inverse.missing.startswith(reason)
     with pytest.raises(AttributeError, match=reason):
         _ = robot.ik
