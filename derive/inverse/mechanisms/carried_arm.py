@@ -12,7 +12,7 @@ inputs. Handwritten C eliminates the unknowns one after the other, down to the r
 trigonometric polynomial. ``ik_legs`` solves the platform and the legs for the values of the joints.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -239,30 +239,36 @@ def _found(h: SolvedLoops) -> CarriedArm | str:
         return f"{kinds}, unlike {listed(unlike)}"
     equations = PlaneEquations(h, carried)
     count = equations.rank()
-    for unknown in _choices(equations, count):
+    obstacles = []
+    # The joints at the tool come first, so that rails and turntables are fixed.
+    for unknown in combinations(range(len(names))[::-1], count):
         if equations.rank(unknown) == count:
-            return CarriedArm(h, carried, equations, unknown)
-    return (
-        f"the planes of the legs determine {count} of {listed(names)}, and the elimination needs "
-        "at most one prismatic joint among them, whose direction relative to the planes no other "
-        "of them changes, and two revolute joints among three whose axes are not parallel"
-    )
+            order = _order(equations, unknown)
+            if not isinstance(order, str):
+                return CarriedArm(h, carried, equations, order)
+            obstacles.append(order)
+    return f"the planes of the legs determine {count} of {listed(names)}, but {obstacles[0]}"
 
 
-def _choices(equations: PlaneEquations, count: int) -> Iterator[tuple[int, ...]]:
-    """Yields sets of unknown joints in the order of elimination.
+def _order(equations: PlaneEquations, unknown: Sequence[int]) -> tuple[int, ...] | str:
+    """Returns the joints in the order of elimination, or the reason why there is none.
 
-    The joints at the tool come first, so that rails and turntables are fixed. A prismatic joint is
-    eliminated first. An angle in which the equations are always dependent is eliminated last. For
-    example, the planes of a symmetric platform meet in a line, and a turntable about this line
-    leaves two independent equations.
+    A prismatic joint is eliminated first. An angle in which the equations are always dependent is
+    eliminated last. For example, the planes of a symmetric platform meet in a line, and a turntable
+    about this line leaves two independent equations.
     """
-    for unknown in combinations(range(len(equations.maps))[::-1], count):
-        slides = [k for k in unknown if equations.is_slide(k)]
-        angles = _angles(equations, sorted(k for k in unknown if k not in slides))
-        is_constant = all(equations.has_constant_factor(k, unknown) for k in slides)
-        if len(slides) <= 1 and is_constant and angles is not None:
-            yield (*slides, *angles)
+    names = [joint.name for joint in equations.carried.others]
+    slides = [k for k in unknown if equations.is_slide(k)]
+    if len(slides) > 1:
+        own = listed([names[k] for k in sorted(slides)])
+        return f"the elimination needs at most one prismatic joint, unlike {own}"
+    if not all(equations.has_constant_factor(k, unknown) for k in slides):
+        return f"another of them changes the direction of {names[slides[0]]} relative to the planes"
+    angles = _angles(equations, sorted(k for k in unknown if k not in slides))
+    if angles is None:
+        own = listed([names[k] for k in sorted(unknown)])
+        return f"any two of {own} have a resultant of zero, such as parallel axes"
+    return (*slides, *angles)
 
 
 def _angles(equations: PlaneEquations, angles: list[int]) -> list[int] | None:

@@ -94,7 +94,7 @@ def half_flat():
             driven_by_a_leg,
             AXES[:3],
             ("revolute", "prismatic", "prismatic"),
-            "needs at most one prismatic joint among them",
+            "needs at most one prismatic joint, unlike axis_1 and axis_2",
         ),
         (
             half_flat,
