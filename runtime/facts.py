@@ -122,7 +122,6 @@ class RobotFacts(GeneratedFunctions):
         return self._reals("actuators", "theta", theta, (self.n,)).copy()
 
     def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:
-        """Return an argument as a float64 array (..., *core)."""
         array = real_array(f"{self.name}.{method}", name, given)
         if core and array.shape[-1:] != core:
             raise ShapeError(
@@ -169,7 +168,6 @@ class RobotFacts(GeneratedFunctions):
         return _read_only(q[0 if keeps else int(np.argmax(values))])
 
     def _smallest_singular_value(self, q: FloatArray) -> FloatArray:
-        """Return the smallest nonzero singular value (N,) of the Jacobian at q (N, n)."""
         if "jacobian_mixed" not in self.functions:
             return np.zeros(len(q))
         J = np.array(self.functions["jacobian_mixed"](q))

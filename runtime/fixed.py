@@ -125,7 +125,6 @@ def values_at(robot: RobotFacts, name: str, q_seed: FloatArray) -> FloatArray:
 
 
 def _name(robot: RobotFacts, label: str, item: str | int) -> str:
-    """Check the name of a redundancy parameter or joint; an index refers to a coordinate."""
     if isinstance(item, int):
         return robot.coordinate_names[_coordinate(robot, label, item)]
     parameters = [own.name for own in robot.redundancy]
@@ -136,7 +135,6 @@ def _name(robot: RobotFacts, label: str, item: str | int) -> str:
 
 
 def _coordinate(robot: RobotFacts, caller: str, item: str | int) -> int:
-    """Return the coordinate index of a coordinate, or of the coordinate that moves a joint."""
     names, joints = robot.coordinate_names, robot.joint_names
     if isinstance(item, int):
         if not -robot.n <= item < robot.n:

@@ -92,7 +92,6 @@ def _poses(manifest: Manifest, info: FunctionInfo) -> int:
 
 
 def _residual_unit(info: FunctionInfo, unit: float) -> float:
-    """Return the unit length [m] of a residual: at most 1 m for partial poses with angles."""
     lengths_alone = info.inputs[0].unit == "m"
     return unit if lengths_alone or _solves_poses(info) else min(unit, 1.0)
 

@@ -136,7 +136,6 @@ class Robot(
 
 
 def _address(folder: Path) -> str:
-    """Return the name of an installed robot, or the folder of any other robot."""
     installed = shipped_folders().get(folder.name) == folder or is_of_shelf(folder)
     return folder.name if installed else str(folder.absolute())
 
@@ -161,6 +160,5 @@ def _restore_function(address: str, digest: str, name: str) -> Any:
 
 
 def _pickler(manifest: Manifest) -> Callable[[str], tuple[Any, ...]]:
-    """Return a function that maps function names to their `__reduce__` values."""
     address = _address(manifest.folder)
     return lambda name: (_restore_function, (address, manifest.digest, name))

@@ -366,7 +366,6 @@ def _refuse(
 
 
 def _fault(T: FloatArray, tolerance: float) -> str:
-    """Return the reason why a finite matrix is not a pose, and the remedy."""
     row, R = T[3], T[:3, :3]
     if np.abs(row - _LAST_ROW).max() > tolerance:
         if not T[:3, 3].any() and abs(row[3] - 1) <= tolerance:

@@ -72,7 +72,6 @@ def unit_length(
 def _positions(
     fk: Callable[[FloatArray], FloatArray], q: FloatArray, reference: Reference | None
 ) -> FloatArray:
-    """Return tip positions (k, 3) at q (N, n); with open loops, at q closer to the reference."""
     middle = q.mean(0) if reference is None else np.array(reference.q)
     best = np.zeros((0, 3))
     for _ in range(1 + _HALVINGS):

@@ -111,7 +111,6 @@ def inverse_cubic(x: FloatArray) -> FloatArray:
 
 
 def _horner(x: FloatArray, divisors: tuple[float, ...]) -> FloatArray:
-    """Return the sum of x^i / divisors[i]."""
     total = np.zeros_like(x)
     for divisor in reversed(divisors):
         total = total * x + 1 / divisor

@@ -137,7 +137,6 @@ def call_in_parts(
 
 
 def _division(work: int, threads: int) -> tuple[int, int]:
-    """Return the numbers of threads and parts for a number of floating-point operations."""
     cores = count_cores()
     threads = max(min(threads or cores, cores, work // _MIN), 1)
     return threads, max(threads * _PARTS if threads > 1 else 1, math.ceil(work / _MAX))

@@ -51,7 +51,6 @@ static inline npy_intp cell_at(const Cells *cells, double cell)
     return (npy_intp)((bits * UINT64_C(0x9E3779B97F4A7C15)) >> 32) & (cells->size - 1);
 }
 
-/* Returns the cell index of a solution. */
 static inline double cell_of(const Cells *cells, npy_intp n, const double *q)
 {
     double sum = 0;

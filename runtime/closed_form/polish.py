@@ -123,7 +123,6 @@ def _twist(here: FloatArray, there: FloatArray) -> tuple[FloatArray, FloatArray]
 
 
 def _step(J: FloatArray, error: FloatArray, damping: FloatArray) -> FloatArray:
-    """Return the damped step (N, n) for J (N, m, n), errors (N, m) and lambda^2 (N,)."""
     wide = J.shape[2] >= J.shape[1]
     A = J if wide else J.mT
     right = error if wide else np.einsum("Nik,Nk->Ni", A, error)
@@ -140,7 +139,6 @@ def _step(J: FloatArray, error: FloatArray, damping: FloatArray) -> FloatArray:
 
 
 def _gram(rows: FloatArray, added: FloatArray) -> list[list[FloatArray]]:
-    """Return the lower triangle of A A^T + added, for A (m, n, N)."""
     half = [[np.einsum("kN,kN->N", a, b) for b in rows[: i + 1]] for i, a in enumerate(rows)]
     for i, row in enumerate(half):
         row[i] += added

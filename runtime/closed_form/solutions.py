@@ -63,10 +63,9 @@ class Solutions(Fields):
             another assembly mode (see `other_mode`).
         margin: (..., k) smallest margin of the solution steps on the branch: 0 at the workspace
             boundary, negative outside.
-            valid: (..., k) whether the slot holds a solution that no filter has removed. The
-                residual of a solution is at most `tolerance`. For rounded poses, the residual of a
-                solution is at most 10 `unit_length` times the rounding. The rounding is the larger
-                of `se3.deviation` and half a unit of the last decimal of the rotation.
+        valid: (..., k) whether the slot holds a solution that no filter has removed. The residual
+            of a solution is at most `tolerance`. For rounded poses, the limit is 10 `unit_length`
+            times the rounding: `se3.deviation`, or half a unit of the last decimal if it is larger.
         unit_length: The length [m] that is equivalent to 1 rad for the robot.
         tolerance: Maximum residual of a solution [m], 1e-9 `unit_length`.
         coordinates: The elements of q.

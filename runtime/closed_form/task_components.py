@@ -94,7 +94,6 @@ def _position(pose: FloatArray, J: FloatArray, p: FloatArray) -> Measured:
 
 
 def _direction(pose: FloatArray, J: FloatArray, u: FloatArray) -> Measured:
-    """Measure the rotation that aligns the third tool axis with a direction."""
     z = pose[:, :3, 2]
     u = u / np.sqrt((u * u).sum(-1, keepdims=True))
     across = np.cross(z, u)
@@ -114,7 +113,6 @@ def _orientation(pose: FloatArray, J: FloatArray, R: FloatArray) -> Measured:
 
 
 def _pitch(pose: FloatArray, J: FloatArray, pitch: FloatArray) -> Measured:
-    """Measure the elevation of the third tool axis; beyond pi / 2 the axis leans backwards."""
     x, y, rise = pose[:, :3, 2].T
     level = np.hypot(x, y)
     sine, cosine = np.sin(pitch[:, 0]), np.abs(np.cos(pitch[:, 0]))
@@ -129,7 +127,6 @@ def _pitch(pose: FloatArray, J: FloatArray, pitch: FloatArray) -> Measured:
 
 
 def _heading(pose: FloatArray, J: FloatArray, heading: FloatArray) -> Measured:
-    """Measure the angle of the first tool axis in the x-y plane of the base."""
     c, s = np.cos(heading[:, 0]), np.sin(heading[:, 0])
     x, y = pose[:, 0, 0], pose[:, 1, 0]
     error = np.arctan2(x * s - y * c, x * c + y * s)

@@ -86,7 +86,6 @@ class NumericSolution(NamedTuple):
 
 
 def _can_reach_links(robot: RobotFacts) -> bool:
-    """Test whether a link can be the tip. The pose of a link requires the function `link_poses`."""
     return ("link poses", "actuators", "") in robot._roles and robot.manifest.skeleton is not None
 
 

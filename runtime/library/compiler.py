@@ -88,7 +88,6 @@ def run(command: Sequence[str], folder: Path) -> None:
 
 
 def _start(output: str) -> str:
-    """Return the first lines of compiler output; later errors mostly follow from them."""
     lines = output.splitlines()
     more = len(lines) - MAX_LINES
     return "\n".join([*lines[:MAX_LINES], *([f"... and {more} more lines"] if more > 0 else [])])

@@ -124,13 +124,11 @@ def _homes() -> Path:
 
 
 def _found(description: Path, options: Sequence[str] = ()) -> Path | None:
-    """Return the derived folder of a description, None if one of the source files has changed."""
     homes = _homes().glob(f"{glob.escape(_prefix(description, options))}*")
     return next((home for home in homes if _is_current(home, description)), None)
 
 
 def _prefix(description: Path, options: Sequence[str]) -> str:
-    """Return the folder name prefix, a hash of the description, the options and the compiler."""
     try:
         content = hashlib.sha256(read_input(description, MAX_DESCRIPTION)).hexdigest()
     except OSError as error:
@@ -189,7 +187,6 @@ def _derive(description: Path, options: Sequence[str]) -> Path:
 
 
 def _in_words(options: Sequence[str]) -> str:
-    """Return the compiler options in words, for example " with q7 fixed"."""
     if _FIXED in options:
         names = options[options.index(_FIXED) + 1]
         return f" with {names.replace(',', ', ')} fixed"

@@ -52,7 +52,6 @@ def find_folder(robot: str | os.PathLike[str], options: Sequence[str] = ()) -> P
 
 
 def _hint(robot: str, names: list[str]) -> str:
-    """Return a hint with similar robot names, compared by letters and digits, or "" if none."""
     import difflib  # noqa: PLC0415
 
     plain = {"".join(filter(str.isalnum, name)): name for name in names}

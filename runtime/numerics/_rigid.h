@@ -59,14 +59,12 @@ static inline Rigidity rigidity(const double *T)
     return exact ? RIGID : NEAR_RIGID;
 }
 
-/* Tests whether a number is a multiple of a decimal unit, up to rounding. */
 static inline int is_in_units(double number, double per_unit)
 {
     double parts = number * per_unit;
     return fabs(parts - rint(parts)) <= ROUNDED_NUMBER;
 }
 
-/* Tests whether the nine entries of a rotation are multiples of a decimal unit. */
 static inline int in_units(const double *T, double per_unit)
 {
     for (int k = 0; k < 12; k++) {
@@ -89,7 +87,6 @@ static inline int is_of_single_precision(double number)
     return (double)(float)number == number;
 }
 
-/* Tests whether the nine entries of a rotation are single-precision numbers. */
 static inline int is_single(const double *T)
 {
     for (int k = 0; k < 12; k++) {
@@ -145,7 +142,6 @@ static inline double placed_by_rounding(const double *T)
     return single ? ROUNDED * FLT_EPSILON / 4 * size : 0;
 }
 
-/* Writes the rigid pose nearest to a NEAR_RIGID matrix. */
 static inline void nearest_rigid(const double *T, double *out)
 {
     static const double last_row[] = {0, 0, 0, 1};

@@ -58,7 +58,6 @@ static void complete_basis(double *x, const double *others, int count, int m, co
     }
 }
 
-/* Writes the lengths of the rows of W (p, m), and the order of the rows, longest first. */
 static void sort_rows(const double *W, int p, int m, double *length, int *order)
 {
     for (int i = 0; i < p; i++) {

@@ -52,7 +52,6 @@ static inline void cross(const double *a, const double *b, double *out)
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/* Writes R x, with R the rotation of the pose T. */
 static inline void rotate(const double *T, const double *x, double *out)
 {
     for (int i = 0; i < 3; i++) {
@@ -60,7 +59,6 @@ static inline void rotate(const double *T, const double *x, double *out)
     }
 }
 
-/* Writes R^T x, with R the rotation of the pose T. */
 static inline void rotate_back(const double *T, const double *x, double *out)
 {
     for (int i = 0; i < 3; i++) {

@@ -8,7 +8,6 @@
 
 enum { POSES, LOWER, UPPER, RATE, UNIT, Q, QD, ERROR, SIGMA, TOUCHED, N_ARRAYS };
 
-/* Tests the array sizes for n coordinates and m poses. */
 static int has_sizes(const Py_buffer *arrays, Py_ssize_t n, Py_ssize_t m)
 {
     const Py_ssize_t sizes[N_ARRAYS] = {m * POSE, n,           n,     n, n,

@@ -57,7 +57,6 @@ class LengthMethods(RobotFacts):
     @needs(when=_has_jacobian)  # type: ignore[prop-decorator]
     @functools.cached_property
     def _samples(self) -> FloatArray:
-        """Return Jacobians (m, 6, n) at configurations evenly distributed within the limits."""
         if "jacobian_mixed" not in self.functions:
             return self._jacobian_at_reference()
         J = self.jacobian_mixed(configurations(self.coordinates, self.reference))
@@ -73,7 +72,6 @@ class LengthMethods(RobotFacts):
         return np.array([self.reference.z[z[joint.name]] for joint in self.chain_joints])
 
     def _jacobian_at_reference(self) -> FloatArray:
-        """Return the least-squares Jacobian (1, 6, n) of the velocity relation J_x x' = J_q q'."""
         relation = self.manifest.with_role("velocity relation", "chain")
         assert relation is not None and self.reference is not None  # noqa: PT018
         at = self._reference_theta(), self.reference.q
@@ -83,7 +81,6 @@ class LengthMethods(RobotFacts):
         return J
 
     def _checked_length(self, method: str, length: float | None) -> float:
-        """Return a checked characteristic length, the default length if None."""
         if length is None:
             return self.characteristic_length
         if not (np.isfinite(length) and length > 0):

@@ -226,7 +226,6 @@ def gradient_of(J: FloatArray, H: FloatArray, metric: Metric) -> FloatArray:
 def _decomposed(
     J: FloatArray, metric: Metric, components: Part
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Return left singular vectors (..., k, r), values (..., r), and whether J is finite."""
     part = PART[components]
 
     def decompose(J: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:

@@ -256,7 +256,6 @@ class VelocityMethods(ManipulabilityMethods):
     def _at_tip(
         self, q: ArrayLike, representation: Representation
     ) -> tuple[FloatArray | None, FloatArray]:
-        """Return the tip position (None for non-spatial twists), and a Jacobian at the tip."""
         if representation == "mixed":
             return None, self.jacobian_mixed(q)
         if representation == "body":
@@ -271,7 +270,6 @@ class VelocityMethods(ManipulabilityMethods):
         qd_previous: ArrayLike | None,
         dt: ArrayLike | None,
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the minimum and the maximum rates (..., n)."""
         method = "joint_rates"
         acceleration = self._limits(method, "acceleration_limits", acceleration_limits)
         before, tick = np.zeros(self.n), _NO_TICK
@@ -366,7 +364,6 @@ class VelocityMethods(ManipulabilityMethods):
     def _fixed_limits(
         self, method: str, name: str, given: ArrayLike | None, fixed: Fixed | None
     ) -> tuple[FloatArray, tuple[int, ...]]:
-        """Return limits (..., n), and the coordinates whose limit is 0 in every row."""
         limits = self._limits(method, name, given)
         if fixed is None and given is None:
             return limits, ()
@@ -390,7 +387,6 @@ class VelocityMethods(ManipulabilityMethods):
 
 
 def _shifted(V: FloatArray, p: FloatArray) -> FloatArray:
-    """Return the twist at a body point displaced by p: v + omega x p."""
     omega = V[..., 3:]
     v = V[..., :3] + np.cross(omega, p)
     return np.concatenate(np.broadcast_arrays(v, omega), -1)

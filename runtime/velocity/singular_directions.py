@@ -134,7 +134,6 @@ class SingularDirectionMethods(LoopMethods, SingularityMethods):
 
 
 def _determinant(J: FloatArray) -> FloatArray:
-    """Return det(J), or sqrt(det(J^T J)) for more rows than columns, or NaN if J is not finite."""
     sound = np.asarray(np.isfinite(J).all((-2, -1)))
     J = np.where(sound[..., None, None], J, 0.0)
     if J.shape[-2] == J.shape[-1]:

@@ -70,7 +70,6 @@ class SingularityMethods(LengthMethods):
     def _pure_relation(
         self, name: str, theta: ArrayLike, q: ArrayLike, length: float | None
     ) -> tuple[FloatArray, FloatArray]:
-        """Return J_x and J_q, with angular columns divided by a length."""
         relation = self.manifest.with_role("velocity relation", "chain")
         assert relation is not None
         length = self._checked_length(name, length)

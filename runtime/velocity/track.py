@@ -225,13 +225,11 @@ def _require(condition: bool, message: str) -> None:
 
 
 def _limit_remark(limit: str, by_name: Mapping[str, IntArray]) -> str:
-    """Return a sentence about the coordinates at a limit, or "" if no coordinate is at a limit."""
     parts = [f"{name} in {_steps(at)}" for name, at in by_name.items()]
     return f"At {limit}: {', '.join(parts)}." if parts else ""
 
 
 def _steps(at: IntArray) -> str:
-    """Return a phrase with the number of steps, and the first and the last step."""
     if len(at) == 1:
         return f"step {at[0]}"
     return f"{len(at)} steps from {at[0]} to {at[-1]}"

@@ -12,7 +12,6 @@ static PyObject *slot_name(const Kernel *kernel, int takes_fixed, int slot)
     return options[slot - kernel->n_inputs];
 }
 
-/* Sets the error for a wrong number of inputs. Returns -1. */
 static int set_count_error(const Kernel *kernel, int takes_fixed, Py_ssize_t n_given)
 {
     int wanted = takes_fixed ? 1 : kernel->n_inputs;

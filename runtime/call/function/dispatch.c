@@ -119,7 +119,6 @@ static int is_large(const Kernel *kernel, npy_intp n)
     return (double)n * size >= (double)(MIN_KEPT / sizeof(double));
 }
 
-/* Runs the kernel on n dense rows. */
 static void run_dense_rows(const Kernel *kernel, npy_intp n, double **memory)
 {
     ptrdiff_t steps[MAX_OPERANDS];
@@ -164,7 +163,6 @@ static PyObject *call_dense(const Function *self, PyObject *const *inputs, const
     return pack(self, inputs, results, NULL);
 }
 
-/* Calls the ufunc, with out=outs if outs is not NULL. */
 static PyObject *call_ufunc(Function *self, PyObject *const *inputs, PyObject *const *outs)
 {
     int n_inputs = self->kernel->n_inputs;
@@ -205,7 +203,6 @@ static PyObject *call_python(const char *module, Function *self, PyObject *const
     return result;
 }
 
-/* Runs parts of the batch on several threads. */
 static PyObject *call_threads(Function *self, PyObject *const *inputs, PyObject *const *outs,
                               const LeadingShape *batch, long threads)
 {
@@ -253,7 +250,6 @@ static int new_large_results(const Kernel *kernel, const LeadingShape *batch, Py
     return 0;
 }
 
-/* Runs the ufunc over a batch on several threads. */
 static PyObject *call_broadcast(Function *self, PyObject *const *inputs, PyObject *const *outs,
                                 const LeadingShape *batch, long threads)
 {

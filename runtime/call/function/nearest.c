@@ -39,7 +39,6 @@ static void write_parameters(const Nearest *self, const double *q_seed, double *
     }
 }
 
-/* Returns the results for one pose as a tuple, or NULL on error. */
 static PyObject *pack_nearest(const Nearest *self, PyObject *q, const double *residual_and_margin,
                               int slot)
 {
@@ -62,7 +61,6 @@ static PyObject *pack_nearest(const Nearest *self, PyObject *q, const double *re
     return result;
 }
 
-/* Solves for one pose and one seed. */
 static PyObject *nearest_single(const Nearest *self, PyObject *const *args)
 {
     const Function *inverse = (const Function *)self->inverse;
@@ -143,7 +141,6 @@ static PyObject *nearest_batch(const Nearest *self, PyObject *const *args, ptrdi
     return result;
 }
 
-/* Tests whether the object is a dense batch of doubles with the core shape of the operand. */
 static int is_dense_batch(PyObject *object, const Operand *operand)
 {
     if (!PyArray_CheckExact(object)) {

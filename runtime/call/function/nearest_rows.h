@@ -21,7 +21,6 @@ typedef struct {
     npy_int8 *slot;     /* slot of the solution, or a negative reason for a missing solution */
 } Rows;
 
-/* Returns the number of coordinates. */
 static inline npy_intp coordinates_of(const Kernel *kernel)
 {
     return kernel->operands[kernel->n_inputs].dims[1];

@@ -184,7 +184,6 @@ static int values_are_finite(const double *values, npy_intp size)
     return !not_finite;
 }
 
-/* Tests whether all outputs of one pose are finite. */
 static int outputs_are_finite(const Kernel *kernel, double *const *outputs)
 {
     for (int i = 0; i < kernel->n_outputs; i++) {

@@ -21,14 +21,12 @@ static struct {
     size_t bytes;
 } kept;
 
-/* Returns the memory block that contains an array. */
 static Block block_of(void *memory)
 {
     char *start = (char *)memory - BLOCK_HEAD;
     return (Block){start, *(size_t *)start};
 }
 
-/* Removes a block from the pool. */
 static Block take_kept(int i)
 {
     Block block = kept.blocks[i];

@@ -14,7 +14,6 @@ void kernel_free(Kernel *kernel)
     PyMem_Free(kernel);
 }
 
-/* Reads .name and .shape of an operand description. Returns -1 on error. */
 static int operand_read(Operand *operand, PyObject *description)
 {
     operand->name = PyObject_GetAttr(description, str_name);
@@ -46,7 +45,6 @@ static int operand_read(Operand *operand, PyObject *description)
     return 0;
 }
 
-/* Reads the descriptions of all operands. Returns -1 on error. */
 static int kernel_read_operands(Kernel *kernel, PyObject *inputs, PyObject *outputs)
 {
     Py_ssize_t n_inputs = PyTuple_GET_SIZE(inputs), n_outputs = PyTuple_GET_SIZE(outputs);

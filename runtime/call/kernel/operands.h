@@ -52,7 +52,6 @@ int set_poses(Kernel *kernel, int poses, const chasles_kernel *fk, double unit);
 
 void kernel_free(Kernel *kernel);
 
-/* Tests whether two dense operands share memory. */
 static inline int overlaps(const double *a, npy_intp a_size, const double *b, npy_intp b_size)
 {
     return (uintptr_t)a < (uintptr_t)(b + b_size) && (uintptr_t)b < (uintptr_t)(a + a_size);

@@ -8,7 +8,6 @@
     256 /* rows per block: a multiple of every number of lanes, and few enough for the cache \
          */
 
-/* Clears the results of a matrix that is not a pose. */
 static void clear_slots(const Kernel *kernel, double *const *outputs, double residual)
 {
     const double values[] = {NAN, residual, NAN};
@@ -106,7 +105,6 @@ static int rows_are_rigid(npy_intp n, const double *T, ptrdiff_t step, const dou
     return 1;
 }
 
-/* Runs the kernel on the nearest rigid poses of a block's n rows. */
 static void solve_projected(const Kernel *kernel, npy_intp n, const double *const *inputs,
                             const ptrdiff_t *input_steps, double *const *outputs,
                             const ptrdiff_t *output_steps)

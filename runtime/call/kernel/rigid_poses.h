@@ -48,13 +48,11 @@ void settle_pose(const Kernel *kernel, const double *const *inputs, double *cons
 /* Runs an inverse with a test of each pose, or with recomputed residuals. */
 void solve_judged(const Kernel *kernel, const double *const *inputs, double *const *outputs);
 
-/* Returns the number of solution slots of an inverse. */
 static inline npy_intp slots_of(const Kernel *kernel)
 {
     return kernel->operands[kernel->n_inputs + SLOTS_RESIDUAL].size;
 }
 
-/* Runs the kernel once. */
 static inline void run_kernel(const Kernel *kernel, const double *const *inputs,
                               double *const *outputs)
 {

@@ -27,7 +27,6 @@ static inline void to_task_axes(const Task *task, const double *T, double *colum
     }
 }
 
-/* Multiplies n columns (n, 6) by the weights. */
 static inline void apply_weights(const Task *task, double *columns, int n)
 {
     for (int i = 0; i < TWIST; i++) {

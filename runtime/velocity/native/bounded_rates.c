@@ -225,7 +225,6 @@ double solve_within_bounds(RateProblem *p)
     return scale;
 }
 
-/* Projects joint rates d (n,) to the null space of the task. */
 static void project_to_null_space(const RateProblem *p, double *d)
 {
     int n = p->n;

@@ -49,7 +49,6 @@ static int is_orthogonal_enough(double aa, double bb, double ab, double unused)
     return !(fabs(ab) > BOX_ORTHOGONAL * fmax(aa, bb));
 }
 
-/* Writes U J into the rows, with U from the previous decomposition. */
 static void apply_last_rotations(DampedBox *box, const double *J)
 {
     int n = box->n;
@@ -104,7 +103,6 @@ void damped_box_solve(DampedBox *box, const double *y)
     }
 }
 
-/* Solves for the free variables z (count,), with the other variables at their bounds. */
 static void solve_free(DampedBox *box, int count)
 {
     int n = box->n;

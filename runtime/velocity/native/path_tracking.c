@@ -85,7 +85,6 @@ static double step_coordinate(const Tracking *t, int j, double from, double step
     return to;
 }
 
-/* Computes the damped least-squares step from pose k to the next pose within the limits. */
 static void compute_step(Tracking *t, ptrdiff_t k)
 {
     double ahead[TWIST], asked[TWIST], all[TWIST];

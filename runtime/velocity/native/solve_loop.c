@@ -10,7 +10,6 @@ enum { RATES = N_INPUTS, REACHED, DAMPING, SMALLEST, DIRECTION, SCALE, LIMITED, 
 enum { J_ROW, J_COLUMN, V_STEP, LOWER_STEP, UPPER_STEP, SECONDARY_STEP, UNIT_STEP, ROW_STEP };
 enum { RATES_STEP = ROW_STEP + 1, REACHED_STEP, DIRECTION_STEP, LIMITED_STEP };
 
-/* Removes joints with zero bounds from the problem; their columns become zero. */
 static void lock_joints(RateProblem *p)
 {
     int n = p->n, free = 0;
@@ -72,7 +71,6 @@ static void write_smallest(const RateProblem *p, char **args, const npy_intp *co
     put(args[SMALLEST], sigma);
 }
 
-/* Writes the rates in rad/s or m/s, exactly within the bounds, and the resulting twist. */
 static void write_rates(RateProblem *p, char **args, const npy_intp *core)
 {
     int n = p->n;

@@ -20,7 +20,6 @@ static inline void put(char *at, double value)
     memcpy(at, &value, sizeof value);
 }
 
-/* Copies n doubles. Returns whether all n doubles are finite. */
 static inline int read_vector(double *to, const char *from, int n, npy_intp step)
 {
     int finite = 1;
