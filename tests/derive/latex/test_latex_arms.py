@@ -11,11 +11,14 @@ import pytest
 import sympy as sp
 
 from chasles.derive import derive
+from chasles.derive.latex.inverse.inverse_of_loops import inverse_of_loops
 from chasles.derive.latex.loops.arms_fragment import arms, printed_arms
 from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.latex.setting.transforms import matrix
+from tests.support.generators.carried_planes import carrying, moved
 from tests.support.generators.leg_platforms import LEG_KINDS, drawn_as
 from tests.support.loops.closures import Model
+from tests.support.loops.legs_of_joints import driven_by_a_leg
 
 SAME = 1e-9
 STEP = 0.05
@@ -103,3 +106,13 @@ def test_pose_of_an_arm_has_its_own_letters():
         own = {*arm.symbols.equations.notation.entries()} - {None}
         assert own.isdisjoint(of_tool)
         assert not sp.Tuple(*arm.task.steps[0].solution).free_symbols & of_tool
+
+
+def test_article_states_the_polynomial_of_joints_next_to_a_platform():
+    spin = ("turntable", (0, 0, 1), (0, "0.1", 0))
+    axis = [((0, 0, 1), ("0.1", "0.05", "0.1"))]
+    mechanism = moved(carrying(driven_by_a_leg(), axis), *spin)
+    text = inverse_of_loops(LoopPage.of(derive(mechanism, functions=["ik"])))
+    assert r"(n_i, -d_i)\, B^{-1}\, T\, W^{-1}\, (b_i, 1)" in text
+    assert r"$\det M = 0$ is a trigonometric polynomial of degree 3 in $\theta_{1}$" in text
+    assert r"\paragraph{Joints of the platform.}" in text
