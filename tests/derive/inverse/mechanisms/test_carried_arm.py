@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import chasles
-from chasles.derive import explain, write
+from chasles.derive import explain
 from chasles.derive.inverse.mechanisms.backward_inverse import missing
 from chasles.derive.loops.closing.loop_model import loop_model
 from chasles.derive.loops.solve.solved_loops import solved_loops
+from tests.support.compiling import compiled
 from tests.support.generators.carried_planes import carrying, moved
 from tests.support.loops.closures import Model
 from tests.support.loops.legs_of_joints import drawn, driven_by_a_leg
@@ -49,8 +49,8 @@ def loaded(request, tmp_path_factory):
     make, fixed = ROBOTS[request.param]
     mechanism, rng = make(), np.random.default_rng(3)
     folder = tmp_path_factory.mktemp("arm")
-    write(mechanism, folder, functions=["ik", "fk", "configuration"], languages=("c", "python"))
-    robot, model, at = chasles.load(folder), Model(mechanism), dict(mechanism.reference)
+    robot = compiled(mechanism, folder, functions=["ik", "fk", "configuration"])
+    model, at = Model(mechanism), dict(mechanism.reference)
     z = np.repeat([[float(at.get(name, 0)) for name in model.names]], POSES, 0)
     reach = [
         REACH["m"] if c.name in mechanism.actuated[-9:] and _is_leg(c) else REACH[c.unit]

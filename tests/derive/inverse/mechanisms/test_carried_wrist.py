@@ -39,7 +39,7 @@ def loaded(request, tmp_path_factory):
     """Returns a robot, its NumPy model, and closed configurations (N, n_z)."""
     mechanism, rng = carried(request.param), np.random.default_rng(3)
     folder = tmp_path_factory.mktemp("carried")
-    robot = compiled(mechanism, folder)
+    robot = compiled(mechanism, folder, functions=["ik", "fk", "configuration"])
     model, at = Model(mechanism), dict(mechanism.reference)
     z = np.repeat([[float(at.get(name, 0)) for name in model.names]], POSES, 0)
     legs, wrist = model.actuated[:3], model.actuated[3:]
