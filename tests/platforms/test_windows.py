@@ -13,7 +13,7 @@ MINGW = "x86_64-w64-mingw32-gcc"
 """C compiler for Windows; the continuous integration does not install this compiler."""
 FLAGS = ("-fsyntax-only", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror")
 # The headers of Python and NumPy describe this machine. The first macro skips Python's pyconfig.h.
-WINDOWS = ("-DPy_PYCONFIG_H", "-include", ROOT / "tests/windows/pyconfig.h")
+WINDOWS = ("-DPy_PYCONFIG_H", "-include", ROOT / "tests/platforms/pyconfig.h")
 BYTE_ORDER = "#define __LITTLE_ENDIAN 1234\n#define __BIG_ENDIAN 4321\n#define __BYTE_ORDER 1234\n"
 """The part of endian.h that NumPy reads. Windows does not have this header."""
 NUMPY = ("-DNPY_NO_DEPRECATED_API=NPY_2_0_API_VERSION", "-DNPY_TARGET_VERSION=NPY_2_0_API_VERSION")

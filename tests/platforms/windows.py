@@ -93,7 +93,7 @@ def main():
     BUILD.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(options.numpy) as archive:
         archive.extractall(BUILD / "numpy")
-    run(sys.executable, HERE / "kernels.py", KERNELS, CC=zig)
+    run(sys.executable, HERE / "kernels.py", KERNELS, "Windows", "AMD64", CC=zig)
     headers = BUILD / "numpy/numpy/_core/include"
     wheel = build_wheel(zig, version, python, headers, options.builder)
     install(python, version, options.numpy, wheel)

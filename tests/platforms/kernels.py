@@ -1,4 +1,6 @@
-"""Compiles the kernels of all shipped robots for Windows, with the compiler in CC.
+"""Compiles the kernels of all shipped robots for another platform, with the compiler in CC.
+
+`python kernels.py FOLDER SYSTEM MACHINE` has the names of the platform in Python.
 
 A kernel depends on the platform by its name and by the compiler's target only.
 """
@@ -13,12 +15,12 @@ from chasles.contract import read_manifest
 from chasles.library import find_folder
 
 
-def main(folder: Path) -> None:
-    platform.system = lambda: "Windows"
-    platform.machine = lambda: "AMD64"
+def main(folder: Path, system: str, machine: str) -> None:
+    platform.system = lambda: system
+    platform.machine = lambda: machine
     for name in chasles.robots():
         print(write_portable(read_manifest(find_folder(name)), folder), flush=True)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), *sys.argv[2:])

@@ -1,0 +1,1 @@
+"""Wheels for other platforms: compiled on Linux, tested under Wine or QEMU."""

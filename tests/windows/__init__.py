@@ -1,1 +1,0 @@
-"""The wheel for Windows: compiled on Linux, tested under Wine."""
