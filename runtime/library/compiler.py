@@ -115,11 +115,14 @@ def find_compiler() -> Compiler:
 
 
 def _system_flags(command: Sequence[str]) -> tuple[str, ...]:
+    is_x86 = platform.machine() in ("x86_64", "AMD64")
+    # For most processors with AVX-512, compilers use half of a vector by default.
+    wide = ("-mprefer-vector-width=512",) * is_x86
     if os.name != "nt":
-        return ("-fPIC",)
+        return ("-fPIC", *wide)
     # On Windows, GCC aligns the stack to 16 bytes, also for vectors of 32 bytes (GCC bug 54412).
     is_gcc = not any(name in " ".join(command) for name in ("clang", "zig"))
-    return ("-Wa,-muse-unaligned-vector-move",) * is_gcc
+    return (*wide, *("-Wa,-muse-unaligned-vector-move",) * is_gcc)
 
 
 def is_compiler_chosen() -> bool:
