@@ -2,6 +2,7 @@
 
 import errno
 import os
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -21,9 +22,15 @@ TRAJECTORY = (
     .move(ARM.q_reference + 0.1, "quintic", duration=1)
     .sample(20)
 )
-REGION = workspace(ARM, 2000, resolution=5, progress=False)
+
+
+@cache
+def region():
+    return workspace(ARM, 2000, resolution=5, progress=False)
+
+
 WRITERS = {
-    "region.npz": REGION.save,
+    "region.npz": lambda file: region().save(file),
     "trajectory.npz": TRAJECTORY.save,
     "trajectory.csv": TRAJECTORY.save,
     "robot.pdf": lambda file: chasles.draw(ARM, views=["front"], file=file),

@@ -7,6 +7,7 @@ import pytest
 
 import chasles
 from tests.support.command_line import run
+from tests.support.compiling import own_robots_compiled_quickly
 from tests.support.loops.loader_arm import LOADER, TWIN
 
 OPEN = [2.2, -2.1]
@@ -26,7 +27,8 @@ def twin(tmp_path_factory):
 def _written(folder, text):
     path = folder / "loader.toml"
     path.write_text(text)
-    return path, chasles.load(path)
+    with own_robots_compiled_quickly():
+        return path, chasles.load(path)
 
 
 def test_chain_closes_agrees_with_iterated_forward_kinematics(loader):
