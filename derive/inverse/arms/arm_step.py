@@ -133,7 +133,7 @@ class _EitherBranch:
         """
         keys = [(self.arm.closure, symbol.name) for symbol in self.sides]
         if legs.branch is not None:
-            return [sp.sympify(legs.branch.side(key)) for key in keys]
+            return [sp.S.One * legs.branch.side(key) for key in keys]
         choices = [*product(SIGNS, repeat=len(keys))]
         near = [signs for signs in choices if self._distance(legs.reference, signs) < RECOVERED]
         if len(near) != 1:

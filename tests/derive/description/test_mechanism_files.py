@@ -189,7 +189,7 @@ WRONG = [
     (24, 'type = "slider"', "joints[2].type", "did you mean 'prismatic'?"),
     (24, 'type = "universal"', "joints[2].type", "this joint is two revolute joints in series"),
     (34, 'type = "pin"', "closures[1].type", "did you mean 'kind'?"),
-    (30, 'mimic = { joint = "turn" }', "joints[3].mimic", "one of the fields"),
+    (30, 'mimics = { joint = "turn" }', "joints[3].mimics", "did you mean 'mimic'?"),
     (33, 'name = "turn"', "closures[1].name", "a name other than that of joints[1]"),
     (
         34,
