@@ -2,6 +2,9 @@
 
 from collections.abc import Sequence
 
+_ROUNDING = 1e-12
+"""Maximum relative rounding error of a number of turns."""
+
 
 def keeps_full_turns(index: int, rows: Sequence[Sequence[float]], is_angle: Sequence[bool]) -> bool:
     """Returns whether a full turn of a variable turns all coupled joints by full turns.
@@ -11,19 +14,17 @@ def keeps_full_turns(index: int, rows: Sequence[Sequence[float]], is_angle: Sequ
         rows: Factors of all variables in each coupling. The sum of factor * variable is constant.
         is_angle: Whether each variable is an angle.
     """
-    waiting, seen = [index], {index}
+    turns, waiting = {index: 1.0}, [index]
     while waiting:
         k = waiting.pop()
         for row in rows:
             if row[k] == 0:
                 continue
             for j, factor in enumerate(row):
-                if factor == 0 or j == k:
+                if factor == 0 or j in turns:
                     continue
-                turns = row[k] / factor
-                if not is_angle[j] or turns != round(turns):
+                turns[j] = abs(turns[k] * row[k] / factor)
+                if not is_angle[j] or abs(turns[j] - round(turns[j])) > _ROUNDING * turns[j]:
                     return False
-                if j not in seen:
-                    waiting.append(j)
-                    seen.add(j)
+                waiting.append(j)
     return True

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import get_args
 
+import numpy as np
 import sympy as sp
 
 from ..model.coupling import Coupling, Limits, Motor, MotorKind
@@ -76,7 +77,11 @@ class CoordinateFile(TomlFile):
                     )
                     self.fail((*keys, name), f"{expected}{hint(name, kinds)}", name)
             found.append(self._coupling(joint, kinds[joint], kinds))
-        return (*found, *self.mimics(joints, kinds))
+        couplings = (*found, *self.mimics(joints, kinds))
+        if _contradict(couplings):
+            names = listed([coupling.joint for coupling in couplings])
+            self.fail(("couplings",), f"equations that hold together; those of {names} do not")
+        return couplings
 
     def mimics(
         self, joints: Iterable[tuple[int, Joint]], kinds: Mapping[str, str]
@@ -105,6 +110,8 @@ class CoordinateFile(TomlFile):
 
     def _coupling(self, joint: str, kind: str, kinds: Mapping[str, str]) -> Coupling:
         keys: Keys = ("couplings", joint)
+        if OFFSET in kinds:
+            self.fail(keys, f"another name for the joint {OFFSET!r}: {OFFSET} is a constant here")
         own = self.coordinate_scale(kind)
         ratios = [
             (name, self._ratio((*keys, name)) * own / self.coordinate_scale(kinds[name]))
@@ -155,3 +162,14 @@ class CoordinateFile(TomlFile):
     def coordinate_scale(self, kind: str) -> sp.Expr:
         """Returns the number of meters or radians per unit of a coordinate in the file."""
         return self.scale["length" if kind == "prismatic" else "angle"]
+
+
+def _contradict(couplings: Sequence[Coupling]) -> bool:
+    """Returns whether no joint values fulfill all couplings."""
+    names = sorted({name for c in couplings for name in (c.joint, *dict(c.ratios))})
+    rows = np.zeros((len(couplings), len(names) + 1))
+    for row, coupling in zip(rows, couplings, strict=True):
+        for name, ratio in ((coupling.joint, -1), *coupling.ratios):
+            row[names.index(name)] = float(ratio)
+        row[-1] = float(coupling.offset)
+    return bool(np.linalg.matrix_rank(rows) > np.linalg.matrix_rank(rows[:, :-1]))

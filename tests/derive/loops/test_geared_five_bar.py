@@ -7,6 +7,7 @@ import pytest
 
 import chasles
 from chasles.calibration.calibrated_file import mechanism_text
+from chasles.contract import keeps_full_turns
 from chasles.derive import DescriptionError, derive, mobility, read_text, write
 from chasles.derive.description.chain_between import between
 from chasles.derive.emit.seeds import wraps_of
@@ -37,6 +38,7 @@ def test_mimic_of_a_joint_is_the_same_coupling():
         ("crank2 = { motor = 2 }", r"a gear or a shaft with its own angle is a revolute joint"),
         ("crank2 = { crank2 = 1, crank = 2 }", r"a joint has no coordinate of its own"),
         ("crank2 = { crank = 0 }", r"couplings.crank2.crank: expected a nonzero ratio"),
+        ("crank2 = { crank = 3 }\ncrank = { crank2 = '1/3', offset = 10 }", "do not"),
     ],
 )
 def test_wrong_coupling_is_refused_by_name(changed, words):
@@ -78,6 +80,28 @@ def test_full_turn_of_a_coordinate_turns_its_followers_in_part():
     half, whole = read_text(TEXT), read_text(TEXT.replace("/ z_right", "/ 20"))
     wraps = [derive(robot, functions=("fk",)) for robot in (half, whole)]
     assert [wraps_of(derivation) for derivation in wraps] == [[False], [True]]
+
+
+@pytest.mark.parametrize(
+    ("rows", "turning"),
+    [
+        ([[-2.0, 1.0, 0.0]], True),
+        ([[3.0, 1.0, 0.0]], True),
+        ([[1.0, -1 / 49, 0.0]], True),
+        ([[1.0, 2.0, 0.0]], False),
+        ([[-2.0, 1.0, 0.0], [0.0, 1.0, -2.0]], True),
+        ([[-3.0, 1.0, 0.0], [0.0, 1.0, -2.0]], False),
+    ],
+)
+def test_full_turn_is_kept_by_whole_numbers_of_turns(rows, turning):
+    """In each row, the sum of factor * angle is constant."""
+    assert keeps_full_turns(0, rows, (True,) * 3) == turning
+
+
+def test_joint_named_offset_is_refused():
+    text = TEXT.replace('"left"', '"offset"').replace("offset = 30", "crank2 = 1")
+    with pytest.raises(DescriptionError, match="another name for the joint 'offset'"):
+        read_text(text)
 
 
 def test_calibrated_file_of_geared_linkage_moves_like_its_parameters(tmp_path):

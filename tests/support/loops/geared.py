@@ -85,6 +85,9 @@ def _compare(
         branches = robot.actuator_branches(robot.chain(q))
         apart = np.remainder(branches.q[branches.valid] - q + np.pi, 2 * np.pi) - np.pi
         _note(found, "back", np.abs(apart).max(-1, initial=0.0).min(initial=np.inf))
+    elif hasattr(robot, "actuators"):
+        apart = robot.actuators(robot.chain(q)) - q
+        _note(found, "back", np.remainder(apart + np.pi, 2 * np.pi) - np.pi)
     if hasattr(robot, "ik"):
         _compare_inverse(found, robot, q, T)
 
