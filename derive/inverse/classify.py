@@ -30,7 +30,7 @@ class Attempt:
         family: The family.
         reading: The end of the chain at which the numbering of axes starts: base or tool.
         given: Indices of the joints with fixed values.
-        requirements: The conditions on the other axes, with deviations.
+        requirements: The conditions of the family on the axes of the free joints, with deviations.
     """
 
     family: Family
@@ -54,7 +54,7 @@ class Attempt:
         return max((requirement.deviation for requirement in self.requirements), default=0.0)
 
     def on(self, lines: Lines) -> "Attempt":
-        """Tests whether another chain has the same structure. It may be a nominal arm."""
+        """Compares another chain, for example a nominal arm, with the same family."""
         left = lines.at_generic(self.given)
         seen = left.reversed() if self.backwards else left
         return replace(self, requirements=tuple(self.family.requires(seen)))
@@ -72,7 +72,8 @@ class Classification:
     Attributes:
         lines: The axes of the joints in the chain.
         found: The family that fits the chain, or None.
-        attempts: The tested families. If a family fits the chain, this family is the last attempt.
+        attempts: The comparisons with the tested families. If a family fits the chain, the last
+            comparison is the comparison with the fitting family.
         missing: The reason why no closed form exists, or "" if a closed form exists.
         near: Structures that fit approximately, best first. Each structure defines a nominal arm
             for refinement by Newton's method.
@@ -132,7 +133,8 @@ def of_lines(
 
     Args:
         lines: The chain.
-        coordinates: Number of coordinates that move the chain. The default is the number of joints.
+        coordinates: Number of coordinates that move the chain. If None, the number of joints is
+            used as the number of coordinates.
         families: The families of axis structures to try, in order.
         give: Indices of the joints to fix. If the tuple is empty, the first suitable set is fixed.
         give: Indices of the joints to fix. If the tuple is empty, the first suitable set is fixed.

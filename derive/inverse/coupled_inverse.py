@@ -22,7 +22,8 @@ def in_coordinates(
 
     Args:
         robot: The coupled robot.
-        chain: The chain. The number of its joints equals the number of robot coordinates.
+        chain: The chain of the coupled robot. The number of chain joints equals the number of robot
+            coordinates.
         terms: Table of named terms.
         solved: The task of the chain.
 

@@ -33,7 +33,7 @@ _ONE, _OTHER = _WRIST[1:3]
 
 
 def coupled_wrist(chain: CoupledChain) -> tuple[Family, ...]:
-    """Returns the family of a chain with a coupled wrist. The result is () for other couplings."""
+    """Returns the family of a chain with a coupled wrist, or () if no wrist is coupled."""
     if chain.C.rows != JOINTS or chain.surplus != 1:
         return ()
     for sense in (1, -1):

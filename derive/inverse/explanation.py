@@ -181,7 +181,7 @@ def explanation(
 
     Args:
         robot: The robot.
-        inverses: The inverse. None if the loops allow several tool poses.
+        inverses: The inverse, or None for a robot whose loops allow several tool poses.
         hybrid: The loops, or None for a serial robot.
     """
     chain = robot.main_chain if isinstance(robot, Mechanism) else robot

@@ -1,9 +1,9 @@
 """Counts the poses that an inverse misses. The sample consists of right-angle configurations.
 
-At some poses, the angle of a joint is arbitrary. The solution step then selects one value. If the
-other joints need another value of this angle, the closed form misses the solution. Right-angle
-poses of arms with round dimensions are at risk. Poses at which a fixed prismatic joint makes axes
-intersect are also at risk.
+At some poses, the angle of a joint is arbitrary. The solution step of this joint selects one value
+of the arbitrary angle. If the remaining joints need a different value of the arbitrary angle, the
+closed form misses the solution. Right-angle poses of arms with round dimensions are at risk. Poses
+at which a fixed prismatic joint makes axes intersect are also at risk.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +22,8 @@ from .structure.numeric_arm import NumericArm
 
 FloatArray = NDArray[np.float64]
 SAMPLES = 4000
-"""Sample size. A sample detects with 96 % probability that one pose in 1,200 is missed."""
+"""Sample size. If an inverse misses one pose in 1,200, a sample contains a missed pose with a
+probability of 96 %."""
 QUARTERS = np.arange(-1, 3) * (np.pi / 2)
 WHOLE: tuple[TaskComponent, ...] = ("pose",)
 

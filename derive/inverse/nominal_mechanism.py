@@ -1,11 +1,12 @@
 """Nominal mechanism of a built robot with loops.
 
 The dimensions of a built robot differ slightly from its design. If the file names the design, the
-design is the nominal mechanism. Otherwise, the lengths of the design are probably round numbers. In
-a design, some lengths are equal or proportional. The loops then have a closed form. Lengths are
-rounded to decimal grids, from coarse to fine. Axis directions are rounded to multiples of 15
-degrees. The nominal mechanism is the first result that has a suitable closed-form inverse. From
-solutions of the nominal mechanism, Newton's method must converge to solutions of the true robot.
+design is the nominal mechanism. If the file names no design, the lengths of the design are probably
+round numbers. In a design, some lengths are equal or proportional. The loops then have a closed
+form. Lengths are rounded to decimal grids, from coarse to fine. Axis directions are rounded to
+multiples of 15 degrees. The nominal mechanism is the first result that has a suitable closed-form
+inverse. From solutions of the nominal mechanism, Newton's method must converge to solutions of the
+true robot.
 """
 
 from collections.abc import Callable, Iterator, Sequence

@@ -79,7 +79,8 @@ class Inverses:
             contains the inverse of the nominal arm.
         polished_tasks: Functions for other tasks that refine solutions of the nominal arm.
         composed: The inverse of a robot with loops, which calls the inverse of the main chain.
-        chain: For a coupled robot, the chain that is solved instead.
+        chain: The chain that the inverse of a coupled robot solves, or None for a robot without
+            couplings.
     """
 
     classification: Classification

@@ -1,7 +1,7 @@
 """A loop step that solves the unknown joints of a loop as a serial arm between known bodies.
 
-The step extends the steps of ``derive/loops/spatial/``. The branch of an arm is the branch of the
-reference configuration.
+This loop step supplements the loop steps in ``derive/loops/spatial/``. The branch of an arm is the
+branch of the reference configuration.
 """
 
 import math
@@ -41,8 +41,8 @@ class ArmStep(LoopStep):
     """Joints of a serial arm between known bodies, with up to two solutions.
 
     Attributes:
-        found: The values of all joints that the arm determines. Only the first step of an arm has
-            these values. The tuple is empty in later steps.
+        found: The values of all joints that the arm determines. Only the first step of an arm
+            contains the joint values. ``found`` is empty in all later steps of the arm.
         arm: The arm. None in later steps of an arm, and for locked joints.
     """
 
@@ -74,7 +74,7 @@ class ArmStep(LoopStep):
 
     @property
     def continues(self) -> bool:
-        """Whether an earlier step introduces the arm."""
+        """Whether an earlier step contains the joint values of the arm."""
         return not self.found
 
     def equations(self) -> StepEquations:
@@ -270,7 +270,7 @@ def _least(terms: Terms, margins: Sequence[sp.Expr]) -> sp.Expr:
 
 
 def with_arms(h: SolvedLoops) -> SolvedLoops:
-    """Solves loops whose unknown joints form serial arms, if this completes the closed form.
+    """Solves loops with serial arms of unknown joints, if the arms complete the closed form.
 
     The argument is returned unchanged if the actuators still do not determine all joints.
     """

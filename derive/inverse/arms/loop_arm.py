@@ -66,7 +66,7 @@ class LoopArm:
         """Returns the sixteen entries of the pose that the arm reaches, seen from its base.
 
         Args:
-            mechanism: The description that contains the joints.
+            mechanism: The mechanism to which the joints of the arm belong.
             terms: Names of all terms.
             values: Values of the known joints by name.
         """

@@ -1,9 +1,10 @@
 """A rotating base, two parallel revolute joints and a telescope, as in cranes and log loaders.
 
-One of joints 2, 3 and 4 is prismatic. Its direction is perpendicular to the axes of the other two
-joints, which are revolute and parallel. Axis 1 is perpendicular to the parallel axes. If there is a
-fifth axis, it is also perpendicular to the parallel axes. The steps are those for a rotating base
-with three parallel axes. The telescope changes one side of the triangle.
+One of joints 2, 3 and 4 is prismatic; the remaining two are revolute with parallel axes. The
+direction of the prismatic joint is perpendicular to the parallel axes. Axis 1 is perpendicular to
+the parallel axes. If there is a fifth axis, it is also perpendicular to the parallel axes. The
+steps are those for a rotating base with three parallel axes. The telescope changes one side of the
+triangle.
 
 Maximum number of solutions: 4 for a pose of five joints, 2 for four joints, 8 for position and
 pitch.

@@ -1,7 +1,7 @@
 """Description of a family of chains with a closed-form inverse.
 
-A family is one object in one file. The package's ``__init__`` lists all families. Other modules
-read only the fields of this object, never its name.
+A family is one object in one file. The package's ``__init__`` lists all families. Modules outside
+the file of a family read only the fields of the family object, never its name.
 """
 
 from collections.abc import Callable
@@ -38,8 +38,8 @@ class Family:
         behind_given: Whether a longer chain with fixed joints is also compared with the family.
         rather_gives: Whether the family is tried last for chains with fixed joints. For such a
             family, it is better to fix a prismatic joint.
-        solves_pose: Whether the family solves for the full tool pose (task ``ik``). Other families
-            solve only parts of the pose, such as the position.
+        solves_pose: Whether the family solves for the full tool pose (task ``ik``). A family with
+            ``solves_pose = False`` solves only parts of the pose, such as the position.
         inputs: Inputs of ``solve`` other than the displacement, for example a swivel angle.
         tasks: Tasks other than the pose. The chain must have no fixed joint and must be numbered
             from the base.

@@ -1,7 +1,7 @@
 """Six revolute joints. Axes 2, 3 and 4 are parallel.
 
-Joints 2 to 4 do not change components along their axes. Two such components are known: one of the
-direction h_6 of axis 6, and one of a point on axis 6. Subproblem 6 solves the two equations for
+Joints 2 to 4 do not change vector components along axes 2 to 4. The components of the direction h_6
+of axis 6 and of a point on axis 6 give two equations. Subproblem 6 solves the two equations for
 angles 1 and 5. Maximum number of solutions: 8.
 
 Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel).
@@ -128,8 +128,9 @@ def _nearer(
 
     If axis 6 is nearly parallel to axes 2 to 4, the component of a vector along these axes
     determines the vector only to 1e-8. The part of the vector normal to the axes is accurate to
-    double precision. Let two unit vectors have components c and c' along the axes. Their parts p
-    and p' normal to the axes satisfy ``|p|^2 - |p'|^2 = (c' - c)(c' + c)``.
+    double precision. Let two unit vectors have components c and c' along the axes. Let p and p' be
+    the parts of the two unit vectors normal to the axes. The parts p and p' satisfy
+    ``|p|^2 - |p'|^2 = (c' - c)(c' + c)``.
     """
     let, h = terms.let, lines.axes[1].h
     a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]
@@ -170,8 +171,9 @@ def _nearer(
 def _aligned(
     terms: Terms, lines: Lines, v: Vector, row: Row, angles: tuple[CosSin, CosSin]
 ) -> tuple[CosSin, CosSin]:
-    """Returns the nearby angles at which axis 6 is parallel to axes 2 to 4, if there are any.
+    """Returns angles 1 and 5 at which axis 6 is parallel to axes 2 to 4.
 
+    If no such angles are close to the arguments ``angles``, the arguments are returned unchanged.
     Several solutions coincide at a pose with parallel axes, so their accuracy is only 1e-5. The sum
     of angles 2 to 4 is then arbitrary.
     """

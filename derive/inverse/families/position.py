@@ -72,7 +72,8 @@ def _whole_pose(robot: SerialRobot, lines: Lines) -> Solved:
 
 
 # The target is a position. The inverse of a position is not defined, so the numbering starts at the
-# base. Fixed joints cannot be removed from a position either.
+# base. Fixed joints cannot be factored out of a position target, so a chain with fixed joints is
+# not compared with this family.
 POSITION = Family(
     "three joints that position the tool",
     (3,),

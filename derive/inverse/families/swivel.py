@@ -12,7 +12,8 @@ axis 1.
     S), e_x.(E - S))``.
 
 The reference half plane is undefined if the wrist is straight below the shoulder, where a
-floor-mounted arm has its base. The angle is then measured from an arbitrary direction.
+floor-mounted arm has its base. For a wrist straight below the shoulder, the swivel angle is
+measured from an arbitrary direction.
 
 Maximum number of solutions: 8 per swivel angle.
 
@@ -153,8 +154,8 @@ def _swivel_of(lines: Lines, turns: dict[int, CosSin]) -> CosSin:
 def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
     w = _unit(terms, V, a1.h)
     r = any_across(terms, a1.h)
-    # If the wrist is straight below the shoulder, w - t is 0. The direction of axis 1 then replaces
-    # w - t.
+    # If the wrist is straight below the shoulder, the vector w - t is 0. For a wrist straight below
+    # the shoulder, the direction of axis 1 replaces the vector w - t.
     away = combination(terms, (_ONE, VECTOR_FLOOR), (added(terms, w, a1.h), a1.h))
     e_x = _unit(terms, cross(terms, cross(terms, away, r), w), cross(terms, a1.h, r))
     return w, e_x, cross(terms, w, e_x)

@@ -2,8 +2,8 @@
 
 Joint 4 does not move the points on its axis. The target determines the position of a point on axis
 4. The first three joints move this point to its target position. Joint 4 produces the rotation that
-remains. The residual includes the conditions that the steps do not use. Maximum number of
-solutions: 4.
+joints 1 to 3 do not produce. The residual includes the conditions that the steps do not use.
+Maximum number of solutions: 4.
 """
 
 import numpy as np
@@ -48,7 +48,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     before = [(axis, work.turns[axis.joint]) for axis in arm.axes if axis.turns]
     e = any_across(terms, a4.h)
     last_turn(work, a4, e, target.turned(terms, e), before)
-    # 5. The pose has more conditions than solution steps 1 to 4 use.
+    # 5. Steps 1 to 4 use only some conditions of the pose. A Gauss-Newton step on all joints
+    # reduces the error of the full pose.
     step_on_all(work, lines, target)
 
 

@@ -45,7 +45,8 @@ GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
 """Number of random configurations, and number of configurations with fixed joints at multiples of
 90 degrees."""
 KEPT, MAX_KEPT = 3, 4
-"""Number of elimination orders of an arm. If one order fails at a pose, the next is tried.
+"""Number of elimination orders of an arm. If one elimination order fails at a pose, the solver
+tries the next elimination order.
 
 A fourth order is added only if it works at configurations where the first three fail.
 """
@@ -73,7 +74,7 @@ class Rating:
 
     @property
     def least(self) -> tuple[float, ...]:
-        """The smaller of ``separations`` and ``pairs`` at each configuration.
+        """For each configuration, the smaller of the separation value and the pair value.
 
         NaN propagates.
         """
@@ -131,10 +132,10 @@ class Choice:
 
 
 def choose(robot: SerialRobot) -> Choice | None:
-    """Returns the elimination orders of an arm, or None if no order is suitable.
+    """Returns the elimination orders of an arm, or None if no elimination order is suitable.
 
-    Some arms are nearly singular if all their prismatic joints are fixed. Any joint of such an arm
-    may be fixed instead.
+    A seven-joint arm may be nearly singular if its prismatic joint is fixed. For a nearly singular
+    seven-joint arm, each joint is a candidate for the fixed joint.
 
     Args:
         robot: The description.
@@ -226,9 +227,9 @@ def _ratings(
 ) -> tuple[Rating, ...]:
     """Returns the best elimination orders.
 
-    If ``apart`` is not empty, an order is preferred if its suppressed joint has a different value
-    in each solution. Each order suppresses a different joint, because solutions may agree in one
-    joint and differ in another.
+    If ``apart`` is not empty, some elimination orders are preferred. The suppressed joint of a
+    preferred elimination order has a different value in each solution. Each order suppresses a
+    different joint, because solutions may agree in one joint and differ in another.
     """
 
     def separates(rating: Rating) -> tuple[bool, bool]:
@@ -337,7 +338,7 @@ def _separations(found: LineEquations, order: EliminationOrder, q: Array) -> tup
     Args:
         found: The coefficients (C, 14, 9) and (C, 3, 14, 9) of the equations.
         order: The elimination order of the equations.
-        q: Joint values (C, 6). Only the suppressed angle is used.
+        q: Joint values (C, 6). The function reads only the angle of the suppressed joint.
     """
     M = suppressed(found, order.halved)
     turns = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
@@ -357,8 +358,8 @@ def _at(angle: Array, M: Array) -> Array:
 def configurations(joints: int, given: tuple[int, ...]) -> list[list[float]]:
     """Returns quasi-random configurations from multiples of square roots of primes, modulo 1.
 
-    In some configurations, the angles of the fixed joints are multiples of 90 degrees. For such
-    angles, the free joints often fit a known family.
+    In some configurations, the angles of the fixed joints are multiples of 90 degrees. If the fixed
+    joints are at multiples of 90 degrees, the free joints often fit a known family.
     """
     if not given:
         return [_spread(joints, k) for k in range(CONFIGURATIONS)]

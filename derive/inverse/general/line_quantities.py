@@ -1,11 +1,12 @@
 """Fourteen quantities of a line, which a rigid motion transforms linearly.
 
 Let p be a point on a line with unit direction l. The equations of Raghavan and Roth use the
-fourteen quantities ``x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)``. A rigid motion p -> R p +
-d, l -> R l changes the vector (x, 1) linearly. The matrix of this linear map depends only on R and
-d. Every quantity is linear in the cosine and sine of a revolute joint, and quadratic in the
-displacement of a prismatic joint. Let h = R^T d and w = (p.p) l - 2 (p.l) p. A motion changes the
-quantities as follows.
+fourteen quantities ``x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)``. A rigid motion with
+rotation R and translation d maps p to R p + d and l to R l. The rigid motion also maps the vector
+(x, 1) of the fourteen quantities and the number 1 linearly. The matrix of this linear map depends
+only on R and d. Every quantity is linear in the cosine and sine of a revolute joint, and quadratic
+in the displacement of a prismatic joint. Let h = R^T d and w = (p.p) l - 2 (p.l) p. A motion
+changes the quantities as follows.
 
     A point moves by ``p' = R p + d``, and a direction by ``l' = R l``.
 
@@ -15,7 +16,7 @@ quantities as follows.
 
     The last quantity becomes ``w' = R w - 2 d x R (p x l) + (d.d) R l - 2 (h.l) d - 2 (p.l) d``.
 
-The last two formulas follow from d x (b x c) = b (d.c) - c (d.b).
+The formula for w' follows from the identity d x (b x c) = b (d.c) - c (d.b).
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related

@@ -5,8 +5,8 @@ C_6 leads from the tool back to the base and contains the target pose. The produ
 ``Rz(theta_k) C_k`` for k = 1 to 6 is the identity matrix.
 
 An elimination order is a numbering of the joints. The numbering may start at any joint and has
-either direction. Joints 1 and 2 form a pair. Joint 3 is suppressed. Joint 6 does not move its axis,
-so the equations of the axis do not contain joint 6.
+either direction. The method eliminates joints 1 and 2 together. Joint 3 is suppressed. Joint 6 does
+not move its axis, so the equations of the axis do not contain joint 6.
 
     Let a be the axis of joint 6. Then ``Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 a = C_2^-1 Rz_2^-1 C_1^-1
     Rz_1^-1 C_6^-1 a``.
@@ -16,14 +16,14 @@ quantities are linear in the cosine and sine of each joint. The result is ``A y 
 Here, y contains the eight products for joints 1 and 2, and x the nine products for joints 4 and 5.
 
 The matrix A (14, 8) depends only on the pose, and B depends only on theta_3. Six linear
-combinations of the equations eliminate y. The generated C finds the angles theta_3 at which the six
-equations have a solution. The accuracy depends on the suppressed joint
-(:mod:`.elimination_choice`).
+combinations of the fourteen equations eliminate the eight products y of joints 1 and 2. The
+generated C finds the angles theta_3 at which the six equations have a solution. The accuracy
+depends on the suppressed joint (:mod:`.elimination_choice`).
 
 A prismatic joint with displacement d has Tz(d) instead of Rz(theta). The products of a prismatic
 joint contain 1, d, d^2 instead of 1, cosine, sine. Joints 1 and 2 may be prismatic. One of joints 4
-and 5 has a half angle; the other joint of this pair may also be prismatic. All other joints of the
-order must be revolute.
+and 5 must be revolute, because the equations use its half angle. The second of joints 4 and 5 may
+be prismatic. All other joints of the order must be revolute.
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
@@ -72,8 +72,8 @@ class LineEquations:
     """Coefficients of the fourteen equations.
 
     Attributes:
-        left: Coefficients (14, 9) that depend on the pose: one constant column, then the columns of
-            y.
+        left: Coefficients (14, 9) that depend on the pose: one constant column, then eight columns
+            for the products of joints 1 and 2.
         right: Coefficients (3, 14, 9) of 1, cos and sin of the suppressed angle.
     """
 
@@ -157,8 +157,8 @@ def _is_free(joint: Joint) -> bool:
 def doubled(six: Array) -> Array:
     """Expands six equations (..., 6, 9) to twelve (..., 12, 12) in the half angle f of joint 4.
 
-    Each equation is multiplied by cos f and by sin f. The columns belong to the products (cos 3f,
-    sin 3f, cos f, sin f) x (1, c5, s5).
+    Each of the six equations is multiplied by the cosine and by the sine of the half angle f of
+    joint 4. The columns belong to the products (cos 3f, sin 3f, cos f, sin f) x (1, c5, s5).
     """
     one, c, s = six[..., :3], six[..., 3:6] / 2, six[..., 6:] / 2
     by_cos, by_sin = [c, s, one + c, s], [-s, c, s, one - c]
@@ -189,7 +189,8 @@ def forward(
     """Returns the pose (4, 4) of an arm.
 
     Args:
-        constants: The placements before, between and after the joints.
+        constants: The fixed placements: before joint 1, between consecutive joints, and after the
+            last joint.
         values: The joint values: angles or displacements.
         slides: Indices of the prismatic joints.
     """

@@ -17,8 +17,8 @@ from .raghavan_roth import EliminationOrder, equations, forward, moved, suppress
 
 NEWTON = 30
 TURNS = 12
-"""Number of offsets of the suppressed angle that are tried. The offset with the best-conditioned
-matrix is used.
+"""Number of candidate offsets of the suppressed angle. The eigenvalue problem uses the offset whose
+leading matrix has the smallest condition number.
 """
 
 

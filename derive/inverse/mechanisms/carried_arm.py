@@ -1,15 +1,17 @@
 """Joints before or on a platform whose legs keep ball joints in planes, such as a 3-RPS on a rail.
 
 The planes of the legs have the rows r_i (unit normal, negative offset) in the frame of the legs,
-and the ball joints are at b_i on the platform. With the pose B of the legs in the base frame and
-the pose W of the tool on the platform, the pose T of the tool gives three equations
+and the ball joints are at b_i on the platform. Let B be the pose of the legs in the base frame. Let
+W be the pose of the tool on the platform. For a tool pose T, the condition that each ball joint
+lies in its plane is the equation
 
     r_i . B^-1 T W^-1 b_i = 0,   i = 1, 2, 3.
 
-Each is linear in the cosine and sine of a revolute joint before or on the platform, and in the
-displacement of a prismatic joint. Up to three of these joints are unknown; further joints are fixed
-inputs. Handwritten C eliminates the unknowns one after the other, down to the roots of a
-trigonometric polynomial. ``ik_legs`` solves the platform and the legs for the values of the joints.
+Each equation is linear in the cosine and sine of a revolute joint before or on the platform. Each
+equation is also linear in the displacement of a prismatic joint. Up to three joints before or on
+the platform are unknown. The remaining joints before or on the platform are fixed inputs.
+Handwritten C eliminates the unknowns one after the other, down to the roots of a trigonometric
+polynomial. ``ik_legs`` solves the platform and the legs for the values of the joints.
 """
 
 from collections.abc import Sequence
@@ -62,10 +64,12 @@ class CarriedArmTables(Tables):
         slides: Whether the first unknown joint is prismatic.
         solutions: Maximum number of solutions for the unknown joints.
         places: Number of the joint of each map, counted from the base.
-        ranks: Number of the unknown of each map, or -1 - k for fixed input k.
+        ranks: For each map, the index of its joint among the unknown joints. For a fixed joint, the
+            value is -1 - k with the index k among the fixed joints.
         kinds: Whether the joint of each map is prismatic.
         size: Length of the mechanism (meter).
-        maps: Factors of 1, cos and sin, or of 1 and the displacement, in the inverse joint poses.
+        maps: For each joint, the factors of 1, cosine and sine in the inverse of the joint pose.
+            For a prismatic joint, the factors of 1, displacement and 0.
         planes: Unit normal and negative offset of each plane in the frame of the legs (1, meter).
         points: The ball joints in the platform frame (meter).
     """

@@ -2,8 +2,9 @@
 
 Each of three legs keeps a ball joint in a plane that is fixed to the base. The joints on the
 platform are revolute, and their axes meet in the wrist center c. The tool pose determines the
-position w of the wrist center in the base frame. The platform rotation R is unknown. With the unit
-normal n_i and the offset d_i of plane i, and the ball joint b_i on the platform, the planes give
+position w of the wrist center in the base frame. The platform rotation R is unknown. Plane i has
+the unit normal n_i and the offset d_i, and contains the ball joint b_i on the platform. The
+condition that ball joint b_i lies in plane i is the equation
 
     n_i . R (b_i - c) = d_i - n_i . w,   i = 1, 2, 3.
 

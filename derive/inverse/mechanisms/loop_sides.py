@@ -41,7 +41,8 @@ three long booms closes only within a small range.
 MAX_CHOICES = 9
 """Maximum number of branch signs, for 512 solution slots.
 
-Further loops stay on the reference branch.
+If a robot needs more branch signs, the remaining loops stay on the branch of the reference
+configuration.
 """
 
 
@@ -151,8 +152,9 @@ def idle_choices(
         within: Maximum residual of a solution. By default, only rounding errors are accepted.
 
     Returns:
-        Two sets of indices of branch signs. A sign in the first set does not change the
-        coordinates. For a sign in the second set, the value -1 gives no solution.
+        Two sets of indices of branch signs. The first set contains the branch signs that do not
+        change the coordinates. The second set contains the branch signs whose value -1 gives no
+        solution.
     """
     if within is None:
         within = RECOVERED * min(hybrid.backward.reference.size, 1.0)

@@ -5,8 +5,8 @@ The function ``fk`` checks every solution.
 The leg inverse finds coordinates at which the loops can be closed at the target pose. At these
 coordinates, the loops may have several assembly modes. The function ``fk`` selects the reference
 mode. Therefore, ``ik`` calls ``fk`` for every solution slot of ``ik_legs``. A slot contains a
-solution if ``fk`` returns the target pose. Otherwise, the coordinates belong to another assembly
-mode.
+solution if ``fk`` returns the target pose. If ``fk`` returns a different pose, the target pose
+belongs to an assembly mode other than the reference mode.
 """
 
 from collections.abc import Mapping, Sequence

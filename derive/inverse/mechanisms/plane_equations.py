@@ -123,7 +123,10 @@ class PlaneEquations:
         return bool(np.max(np.ptp(found, axis=0)) <= ZERO * size)
 
     def is_dependent(self, joint: int, unknown: Sequence[int]) -> bool:
-        """Whether the equations are dependent in 1, cosine and sine of a joint for all others."""
+        """Whether the equations are linearly dependent in 1, cosine and sine of a joint.
+
+        The test uses random values of all other unknown joints.
+        """
         rng, values = np.random.default_rng(0), []
         for start, T in self._closed:
             x = start.copy()
@@ -136,10 +139,12 @@ class PlaneEquations:
         return bool(max(values) < RANK)
 
     def meet_at_infinity(self, first: int, second: int) -> bool:
-        """Whether the equations in two angles have a common root at infinity for all others.
+        """Whether the equations in two angles have a common root at infinity.
 
-        Such a root, for example of two adjacent parallel axes, makes their resultant zero. The
-        factor of exp(i x) in a map is (A - i B) / 2, with the factors A and B of cosine and sine.
+        The test uses random values of all other joints. Two adjacent parallel axes, for example,
+        cause a common root at infinity. A common root at infinity makes the resultant of the
+        equations zero. The factor of exp(i x) in a map is (A - i B) / 2, with the factors A and B
+        of cosine and sine.
         """
         rng, (start, T) = np.random.default_rng(0), self._closed[-1]
         x = rng.uniform(-np.pi, np.pi, len(start))

@@ -172,9 +172,10 @@ def actuators_of(
 ) -> dict[sp.Symbol, sp.Expr] | None:
     """Solves for the actuated coordinates that produce given prismatic displacements.
 
-    The displacements must be linear in one coordinate, which belongs to a slider. The displacements
-    must be linear in the second coordinate too, or linear in the cosine and sine of a crank angle.
-    The slider coordinate is eliminated, which leaves an equation for the crank angle.
+    The displacements must be linear in one actuated coordinate, which belongs to a slider. The
+    second actuated coordinate is a crank angle. The slider coordinate is eliminated, which leaves
+    an equation for the crank angle. This equation must be linear in the cosine and sine of the
+    crank angle.
 
     Args:
         work: Record of the solution, which contains the prismatic displacements. The function adds
