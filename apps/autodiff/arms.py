@@ -24,8 +24,8 @@ def for_jax(robot: Robot, folder: str | os.PathLike[str] | None = None) -> Diffe
 
     Raises:
         NotInstalledError: JAX is not installed.
-        InputValueError: The robot lacks a function that derivatives need, or `folder` lacks the
-            exported file of the robot.
+        InputValueError: The robot lacks `fk`, `jacobian_mixed`, `hessian_mixed` or `ik`, or
+            `folder` lacks the exported file of the robot.
     """
     check_type("for_jax: robot", robot, Robot)
     with requires("chasles[jax]"):
@@ -53,10 +53,10 @@ def for_torch(robot: Robot) -> DifferentiableArm:
 
 
 def checked(robot: Robot) -> Robot:
-    """Check that a robot has the functions that derivatives need.
+    """Check that a robot has `fk`, `jacobian_mixed`, `hessian_mixed` and `ik`.
 
     Raises:
-        InputValueError: The robot lacks a function that derivatives need.
+        InputValueError: The robot lacks `fk`, `jacobian_mixed`, `hessian_mixed` or `ik`.
     """
     missing = {"fk", "jacobian_mixed", "hessian_mixed", "ik"} - robot.functions.keys()
     if missing:

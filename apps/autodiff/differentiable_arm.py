@@ -1,4 +1,4 @@
-"""Robot functions with automatic differentiation, and the solutions of their inverse kinematics."""
+"""Robot functions with automatic differentiation, and solutions of the inverse kinematics."""
 
 from __future__ import annotations
 

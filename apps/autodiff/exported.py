@@ -14,7 +14,7 @@ def exported(robot: Robot, folder: str | os.PathLike[str], ending: str, language
 
     Args:
         robot: The robot.
-        folder: The folder of the export.
+        folder: The output folder of `chasles export`.
         ending: The part of the file name after the robot's name.
         language: The language of the export.
 

@@ -98,12 +98,12 @@ def _cache() -> Path:
 
 
 def _raw(robot: Robot, name: str, printed: Callable[..., Any] | None) -> Callable[..., Any]:
-    """Return a function without derivatives.
+    """Return a robot function for JAX, without derivative rules.
 
     Args:
         robot: The robot.
         name: The name of the function.
-        printed: The function for devices other than the processor, or None.
+        printed: The function for devices other than the CPU, or None.
     """
     function = robot.functions[name]  # the closure keeps the kernel loaded
     address = _address(function.kernel)

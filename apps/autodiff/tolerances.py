@@ -1,4 +1,4 @@
-"""Tolerances of differentiable functions."""
+"""Numerical tolerances of the functions with automatic differentiation."""
 
 SOLVED = {"float64": 1e-9, "float32": 2e-5}
 """Largest residual of a solution [m or rad], for each float type. In single precision, the target
