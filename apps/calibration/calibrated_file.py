@@ -99,7 +99,7 @@ def couplings_text(robot: Robot, p: FloatArray) -> str:
 
     Args:
         robot: The nominal robot, with parametric functions.
-        p: The identified geometry. It includes the ratios of the joint couplings.
+        p: The identified geometry, including the ratios of the joint couplings.
     """
     identified = {
         (item.joint, item.name): float(value)
@@ -214,7 +214,7 @@ def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
 def springs_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
     """Return the gravity vector and the joint springs as text of a robot file.
 
-    Both texts are empty if all joints are rigid.
+    The gravity text and the spring text are empty if all joints are rigid.
 
     Args:
         robot: The nominal arm, with parametric functions.

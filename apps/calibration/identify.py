@@ -51,15 +51,16 @@ def identify(
             description, such as the radius of a delta robot. A named parameter changes every value
             that depends on it. The name "geometry" means the group "axis": all lengths, angles and
             offsets. For robots with loops, "geometry" also includes "loop". If poses are measured,
-            corrections of the tool frame are added. "geometry" with the tool corrections is
-            complete and minimal for every serial robot. Corrections of the base frame are added if
-            `parameter_std` is set, if "axis" is not varied, or if the robot has loops.
+            corrections of the tool frame are added. For serial robots, "geometry" and the tool
+            corrections are a complete and minimal set of parameters. Corrections of the base frame
+            are added if `parameter_std` is set, if "axis" is not varied, or if the robot has loops.
         parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1],
             keyed by name, group or unit, as in :func:`~chasles.calibration.first_order_errors`.
             Parameters with little effect on the measurements stay near nominal.
         T_W_base: (4, 4) the base frame in the device frame W, or None to identify this frame.
         robust: Whether outliers are excluded. The result lists the excluded rows.
-        weights: (N,) weight of each configuration. Weight 4 halves the standard deviations.
+        weights: (N,) weight of each configuration. A weight of 4 halves the standard
+            deviations of the measurements at this configuration.
 
     Raises:
         ShapeError: The shape of q does not match the robot.

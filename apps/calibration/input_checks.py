@@ -58,8 +58,8 @@ fewer redundant equations, wrong input may fit by chance. The unit of length is 
 number of rows."""
 _ALIKE = 1.5
 """Two input mistakes count as equally likely if the ratio of their misfits is at most this number.
-The mistake that is more frequent in practice is reported. For example, a wrong sign of the wrist's
-pitch has the same effect as a roll zero that is off by 180 deg."""
+The mistake that is more frequent in practice is reported. For example, a wrong sign of the wrist
+pitch has the same effect as a roll zero offset of 180 deg."""
 
 
 class Mistake(NamedTuple):
@@ -80,9 +80,9 @@ class Mistake(NamedTuple):
     def comparable(self, misfit: float) -> float:
         """Return the misfit of the corrected input [m], for comparison with other corrections.
 
-        A correction that reduces all lengths reduces the misfit by the same factor. Therefore, the
-        misfit is divided by a length factor below 1. A length factor above 1 does not change the
-        misfit.
+        A correction that reduces all lengths reduces the misfit by the same factor. If the length
+        factor is below 1, the misfit is therefore divided by the length factor. A length factor
+        above 1 does not change the misfit.
         """
         return misfit / min(self.factor, 1.0)
 
@@ -92,8 +92,8 @@ def mistakes(robot: Robot, q: FloatArray, measured: Measurements) -> Iterator[Mi
 
     Args:
         robot: The nominal robot.
-        q: (N, n) coordinates, without a correction.
-        measured: The measurements, without a correction.
+        q: (N, n) coordinates of the input, before any correction.
+        measured: The measurements of the input, before any correction.
     """
     turning = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
     for words, factor in _LENGTHS.items():
@@ -171,7 +171,7 @@ def check_input(
         q: (N, n) coordinates [rad or m].
         p: The nominal geometry.
         measurements: The measurements.
-        stated: The misfit without a correction [m].
+        stated: The misfit of the uncorrected input [m].
 
     Raises:
         InputValueError: A corrected input reduces the misfit by a factor of ten. The message states

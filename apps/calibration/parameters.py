@@ -19,7 +19,7 @@ def nominal(robot: Robot) -> FloatArray:
 
 
 FRAMES = frozenset({"base", "tool"})
-"""Groups of the base and tool corrections."""
+"""Names of two parameter groups: corrections of the base frame and of the tool frame."""
 GEOMETRY = "geometry"
 """Name for all lengths, angles and offsets of a robot."""
 _WHOLE = frozenset({"axis", "loop"})

@@ -209,9 +209,9 @@ class Calibration(StudyResult):
             path: The file. Plots of a .tex report are PDF files next to the report.
             name: Name of the calibrated robot in a .toml file, or None for the stem of the path.
             source: Source of the values in a .toml file, or "" for the source of the nominal robot.
-            nominal: Name or file of the nominal robot in a .toml file. The inverse of a robot with
-                loops refines the solutions of the nominal robot. Without a nominal robot, the
-                compiler rounds lengths.
+            nominal: Name or file of the nominal robot in a .toml file. For a robot with loops,
+                the inverse kinematics refines the solutions of the nominal robot. Without a
+                nominal robot, the compiler rounds lengths.
 
         Raises:
             InputValueError: The suffix is not supported, or a coordinate moves several joints.

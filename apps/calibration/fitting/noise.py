@@ -14,7 +14,8 @@ Without known standard deviations, s^2 = sum e^2 / (M - k) for M errors and k va
 standard deviations, s maximizes the marginal likelihood of the measurements. An error along a
 singular vector of J D^-1 has the variance lambda + s^2, where lambda is the squared singular value.
 If there are few measurements, s is uncertain. A wide prior of log s about the stated noise
-regularizes the estimate. Thirty degrees of freedom outweigh the prior.
+regularizes the estimate. With thirty residual degrees of freedom, the measurements affect the
+estimate more than the prior.
 
 Source:
     D. J. C. MacKay, Bayesian interpolation, Neural Computation 4 (1992), for the noise estimate if
@@ -74,7 +75,8 @@ class Linearized:
         e: (M,) errors, in standard deviations.
         J: (M, k) derivative of e with respect to the scaled variables.
         d: (t,) deviations of parameters from nominal, relative to parameter_std.
-        D: (t, k) derivative of d with respect to the scaled variables, one entry per row.
+        D: (t, k) derivative of d with respect to the scaled variables. Each row has one nonzero
+            entry.
     """
 
     e: FloatArray

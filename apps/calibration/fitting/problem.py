@@ -59,7 +59,7 @@ _PLACED = 1e-3
 """Penalty on 1 mm or 1 mrad of deviation of frames and targets from their start values."""
 _FAR = 0.1
 """Scale of frames and targets [m or rad]. A tool that hardly rotates determines target and base
-positions only weakly. For such a tool, the estimates may be far from the start values."""
+positions only weakly. The position estimates may then be far from the start values."""
 _NEARBY = 1e-6
 """The first fit of a robot with loops stops at this relative step."""
 _MAX_NEARBY = 200
@@ -98,7 +98,7 @@ def problem_at(
     Args:
         robot: A robot with parametric functions.
         q: (N, n) coordinates [rad or m].
-        start: The measurements, their frame and unknowns.
+        start: The measurements, with start values of the base frame and the unknowns.
         vary: As in :func:`identify`.
         parameter_std: As in :func:`identify`.
         p: The geometry with all parameters, or None for the nominal geometry.
@@ -162,8 +162,8 @@ def problem_nearby(
     The returned problem has the variables that are identifiable at the first fit.
 
     Args:
-        first: The problem with the variables that are identified at the nominal robot.
-        start: The measurements, their frame and unknowns.
+        first: The least-squares problem. Its variables are identifiable at the nominal robot.
+        start: The measurements, with start values of the base frame and the unknowns.
         vary: As in :func:`identify`.
         parameter_std: As in :func:`identify`.
         robust: Whether the first fit uses a robust loss.
@@ -210,7 +210,7 @@ def _candidates(
 
 
 class Fit(NamedTuple):
-    """Fitted variables, used rows and noise."""
+    """Result of a fit: the variables x, the mask of the rows that the fit uses, and the noise."""
 
     x: FloatArray
     used: BoolArray
@@ -227,7 +227,7 @@ class Problem:
         measurements: The measurements.
         T_W_base: (4, 4) base frame in the device frame W.
         start_geometry: Geometry parameters before the identification.
-        fixed_unknowns: Unknowns of the measurements before identification.
+        fixed_unknowns: Values of the unknowns before the identification.
         sought: Indices of the identified parameters in the geometry.
         open_unknowns: Indices of the identified unknowns.
         x0: Start of x.
@@ -386,7 +386,7 @@ class Problem:
     def solve(
         self, x: FloatArray, used: BoolArray, noise: float, *, robust: bool = False
     ) -> FloatArray:
-        """Return the variables that fit the used rows best.
+        """Return the variables that best fit the rows for which `used` is true.
 
         Configurations with open loops at the start values are ignored.
         """
@@ -448,7 +448,7 @@ class Problem:
         )
 
     def calibration(self, fit: Fit) -> Calibration:
-        """Return the calibration result for fitted variables, used rows and noise."""
+        """Return the calibration result of a fit."""
         x, used, noise = fit
         at = self._linearized(x, used[self._rows])
         try:

@@ -29,7 +29,7 @@ _MIN = 3
 
 
 def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[str]) -> list[str]:
-    """Infer the header of a table, and append the assumptions to the list `said`.
+    """Infer the header of a table. Append each assumption as text to the list `said`.
 
     Raises:
         InputValueError: The columns are ambiguous. The message shows an example of a header.

@@ -72,8 +72,8 @@ class CirclePoints(Positions):
             T: (N, 4, 4) nominal tool poses. The poses determine the joint angles.
 
         Raises:
-            InputValueError: On a circle, the tool does not rotate about one axis by 0.2 rad or
-                more.
+            InputValueError: On a circle, the tool rotates by less than 0.2 rad, or about more than
+                one axis.
         """
         return tuple(
             _fitted(self.points[self.circle == k], _turned(T[self.circle == k], k)[1])
@@ -114,8 +114,8 @@ def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
 
 
 _STRAY = 1e-6
-"""Tolerance for rotation about a different axis [rad]. Coordinates may be rounded to six digits.
-Below this relative singular value, a direction is undetermined."""
+"""Tolerance for tool rotation about axes other than the circle axis [rad]. Coordinates may be
+rounded to six digits. Below this relative singular value, a direction is undetermined."""
 
 
 def _fitted(points: FloatArray, angles: FloatArray) -> MeasuredAxis:

@@ -253,11 +253,11 @@ _FLAT = 1e-6
 
 
 def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-    """Fit the center of a sphere: solve 2 p . c + rest = right for c and rest by least squares.
+    """Fit the center of a sphere: solve 2 p . c + b = right for c and b by least squares.
 
-    The points p (N, 3) have mean 0, and c (3,) is the center. For coplanar points, the third result
-    is the normal of their plane. The points do not determine c along this normal. For other points,
-    the third result is 0.
+    The points p (N, 3) have mean 0, and c (3,) is the center. The function returns c, b and a
+    vector. If the points are coplanar, the vector is the normal of their plane. The points do not
+    determine c along this normal. If the points are not coplanar, the vector is 0.
     """
     _, sizes, axes = np.linalg.svd(p, full_matrices=False)
     rows = np.column_stack([2 * p, np.full(len(p), sizes[0])])

@@ -100,8 +100,9 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
 def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Estimate the frames from points, for a tool that rotates about at most one axis.
 
-    Four points represent the probe: its origin and one point on each axis. The distance from the
-    origin to the other points is the spread of the tool positions, and at least `_LEVER`.
+    Four points represent the probe: its origin and one point on each axis. The axis points
+    have the same distance from the origin. This distance is the spread of the tool positions, but
+    at least `_LEVER`.
     """
     spread = max(float(np.linalg.norm(T[:, :3, 3].std(0))), _LEVER)
     origin, axes = measured[:, None, :3, 3], measured[:, :3, :3].swapaxes(1, 2)
@@ -223,7 +224,8 @@ class _Registrations:
 def _rotated(step: FloatArray) -> FloatArray:
     """Return rotations (k, 3, 3) by the Cayley transform, a cheap substitute for the exponential.
 
-    For a small step (k, 3), the transform and the exponential agree to second order.
+    For small rotation vectors `step` (k, 3), the Cayley transform and the exponential agree to
+    second order.
     """
     half = 0.5 * step
     X = (half @ _GENERATORS.reshape(3, 9)).reshape(-1, 3, 3)

@@ -371,7 +371,7 @@ def _targets_by_name(
 
 
 def _again(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> dict[int, str]:
-    """Find targets in repeated columns x, y, z. The repeated names of pandas are x.1, y.1, z.1."""
+    """Find targets in repeated columns x, y, z. Pandas renames repeats to x.1, y.1, z.1."""
     del own
     plain: dict[str, list[int]] = {axis: [] for axis in AXES}
     dotted: dict[int, str] = {}

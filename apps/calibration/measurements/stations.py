@@ -144,7 +144,7 @@ class StationPositions(Measurements):
         return Start(of_base[0], x, measurements, float(misfit))
 
     def _from_frame(self, T: FloatArray, start: Start) -> Start:
-        """Estimate the targets from the first station, then the other frames."""
+        """Estimate the targets from the first station, then the frames of the further stations."""
         first = self.station == 0
         targets = targets_at(T[first], self.points[first])
         placed = points_on_tool(T, targets)
@@ -180,7 +180,7 @@ class StationPositions(Measurements):
         return x[: 3 * self.points.shape[1]]
 
     def _steps(self, x: FloatArray) -> FloatArray:
-        """Return the correction twists (stations, 6). The twist of the first station is 0."""
+        """Return the frame corrections as twists (stations, 6). The first twist is 0."""
         return np.concatenate([np.zeros(6), x[3 * self.points.shape[1] :]]).reshape(-1, 6)
 
     def _in_W(self, x: FloatArray) -> FloatArray:

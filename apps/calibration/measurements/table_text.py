@@ -33,7 +33,7 @@ class TableLine(NamedTuple):
 
 
 class TableText(NamedTuple):
-    """The lines of a table, and the cells of the comment line above the table."""
+    """Text of a table. `comment` contains the cells of the comment line above the table."""
 
     lines: list[TableLine]
     comment: list[str]
@@ -113,8 +113,8 @@ def _split(texts: Sequence[str], separator: str) -> Iterator[list[str]]:
 def number(cell: str) -> float:
     """Return the number in a cell, or NaN if the cell contains no number.
 
-    A comma in a number is a decimal mark. If a cell has a point and a comma, the first separates
-    thousands, and the second is the decimal mark.
+    A comma in a number is a decimal mark. If a cell contains a point and a comma, the last
+    mark is the decimal mark, and the earlier marks separate thousands.
     """
     text = cell.strip().replace("\u2212", "-")
     if text.endswith(","):

@@ -59,8 +59,8 @@ class Measurements(ABC):
     _n_frame_unknowns: ClassVar[int]
     """Number of unknowns of the frames that `_start` estimates."""
     _fixes_tool: ClassVar[bool]
-    """Whether the tool orientation is measured. If so, corrections of the tool frame are identified
-    instead of target positions."""
+    """Whether the tool orientation is measured. If the orientation is measured, corrections of the
+    tool frame are identified instead of target positions."""
     _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]]
     """Shapes of the measured arrays, with None for any size."""
 

@@ -27,7 +27,7 @@ The values in a table may have only two decimal places."""
 
 
 class WrongRow(ValueError):
-    """The error for a table row without a valid orientation.
+    """Exception: a table row has no valid orientation.
 
     Attributes:
         row: Index of the row.
