@@ -338,7 +338,7 @@ def _compare(due: list[Job], workers: int, *, shows_bar: bool) -> None:
     _announce(due)
     good = _show(work.compared(due, workers), len(due), shows_bar=shows_bar)
     folder = due[0].to
-    # Generated folders without a robot file are reported only if all shipped robots are compared.
+    # Only a comparison of all shipped robots can find generated folders without a robot file.
     is_complete = set(ROBOTS.glob("*.toml")) <= {job.file.resolve() for job in due}
     orphans = work.orphans(due, folder) if folder == GENERATED and is_complete else []
     if orphans:
@@ -356,7 +356,7 @@ def _stop_at_problems(due: list[Job], ending: str) -> None:
 
 def _announce(due: list[Job]) -> None:
     if len(due) > 1 and not out.is_terminal:
-        # Without a progress bar, the command prints nothing else until the first robot is derived.
+        # Without a progress bar, the next output appears when the first robot is complete.
         say(f"deriving {_counted(due)}")
 
 

@@ -36,7 +36,7 @@ _LIBRARY = re.compile(r"[a-z]\w*-[0-9a-f]{32}(-[0-9a-f]{16})?\.so")
 _DISTRIBUTION = re.compile(r"[\w.-]+")
 """The name at the start of a requirement, such as lxml in "lxml>=5"."""
 _EXTRAS_OF = re.compile(r"chasles\[([\w,]+)\]")
-"""A requirement of a chasles extra for other extras, such as "chasles[derive,files]"."""
+"""A requirement that installs other extras of chasles, such as "chasles[derive,files]"."""
 _EXTRAS = (
     *("cli", "derive", "files", "calibration", "study", "planning", "draw", "film", "view"),
     *("jax", "torch"),
@@ -129,7 +129,7 @@ def cache(
     if clean:
         remove_abandoned_folders(folder)
         remove_abandoned_folders(derived)
-        with suppress(OSError):  # The folder is not empty if another process derives a robot.
+        with suppress(OSError):  # The folder is not empty if another process uses this folder.
             derived.rmdir()
     if as_json:
         print_json({"folder": str(folder), "files": len(files), "bytes": size, "removed": clean})
@@ -203,7 +203,7 @@ def _extra_state(extra: str) -> str:
 
 
 def _of_all() -> set[str]:
-    """Return the extras that the extra `all` installs."""
+    """Return the names of the extras that `pip install 'chasles[all]'` installs."""
     named = [_EXTRAS_OF.fullmatch(requirement) for requirement in _packages("all")]
     return {extra for match in named if match for extra in match[1].split(",")}
 

@@ -23,8 +23,8 @@ _GROUPS = {
     "constraint": ("constraint", "constraint derivative", "constraint rate"),
     "geometry": ("parametric pose", "parametric jacobian", "identification jacobian"),
 }
-"""Roles of functions in each group of the listing. The last group lists functions with other
-roles."""
+"""Function groups that `chasles info` lists, with the roles of the functions in each group.
+The last group lists functions with other roles."""
 _OTHER = "other"
 
 

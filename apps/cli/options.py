@@ -73,7 +73,7 @@ class Command(TyperCommand):
 
 
 class Group(TyperGroup):
-    """The command with subcommands. The help shows no type for flags."""
+    """A Typer command group with subcommands. The help shows no type for flags."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Return the options of the command. The help shows no type for flags."""

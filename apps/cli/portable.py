@@ -22,7 +22,8 @@ _LEVELS = {"x86_64": _X86, "AMD64": _X86}
 """Instruction set levels for each machine architecture, with the value of the flag -march. Windows
 reports AMD64."""
 _NAMES = "chasles_names.h"
-"""File that renames the functions of a level; no robot name begins with chasles_."""
+"""Header that renames the C functions for one instruction set level. Robot names never begin with
+chasles_."""
 _ENDS = ("", "_batch", "_nearest")
 """Ends of the external names of a function, for one row, for batches and for the nearest row."""
 
@@ -86,9 +87,9 @@ def _compile_levels(manifest: Manifest, folder: Path) -> None:
 
 
 def _processor_flags(compiler: Compiler, march: str) -> tuple[str, ...]:
-    """Return the flags for a value of -march; none for the compiler's own processor."""
+    """Return the compiler flags for a value of -march, or for the default processor if empty."""
     if any(Path(word).stem in ("zig", "ziglang") for word in compiler.command):
-        # Zig has other names, and compiles for the processor of -mtune.
+        # Zig writes processor names with underscores. Zig compiles for the processor in -mtune.
         return (f"-mcpu={march.replace('-', '_') or 'baseline'}",)
     # Generic tuning makes code for wide vectors 40 % slower.
     is_wide = march not in ("", "x86-64")
@@ -96,6 +97,6 @@ def _processor_flags(compiler: Compiler, march: str) -> tuple[str, ...]:
 
 
 def _renamings(manifest: Manifest, level: str) -> str:
-    """Return C that appends the level to the external names, which all levels share."""
+    """Return C pragmas that append the instruction set level to the external function names."""
     symbols = (f"{item.symbol}{end}" for item in manifest.functions for end in _ENDS)
     return "".join(f"#pragma redefine_extname {name} {name}_{level}\n" for name in symbols)
