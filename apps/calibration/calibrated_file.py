@@ -64,7 +64,7 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
 
 
 def _chain_text(robot: Robot, p: FloatArray, name: str, source: str) -> tuple[str, str]:
-    """Return the robot file of a serial robot with exact drives."""
+    """Return the head and the joint tables of a robot file, with nominal transmissions."""
     joints, zero, L = robot.chain_joints, np.zeros(robot.n), np.eye(robot.n)
     if robot.manifest.loops.coupling:
         if len(joints) != robot.n:

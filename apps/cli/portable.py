@@ -25,7 +25,7 @@ _NAMES = "chasles_names.h"
 """Header that renames the C functions for one instruction set level. Robot names never begin with
 chasles_."""
 _ENDS = ("", "_batch", "_nearest")
-"""Ends of the external names of a function, for one row, for batches and for the nearest row."""
+"""Suffixes of the external C names: one input, a batch of inputs, and the nearest solution."""
 
 
 def write_portable(manifest: Manifest, folder: Path) -> Path:

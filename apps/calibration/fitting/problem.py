@@ -58,8 +58,9 @@ penalty selects one solution if parameters have the same effect."""
 _PLACED = 1e-3
 """Penalty on 1 mm or 1 mrad of deviation of frames and targets from their start values."""
 _FAR = 0.1
-"""Scale of frames and targets [m or rad]. A tool that hardly rotates determines target and base
-positions only weakly. The position estimates may then be far from the start values."""
+"""Unit of the scaled frame and target variables in the first fit [m or rad]. A tool that hardly
+rotates determines target and base positions only weakly. The position estimates may then be far
+from the start values."""
 _NEARBY = 1e-6
 """The first fit of a robot with loops stops at this relative step."""
 _MAX_NEARBY = 200
