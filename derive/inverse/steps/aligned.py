@@ -4,11 +4,12 @@ If the last of three revolute axes is parallel to the first, the orientation det
 or difference of the two angles. The position then determines the first angle. Let ``v`` be the
 target of a point on the last axis, w the vector from the first axis to the point, and u the
 direction of a prismatic joint with displacement d. If the prismatic joint is between the first and
-the last axis, ``R_1 (w + d u) = v``. Otherwise, ``R_1 w = v - d u``.
+the last axis, ``R_1 (w + d u) = v``. If the prismatic joint is before the first or after the last
+axis, ``R_1 w = v - d u``.
 
 If there are three prismatic joints, the angle is arbitrary. For coplanar directions of the
-prismatic joints, let n be the normal of their plane. The first angle solves ``n.(R_1 w) = n.v`` or
-``n.(R_1^T v) = n.w``.
+prismatic joints, the first angle solves ``n.(R_1 w) = n.v`` or ``n.(R_1^T v) = n.w``. Here, n is
+the normal of the plane of the directions.
 
 Both sides of the first equations have equal lengths, which gives a quadratic equation for d.
 Subproblem 1 then gives the first angle.

@@ -26,7 +26,7 @@ The angle is between two joints, or between a joint and the plane of two other j
 """
 _TRIPLE = 3
 OneOf = Callable[..., sp.Expr]
-"""Selects one of three values. Each cyclic order of the three directions has one value."""
+"""Selects one of three values: one value per cyclic order of three joint directions."""
 
 
 def dependent_lengths(
@@ -71,7 +71,7 @@ def plane_normal(terms: Terms, directions: Sequence[Vector]) -> Vector:
 def _widest_last(terms: Terms, directions: Sequence[Vector]) -> tuple[OneOf, list[Vector]]:
     """Returns three directions in cyclic order, and a function that selects a value for this order.
 
-    The second and third direction have the largest angle between them.
+    In the returned order, the second and the third direction have the largest angle between them.
     """
     squares = [squared_sine(terms, directions[k - 2], directions[k - 1]) for k in range(_TRIPLE)]
     is_first = sp.And(squares[0] >= squares[1], squares[0] >= squares[2])

@@ -22,7 +22,7 @@ def loop_of_three(
     Args:
         work: Records the steps.
         axes: The axes of the three joints.
-        reason: Reason why the equation contains only the three angles.
+        reason: Reason why the loop equation contains only the angles of k1, k2 and k3.
         first: The vector p0, the axis k1 and the vector p1.
         second: The axis k2 and the vector p2.
         third: The axis k3 and the vector p3.

@@ -82,7 +82,7 @@ def _two_lengths(
 
     Args:
         terms: Table of named terms.
-        axis: The axis of the revolute joint before both joints.
+        axis: The axis of the revolute joint before the two prismatic joints.
         slides: The directions of the lift and of the ``other`` joint.
         points: The point in the home pose and its target, relative to the axis.
         sign: Selects one of two solutions.
@@ -94,8 +94,8 @@ def _two_lengths(
     is_flat = sp.false
     if not terms.is_constant(rate):
         # If both prismatic joints are perpendicular to the axis, the lift makes the line of the
-        # other joint intersect the axis. Displacements of the other joint then give every distance
-        # from the axis.
+        # other joint intersect the axis. The joint ``other`` can then move the point to every
+        # distance from the axis.
         is_flat = terms.let(rate**2) <= terms.let(UNDETERMINED_SUM**2)
         to_axis = _to_axis(terms, cross(terms, axis.h, other), lift, start)
         ratio = select(terms, is_flat, sp.S.Zero, ratio)

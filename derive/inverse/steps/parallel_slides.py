@@ -57,8 +57,8 @@ def telescope(
     displacement = perpendicular(terms, first.h, subtracted(terms, position, lever))
     is_between = place == 1
     along = rotated(terms, first.h, total, slide.h) if place == len(axes) - 1 else slide.h
-    # A telescope between the two axes is part of the triangle side between them. A telescope that
-    # is not between the two axes changes the required distance between elbow and wrist.
+    # A telescope between the two axes is part of the triangle side between them. A telescope before
+    # or after the two axes shifts the required position of the second axis.
     u = along if is_between else combination(terms, (sp.Integer(-1),), (along,))
     longer, other = (upper, displacement) if is_between else (displacement, upper)
     length = work.slide(

@@ -3,9 +3,9 @@
 A point has a height along a revolute axis, and this height determines a joint. The angles between
 joint axes may depend on fixed joints. A revolute joint parallel to the revolute axis does not
 change the height. A prismatic joint perpendicular to the revolute axis does not change the height,
-either. For these joints, any value is valid with which the other joints can reach the target in the
-plane perpendicular to the revolute axis. The functions of this module select a joint value with
-which the other joints reach the target.
+either. A joint that does not change the height may have any value at which the other joints reach
+the target. The other joints must reach the target in the plane perpendicular to the revolute axis.
+The functions of this module select a joint value at which the other joints reach the target.
 """
 
 from collections.abc import Callable
@@ -54,7 +54,7 @@ def turn_in_reach(
     Args:
         terms: Table of named terms.
         axes: The direction along which the height is measured, and the axis of the joint.
-        found: The joint angle that solves the equation of the height.
+        found: The joint angle at which the point has the required height.
         in_reach: Returns an angle at which the other joints reach the target.
     """
     across = perpendicular(terms, *axes)

@@ -25,7 +25,7 @@ class Aligned:
         angle: Returns the first angle from the second angle and a sign.
         condition: An additional condition: the first angle is computed only if the condition is
             true.
-        end: End of a sentence in the article. The sentence states how the first angle is computed.
+        end: The last words of the article sentence that states how the first angle is computed.
     """
 
     angle: Callable[[CosSin, sp.Expr], CosSin]
@@ -109,7 +109,7 @@ def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Ve
     """Solves ``R_4 R_5 = R`` for two angles, with at most one solution.
 
     Subproblem 1 solves ``R_4 h_5 = R h_5`` for the first angle, and ``R_5 = R_4^T R`` for the
-    second angle. Each of the two equations always has one solution.
+    second angle. Subproblem 1 always returns exactly one angle per equation.
 
     Args:
         work: Records the steps.

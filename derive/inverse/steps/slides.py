@@ -1,6 +1,6 @@
 """Prismatic joints that move a point by a vector.
 
-Fixed joints between them may make their directions linearly dependent.
+Fixed joints between the prismatic joints may make the joint directions linearly dependent.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,8 @@ def slides(work: Work, axes: Sequence[Axis], displacement: Vector, carried: str)
     Args:
         work: Records the steps.
         axes: The prismatic joints, whose directions may depend on fixed joints.
-        displacement: The vector. Only its component in the span of the directions is reached.
+        displacement: The vector. The point moves only by the component of the vector in the span of
+            the joint directions.
         carried: Description of the point, for the article.
     """
     terms = work.terms

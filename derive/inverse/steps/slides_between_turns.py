@@ -1,6 +1,6 @@
 """Prismatic joints in any order, between revolute joints that the orientation determines.
 
-There are up to three revolute joints. Two of them in succession are never parallel. With the
+There are up to three revolute joints. Two consecutive revolute joints are never parallel. With the
 revolute joints known, the position is linear in up to three displacements. Maximum number of
 solutions: 1 for up to two revolute joints, 2 for three.
 """

@@ -12,7 +12,7 @@ from .work import Sum, Work
 
 
 def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vector) -> None:
-    """Solves for two joints from the sides of a triangle. The elbow is solved first.
+    """Solves for the elbow angle, then for the shoulder angle, from the sides of a triangle.
 
     Args:
         work: Two steps are recorded.

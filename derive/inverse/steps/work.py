@@ -164,7 +164,7 @@ class Work:
         return found.length
 
     def remainder(self, axes: Sequence[Axis]) -> None:
-        """Records that the angle of the last joint follows from the sum."""
+        """Records that the angle of the last joint follows from the sum of all joint angles."""
         names = tuple(axis.name for axis in axes)
         self.remainders.append(Remainder(names, names[-1]))
 

@@ -38,7 +38,7 @@ TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
 SOME_SLIDE = 0.6180339887
 """Generic value of prismatic joints (meter).
 
-If two axes intersect at this joint value, they intersect at every value.
+Two axes that intersect at this displacement of a prismatic joint intersect at every displacement.
 """
 SOME_TURN = 0.7548776662
 """Generic value of revolute joints (radian).
@@ -125,8 +125,8 @@ def with_tool_axis(robot: SerialRobot, lines: "Lines", *, stays: bool) -> "Lines
     Args:
         robot: The description.
         lines: The axes of the moving joints.
-        stays: Whether the angle of the added joint is always 0. If False, the task determines the
-            angle.
+        stays: Whether the angle of the added joint is always 0. If ``stays`` is False, the task
+            determines the angle of the added joint.
     """
     terms = lines.terms
     _, ((_, _, h), origin) = _home_frames(robot, terms)

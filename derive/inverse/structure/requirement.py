@@ -28,7 +28,7 @@ class Requirement:
         parallel: Axes that must be parallel, if any.
         meeting: Axes that must intersect, if any.
         across: The two axes that must be perpendicular, if any.
-        parts: The conditions that this condition summarizes, if any.
+        parts: The individual conditions, if this condition combines several conditions.
     """
 
     text: str

@@ -23,7 +23,8 @@ folded wrist keeps all digits.
 Boundary: two solutions coincide at a double root, and at w = 0 or w = 1. Solutions that differ only
 by rounding errors are merged, as in subproblem 4.
 
-Degenerate: a is 0 if k1 and k2, h and k1, or p and k2 are parallel. These three cases are excluded.
+Degenerate: three cases are excluded: parallel k1 and k2, parallel h and k1, and parallel p and k2.
+In each excluded case, a is 0.
 
 Source: elementary.
 """

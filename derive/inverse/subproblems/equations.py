@@ -95,7 +95,7 @@ class LineAndPlane(Equation):
         return type(self)(-self.rate, self.rest)
 
     def solution(self, _: sp.Expr) -> tuple[sp.Expr, ...]:
-        """Returns the terms whose sum is the displacement."""
+        """Returns the displacement as a tuple of addends."""
         return tuple(sp.Add.make_args(-self.rest / self.rate))
 
 
@@ -112,7 +112,7 @@ class LineAndSphere(Equation):
         return type(self)(-self.linear, self.constant)
 
     def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
-        """Returns the terms whose sum is the displacement. The sign selects a solution."""
+        """Returns the displacement as a tuple of addends. The sign selects a solution."""
         half = self.linear / 2
         root = sign * sp.sqrt(half**2 - self.constant)
         return (root,) if half == 0 else (-half, root)

@@ -24,14 +24,13 @@ For tau > 0, x and y are exchanged. Then t = 1 + tau is in [0, 1]. Newton's meth
 ``t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P = 0``. Even a small t has full relative accuracy.
 Let alpha^2 = g t and beta^2 = g (2 - t). The lines are ``alpha x + beta y + m`` and ``alpha x -
 beta y + n``. Three equations determine m and n: ``alpha (m + n) = p``, ``beta (n - m) = q`` and ``m
-n = r + g - g t``. The second equation is combined with the first if alpha^2 > |p|, otherwise with
-the third. A relative error of t then has no more effect than an equal relative error of the largest
-of p, q and r. If p is only a rounding error, t is set to exactly 0. The solution is accurate at a
-fourfold root only if t is exactly 0.
+n = r + g - g t``. If alpha^2 > |p|, the values of m + n and n - m determine m and n. Otherwise, the
+values of n - m and m n determine m and n. A relative error of t then has no more effect than an
+equal relative error of the largest of p, q and r. If p is only a rounding error, t is set to
+exactly 0. The solution is accurate at a fourfold root only if t is exactly 0.
 
-Degenerate: for g = 0, the conic is one line and the second line is far away. In this case, g is set
-to 1e-20, so that the formulas contain no division by zero. If all coefficients are 0, the points
-are arbitrary.
+Degenerate: for g = 0, the conic is one line and the second line is far away. If g = 0, g is
+replaced by 1e-20 to avoid a division by zero. If all coefficients are 0, the points are arbitrary.
 
 Source: the pencil of two conics (Ferrari 1545, and Richter-Gebert, Perspectives on Projective
 Geometry, 11.4). The choice of lambda and the forms without cancellation are original.
@@ -132,8 +131,8 @@ def circle_roots(
             only at double roots. The first sign distinguishes two roots with equal second signs.
             The first sign states on which side of the axis of the conic a root lies.
         separation: Angle by which coinciding roots are moved from their common point.
-        reference: Reference direction and sense for the signs. Pass a reference if the default
-            reference direction changes discontinuously.
+        reference: Reference direction and sense of rotation that define the two signs. Pass a
+            reference if the default reference direction changes discontinuously.
     """
     conic, axis = _turned(terms, a0, first, second)
     t, slope, swap = _resolvent(terms, conic)
@@ -266,9 +265,9 @@ def _on_lines(
     near = select(
         terms, far > w, let(product / let(far + DIRECTION_FLOOR)), let(HALF * let(total - spread))
     )
-    # The two lines intersect outside the circle. Within the circle, one line is above the other, or
-    # one line is to the right of the other. So the y or x coordinate of a root states which line
-    # contains the root.
+    # The two lines intersect outside the circle. Inside the circle, one line is entirely above the
+    # other line, or entirely to the right of the other line. So the y or x coordinate of a root
+    # states which line contains the root.
     above = let(size * let(2 - t)) >= let(sp.Abs(q) * t)
     by_y = select(terms, swap, select(terms, above, ONE, ZERO), select(terms, above, ZERO, ONE))
     label = select(terms, by_y > HALF, let(signs[0] * signs[1]), signs[0])
@@ -277,7 +276,8 @@ def _on_lines(
     offset, other = select(terms, is_near, near, far), select(terms, is_near, far, near)
     u = alpha
     v = let(label * side * beta)
-    # At a root, the polynomial has the same change of sign as the product of both line equations.
+    # At a root, the polynomial and the product of the two line expressions change sign in the same
+    # direction.
     beyond = let(of_p * let(other + offset * let(1 - t)))
     sense = let(signs[1] * select(terms, beyond >= 0, ONE, -ONE))
     other = let(sp.Abs(other))

@@ -6,15 +6,14 @@ D between shoulder and wrist determines the elbow angle.
 Derivation: only the components of p0 and R p perpendicular to k matter. Let P and Q be the lengths
 of these components, and phi the angle between them. Let ``D'^2 = D^2 - (k.p0 + k.p)^2``. The line
 of subproblem 4 follows from ``2 P Q cos(phi) = D'^2 - P^2 - Q^2`` and from Heron's form ``4 P^2 Q^2
-sin^2(phi) = (D'^2 - (P
-- Q)^2) ((P + Q)^2 - D'^2)``. Heron's form is accurate even for a folded elbow with P = Q. An elbow
-angle of 1e-10 computed from the cosine alone would have an error of 1e-8. Two close solutions are
-merged if the rounding error of D'^2 or (P + Q)^2 is larger than their difference. Exception: if
-shoulder and wrist are close together, D' is small and has full relative accuracy. The two solutions
-of a nearly folded elbow are then kept.
+sin^2(phi) = (D'^2 - (P - Q)^2) ((P + Q)^2 - D'^2)``. Heron's form is accurate even for a folded
+elbow with P = Q. An elbow angle of 1e-10 computed from the cosine alone would have an error of
+1e-8. Two close solutions are merged if the rounding error of D'^2 or (P + Q)^2 is larger than their
+difference. If shoulder and wrist are close together, the small distance D' has full relative
+accuracy. Therefore, the two solutions of a nearly folded elbow are kept.
 
-Boundary: the elbow is stretched at D' = P + Q and folded at D' = |P - Q|. Any D' outside this range
-is replaced by the nearer boundary.
+Boundary: the elbow is stretched at D' = P + Q and folded at D' = |P - Q|. If D' is larger than P +
+Q or smaller than |P - Q|, D' is replaced by the nearer of these two values.
 
 Degenerate: if P or Q is 0, the length does not depend on the angle, which is set to 0.
 
@@ -50,8 +49,8 @@ def sp3(
         across2: The value ``D'^2``: the squared length of the sum, without the component along k.
             See :func:`squared_across`.
         sign: The sign of sin(phi), which selects one of the two angles.
-        rounding: The term that determines the rounding error of across2, by default across2 itself.
-            If across2 is a difference, pass ``D^2``.
+        rounding: The magnitude to which the rounding error of ``D'^2`` is relative, by default
+            ``D'^2``. If ``D'^2`` is computed as a difference from ``D^2``, pass ``D^2``.
     """
     (P2, Q2), (a, b, e) = _line(terms, k, p0, p, across2)
     is_constant = terms.is_constant(P2) and terms.is_constant(Q2)

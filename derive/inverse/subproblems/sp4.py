@@ -11,8 +11,8 @@ line.
 
 Boundary: at xi = 0, the two solutions coincide. The rounding error of xi^2 is about 1e-16 (a^2 +
 b^2). Therefore, the two solutions are merged if xi^2 is less than MEETING_SOLUTIONS (a^2 + b^2).
-Without merging, a rounding error would move a solution by 1e-8 from its singular position. Later
-solution steps would then not treat the position as singular. Merging changes the component along h
+Without merging, a rounding error would move a solution by 1e-8 from its singular position. An error
+of 1e-8 would hide the singularity from later solution steps. Merging changes the component along h
 only by the fraction 4e-15.
 
 Degenerate: if a = b = 0, the angle is arbitrary and set to 0. If the dimensions of the robot make a
@@ -99,7 +99,8 @@ def near_line(
         sign: Selects one of the two points.
         xi2: The value ``a^2 + b^2 - e^2``, with a rounding error.
         scale: The magnitude of the terms whose difference is xi2.
-        are_two: Whether the two points are distinct. The default compares xi2 with the scale.
+        are_two: Whether the two points are distinct. If None, the points are distinct if ``xi2`` is
+            larger than MEETING_SOLUTIONS times ``scale``.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)

@@ -13,8 +13,8 @@ At a shoulder singularity, v and w are almost parallel to k2. The squared length
 components v' and w' normal to k2 only to 1e-8. Two solutions that the squared lengths cannot
 distinguish get start values on both sides of their common point. A second-order step in v' and w'
 moves each start value to the nearer root and restores the accuracy. If first derivatives vanish,
-this step is not accurate enough. Therefore, damped Newton steps on ``v - R2 w = 0`` refine all
-three angles. A step is used only if it reduces the closure error.
+the second-order step is not accurate enough. Therefore, damped Newton steps on ``v - R2 w = 0``
+refine all three angles. A step is used only if it reduces the closure error.
 
 Boundary: at a double solution, the determinant of the Jacobian is 0.
 

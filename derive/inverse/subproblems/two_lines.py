@@ -3,14 +3,15 @@
 Statement: The equations ``a cos + b sin = e`` and ``a' cos + b' sin = e'`` are solved for an angle
 that satisfies both. These equations occur in chains with fewer joints than task equations.
 
-Derivation: each equation is subproblem 4 with two solutions. The common solution is used. Let delta
-be the difference between the two solutions of an equation. The error of a solution is the rounding
-error of the equation, divided by sin(delta / 2). For a double solution, the error is the square
-root of the rounding error. If a = b = 0, the equation does not determine the angle. Therefore, each
-equation is rated by the difference between its two solutions, relative to the terms of the
-equation. The equation with the larger difference is used. If both equations have a double solution,
-the equation with the larger coefficients is used. For the second equation, sign 1 selects the
-solution that is nearer to the solution of the first equation with sign 1.
+Derivation: subproblem 4 gives two solutions for each equation. The angle that solves both equations
+is selected. Let delta be the difference between the two solutions of an equation. The error of a
+solution is the rounding error of the equation, divided by sin(delta / 2). For a double solution,
+the error is the square root of the rounding error. If a = b = 0, the equation does not determine
+the angle. Therefore, each equation is rated by the difference between its two solutions, relative
+to the terms of the equation. The angle is computed from the equation with the larger relative
+difference between its two solutions. If both equations have a double solution, the equation with
+the larger coefficients is used. For the second equation, sign 1 selects the solution that is nearer
+to the solution of the first equation with sign 1.
 
 Degenerate: if both equations have a double solution, the accuracy of the angle is 1e-8. If all
 coefficients are 0, the angle is arbitrary and set to 0.

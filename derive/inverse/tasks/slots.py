@@ -205,8 +205,8 @@ def function_of(
     The arguments ``q``, ``residual`` and ``margin`` are the entries of one slot, as functions of
     the branch signs.
 
-    The coordinates with the indices ``given`` depend only on ``inputs[1:]``. ``loops`` contains the
-    margins of the closed loops.
+    ``given`` contains the indices of coordinates that depend only on ``inputs[1:]``, not on the
+    target ``inputs[0]``. ``loops`` contains the margins of the closed loops.
     """
     k = 2 ** len(work.signs)
     domain = "pose" if inputs[0].symbols == POSE_SYMBOLS else "task"

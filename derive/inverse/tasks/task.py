@@ -60,7 +60,7 @@ class Solved:
         return self.function.role.domain == "pose" or bool(self.function.role.components)
 
     def with_search(self) -> "Solved":
-        """Returns the task with a flag. The flag makes the runtime search for missed solutions."""
+        """Returns the task with the flag that makes the runtime search for missed solutions."""
         role = replace(self.function.role, searches=True)
         return replace(self, function=replace(self.function, role=role))
 
