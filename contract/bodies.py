@@ -27,8 +27,8 @@ class Shape:
             joint that closes a loop, the symbol is "pin", "ball" or "weld". A prismatic joint has a
             "guide" (from end to end) with a "carriage", or a "sleeve" with a "ram" (up to the ram's
             end). A strut is drawn as "barrel" and "piston", or as a "rod" between its end points.
-        name: Name of the joint, closure or strut. For a link or plate, this is the
-            name of its body.
+        name: Name of the joint, closure or strut. The name of a link or plate is the name of its
+            body.
         points: The points in the body's frame, (points, 3) [m].
         axis: The direction of the joint's axis in the body's frame, or () for a shape without axis.
         Whether the joint's frame is at the end of a strut.
@@ -96,8 +96,8 @@ class ClosureFrames:
         kind: "pin" (origins and z axes coincide), "slider" (translation along the common z axis),
             "ball" (origins coincide) or "weld".
         bodies: Indices of the two bodies that the closure connects.
-        frames: Pose of the frame on each of the two bodies, relative to the body. Each pose has its
-            first three rows.
+        frames: Pose of the frame on each of the two bodies, relative to the body. Each pose is a 4
+            x 4 matrix without its last row.
     """
 
     name: str

@@ -60,7 +60,8 @@ class LoopError(DescriptionError):
             the distance is the smallest difference between its length and the distance between its
             ends. The value is None if no distance was found.
         remedies: Lengths, angles and coordinates with the interval of values that close the loop.
-            The remedy that changes its value least comes first.
+            The remedies are sorted: the smallest change of a length, angle or coordinate comes
+            first.
     """
 
     def __init__(

@@ -14,7 +14,7 @@ _FLAGS = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os,
 MAX_FILE = 1 << 28
 """Maximum size of a table or a generated file in bytes."""
 _PART = 1 << 20
-"""Number of bytes that are read at once. Python allocates this memory before it reads."""
+"""Number of bytes that are read at once. Python allocates a buffer of this size before reading."""
 MAX_DESCRIPTION = 1_000_000
 """Maximum size of a robot description in bytes."""
 PACKAGE_FILE = "package.xml"
@@ -41,8 +41,8 @@ def as_path(name: str, path: Any) -> Path:
 def input_folder(file: Path) -> Path:
     """Returns the folder of the files that a description may include.
 
-    The folder is the ROS package that contains the description. Without a package, the folder is
-    the description's own folder.
+    The folder is the ROS package that contains the description. If no ROS package contains the
+    description, the folder of the description is returned.
     """
     folders = list(file.resolve().parents)[:FOLDERS_UP]
     return next((own for own in folders if (own / PACKAGE_FILE).is_file()), folders[0])

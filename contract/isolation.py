@@ -41,11 +41,11 @@ def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
     """Runs a function in a separate process that cannot write files, and returns the result.
 
     On Linux, the process is a fork. If other threads held a lock at the fork, a library in the
-    process may wait for the lock forever. The time limit ends this wait. On other systems, a new
-    Python interpreter starts, which takes one second. ``work`` must then be picklable.
+    process may wait for the lock forever. The time limit then ends the process. On other systems, a
+    new Python interpreter starts, which takes one second. ``work`` must then be picklable.
 
     Args:
-        work: The function to run. Its result must be plain data.
+        work: The function to run. The function must return plain data.
         limits: Limits of the process.
 
     Raises:

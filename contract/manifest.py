@@ -182,9 +182,9 @@ class FunctionInfo:
         inputs: The inputs in the order of the C arguments.
         outputs: The outputs in the order of the C arguments.
         operations: Floating-point operations per pose, by kind and in total.
-        margin: Name of the margin function, or "" if every loop always closes. The only input of
-            the margin function is the first input of this function. The margin function returns how
-            far each loop is from opening.
+        margin: Name of the margin function, or "" if every loop always closes. The margin function
+            takes only the first input of the C function. The margin function returns how far each
+            loop is from opening.
         steps: For a margin function: name of the loop to which each entry of the result belongs.
     """
 
@@ -239,8 +239,8 @@ class Cleaning:
         position: Upper bound (m) of the tool displacement from cleaning within the joint limits.
             The bound is 0.0 if no value was cleaned.
         orientation: Upper bound (rad) of the tool rotation from cleaning. For a robot with loops,
-            both bounds are maxima over random configurations. The notes of the manifest state the
-            number of configurations.
+            the position and orientation bounds are maxima over random configurations. The notes of
+            the manifest state the number of configurations.
         numbers: The cleaned values, in order from the base to the tool.
     """
 
@@ -443,8 +443,9 @@ class Manifest:
     def wraps(self) -> tuple[bool, ...]:
         """Whether a full turn of each coordinate leaves the pose unchanged.
 
-        For the motor of a gearbox or of a spindle, the entry is False. It is also
-        False if a full turn moves a coupled joint by a part of a turn.
+        The entry of a coordinate is False if the coordinate is the motor of a gearbox or of a
+        spindle. The entry is also False if a full turn of the coordinate moves a coupled joint by a
+        part of a turn.
         """
         if self.loops.coupling:
             return full_turns(self.coordinates, self.loops.chain, self.loops.coupling)

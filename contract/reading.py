@@ -71,7 +71,7 @@ def _check_files(manifest: Manifest, place: Place) -> None:
         if needed not in manifest.files:
             raise ManifestError(f"{place.file}: files: has no {needed!r}")
     for name in manifest.files:
-        # Compilers and `chasles build` write copies of files with these names.
+        # Compilers and `chasles build` copy the listed files into other folders under these names.
         if {"", ".", ".."} & set(name.split("/")) or set("\\:\0") & set(name):
             place.fail(name, "a path inside the folder")
 

@@ -132,8 +132,9 @@ class Role:
     Attributes:
         name: One of :data:`ROLES`.
         domain: The vector of the first input, one of :data:`VECTORS`.
-        codomain: The vector that a map between coordinate vectors returns. Derivatives of the map
-            and functions that return all its branches have the codomain of the map.
+        codomain: The vector that a map between coordinate vectors returns. A derivative of the map
+            has the codomain of the map. A function that returns all branches of the map also has
+            the codomain of the map.
         fixed: Indices in q of the coordinates that are inputs of an inverse after the pose. A fixed
             coordinate is constant during the refinement.
         labels: The branch label of each solution slot, for an inverse or for all branches of loops.
