@@ -1,9 +1,9 @@
 """Comparison of the time ratios of a short run with a committed baseline.
 
 A time ratio is the time of another library divided by the time of chasles, measured in the same
-run. Time ratios depend little on the machine, so a small decrease of a time ratio is allowed. After
-a larger decrease, the benchmark measures all time ratios again. The check fails if a time ratio
-decreased too much in both measurements.
+run. Time ratios depend little on the machine, so a small decrease of a time ratio is allowed. If a
+time ratio decreases by more than the allowed margin, all time ratios are measured again. The check
+fails if a time ratio decreased too much in both measurements.
 """
 
 import json

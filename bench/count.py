@@ -38,7 +38,7 @@ COUNTED = {
 }
 """Names of the counted kernels, keyed by robot."""
 RISE = 0.02
-"""Maximum relative increase of an instruction count. The check fails for a larger increase."""
+"""Maximum relative increase of an instruction count that passes the check."""
 TIMES = 100
 """Number of counted calls of a kernel."""
 CALLS = (100, 400)

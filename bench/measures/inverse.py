@@ -25,7 +25,10 @@ ARMS = ("ur5e", "puma560", "irb6640")
 IN_C = ("ur5e", "puma560")
 CALL_BAR, BATCH_BAR, GENERAL_BAR = 6.0, 50.0, 3.0
 SLOW = "ssik"
-"""Slow library. Its time ratio is printed, but has no required minimum."""
+"""Slow library.
+
+For arms with a closed form, the time ratio to this library has no required minimum.
+"""
 C_BAR_NS = 150
 AVX2 = ("-march=x86-64", "-mavx2", "-mfma")
 DERIVED_BAR_S = 10.0
@@ -89,8 +92,8 @@ def calls(plan: Plan, name: str) -> list[Ratio]:
 def batches(plan: Plan, name: str) -> list[Ratio]:
     """Compare ik of a batch on one thread with other libraries.
 
-    Other libraries solve only PEERS_BATCH poses. Their times are multiplied by the ratio of the two
-    numbers of poses.
+    Other libraries solve only PEERS_BATCH poses. The times of other libraries are scaled to the
+    number of poses that chasles solves.
     """
     T = poses(name, min(plan.batch, BATCH))
     some = T[: min(PEERS_BATCH, len(T))]

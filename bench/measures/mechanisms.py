@@ -130,7 +130,7 @@ def five_bar_peer(robot: chasles.Robot):
 
 
 def five_bar(plan: Plan) -> list[Ratio]:
-    """Python calls for pose and Jacobian, and for the velocity map only."""
+    """Compare pose, Jacobian and velocity map of five_bar with Pinocchio in Python."""
     if "pinocchio" in absent():
         return []
     robot = chasles.load("five_bar")

@@ -24,7 +24,7 @@ POSES = 100_000
 LIMIT = 1.15
 """Maximum ratio of the time of ik_nearest to the time of ik."""
 CHAIN_US = 10.0
-"""Maximum time of three filters on an idle machine [us]."""
+"""Maximum time of the filters within_limits, distinct and nearest on an idle machine [us]."""
 ROUNDS, ROWS, MOVE = 300, 200, 0.05
 BATCHES = (10, 100, 1000, POSES)
 MAIN = """
@@ -78,7 +78,7 @@ def poses(robot: chasles.Robot, count: int) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def agree(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> None:
-    """Compare the results of ik_nearest with the filters.
+    """Compare the results of ik_nearest with the filters within_limits and nearest after ik.
 
     Raises:
         DisagreementError: A result differs.

@@ -40,7 +40,7 @@ def one_arm(plan: Plan, arm: Arm) -> list[Ratio | Limit]:
 
 
 def repeated(work: Callable[[np.ndarray], object], q: np.ndarray, repeats: int):
-    """Repeated calls for each row of q."""
+    """Return a function that calls `work` for each row of q, `repeats` times."""
     vectors = [vector.copy() for vector in q] * repeats
 
     def repeat() -> None:

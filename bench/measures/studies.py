@@ -1,8 +1,9 @@
 """``python -m bench studies`` compares workspaces, reach, motions and plans with plain loops.
 
-Plain Python loops call other libraries for fewer configurations than chasles. An iteration for the
-workspace computes the forward kinematics and the grid cell of the tool. An iteration for the reach
-solves the inverse of one pose. Times are per configuration, or per sample for a motion.
+Plain Python loops call other libraries for fewer configurations than chasles. In the comparison of
+workspaces, one iteration computes the forward kinematics and the grid cell of the tool. In the
+comparison of reach, one iteration of the Python loop solves the inverse of one pose. Times are per
+configuration, or per sample for a motion.
 """
 
 import resource
@@ -31,7 +32,7 @@ SIDE, ORIENTATIONS = 50, 20
 HOME = np.array([0, -1, 1.2, -0.4, 0.5, 0])
 AWAY = np.array([0.3, 0.2, -0.2, 0.1, 0.2, 0.3])
 LINED, PROCESS = 1000, 4901
-"""Number of samples on a line of ur5e, and number of samples of the well manipulator's motion."""
+"""Numbers of samples: of the straight tool path of ur5e, and of the motion of well_manipulator."""
 
 
 def run(samples: int) -> int:
