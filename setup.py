@@ -28,7 +28,8 @@ WINDOWS = os.name == "nt" or "-windows-" in os.environ.get("CC", "")
 """Whether this machine or the target of the compiler is Windows."""
 if WINDOWS:
     # The C code uses vectors and attributes that only GCC and clang have. Zig contains clang, and
-    # pip installs it. With a target, Zig compiles for every processor.
+    # pip installs it. With the option -target, Zig uses only instructions that all processors of
+    # the target have.
     python = Path(sys.executable).as_posix()
     os.environ.setdefault("CC", f'"{python}" -m ziglang cc -target x86_64-windows-gnu')
     Path("build").mkdir(exist_ok=True)

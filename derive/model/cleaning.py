@@ -46,13 +46,13 @@ class Cleaning:
 
     Attributes:
         numbers: The cleaned numbers in order from the base.
-        position: Upper bound of the distance (meter) between two tool positions within the joint
-            limits: from the numbers in the file and from the cleaned numbers.
-        orientation: Upper bound of the angle (radian) between the tool orientation from the numbers
-            in the file and from the cleaned numbers.
-        samples: For a robot with loops, the number of random configurations from which the bounds
-            are computed. The number of configurations is 0 if the bounds hold within all joint
+        position: Upper bound (meter) of the tool displacement that cleaning causes within the joint
             limits.
+        orientation: Upper bound (radian) of the tool rotation that cleaning causes within the joint
+            limits.
+        samples: The number of random configurations from which `position` and `orientation` are
+            computed for a robot with loops. `samples` is 0 if `position` and `orientation` are
+            bounds for all configurations within the joint limits.
     """
 
     numbers: tuple[CleanedNumber, ...] = ()

@@ -38,7 +38,7 @@ class Field:
         kind: Kind of the value, which determines its unit.
         headings: LaTeX of the vector components in table headings. The heading of a scalar is its
             name.
-        default: Value of an omitted field. None stands for zero.
+        default: Value of an omitted field. If `default` is None, an omitted field is zero.
         needed_to: Meaning of a field that moving joints require, for the error message. The meaning
             is empty for optional fields.
         is_of_motion: Whether the field describes the motion of the joint. Fixed joints ignore
@@ -102,7 +102,7 @@ class Fitted:
 class Convention:
     """A convention that describes a joint and its child link.
 
-    A convention can be called: ``before, after = dh("revolute", a="0.3", d="d1")``. The call
+    A convention is callable, as in ``before, after = dh("revolute", a="0.3", d="d1")``. The call
     returns the placements of a :class:`chasles.derive.Joint` for field values.
 
     Attributes:
@@ -113,8 +113,8 @@ class Convention:
         words: Name of the convention in a sentence of the article. If ``transform`` is empty, the
             phrase also explains the fields.
         transform: The link transform, as a product of motions in the symbols of the fields. The
-            product does not contain the joint motion. The value is empty if the link transform is
-            not a product of such motions.
+            product does not contain the joint motion. The tuple is empty if the link transform is
+            not a product of motions in the fields.
         turning: Field to which a revolute joint adds its variable, or "".
         sliding: Field to which a prismatic joint adds its variable, or "".
         second_part: First field of the second table. A single table may be too wide.
@@ -145,7 +145,7 @@ class Convention:
 
         Args:
             kind: Kind of the joint.
-            given: Exact values of fields by name (meter, radian or 1). Other fields have their
+            given: Exact values of fields by name (meter, radian or 1). Omitted fields have their
                 default values.
 
         Raises:

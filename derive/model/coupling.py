@@ -50,8 +50,9 @@ class Coupling:
     """The equation of a coupled joint: theta = sum of ratio * coordinate + offset.
 
     A coordinate is a motor, or a joint with its own coordinate. If the name of a joint is in its
-    own coupling, the joint has its own coordinate. The coupling then adds multiples of other
-    coordinates. A coordinate may also be another coupled joint, whose equation is then inserted.
+    own coupling, the joint has its own coordinate. The coupling of a joint with its own coordinate
+    adds multiples of other coordinates. A coordinate may also be another coupled joint, whose
+    equation is then inserted.
 
     Attributes:
         joint: Name of the joint.

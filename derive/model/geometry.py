@@ -1,6 +1,6 @@
 """The geometry of a serial robot as variables that a calibration may correct.
 
-The pose of the tool is a product of motions in the coordinates q and the parameters p:
+The pose of the tool is a product of motions that depend on the coordinates q and the parameters p.
 
     T_base_tool = B(p) base  prod_k before_k(p) motion_k(value_k(q, p)) after_k(p)  tool E(p)
 
@@ -9,14 +9,14 @@ contain the parameter. The parameters of a joint are its convention fields witho
 the corrections of its axis. The axis corrections are two tilts and, for a revolute joint, two
 shifts. B and E correct the base frame and the tool frame. All corrections are 0 in the nominal
 robot. The corrections of axes and tool are a complete and minimal model of any chain. There are 4
-parameters per revolute joint, 2 per prismatic joint, and 6 for the tool. The value of a joint
-follows from the coordinate q and the torque tau:
+parameters per revolute joint, 2 per prismatic joint, and 6 for the tool. The value of a joint is a
+function of the coordinate q and the torque tau.
 
     value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau.
 
 The sine and cosine waves model eccentric encoders and gears. Prismatic joints have no waves. If the
 robot has a load, tau is the gravity torque or force on the coordinate of the nominal robot at q.
-The joint then deflects like a spring. The deflection also changes the torque. The effect of the
+A load deflects the joint like a spring. The deflection also changes the torque. The effect of the
 torque change is of second order and neglected. Fixed joints have no parameters, because the
 parameters of the next joint or the tool have the same effect.
 
@@ -203,7 +203,7 @@ class Parameters:
         )
 
     def corrected(self, joint: str, part: Part) -> Placement:
-        """Returns a correction with six parameters: T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll)."""
+        """Returns T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll), a correction with six parameters."""
         x, y, z, roll, pitch, yaw = (
             self.new(joint, name, unit, f"correction: {meaning}", part=part)
             for name, unit, meaning in _CORRECTION

@@ -42,7 +42,7 @@ FREEDOM: Mapping[str, int] = {"pin": 1, "slider": 1, "ball": 3, "weld": 0}
 class Frame:
     """A frame on a body: the name of the body, and the pose relative to the body frame.
 
-    ``assumed`` is True if the source does not state the pose.
+    ``assumed`` is True if the source of the dimensions does not state the pose of the frame.
     """
 
     body: str
@@ -84,11 +84,12 @@ class Strut:
         length: Length of a rod, or of a cylinder at coordinate zero (meter).
         is_cylinder: Whether the length is a coordinate.
         ends: Kind of both end joints: pins or balls.
-        has_universal: Whether one end joint is a universal joint instead of a ball joint. The strut
-            then does not spin about its own axis.
+        has_universal: Whether one end joint is a universal joint instead of a ball joint. A strut
+            with a universal joint does not spin about its own axis.
         swing: Name of the passive angle of the strut, measured on the body at the first end.
         limits: Lowest and highest coordinate of a cylinder (meter).
-        assumed: Fields that the source does not state: ``length`` or ``limits``.
+        assumed: Names of the fields (``length`` or ``limits``) that the source of the dimensions
+            does not state.
     """
 
     name: str
@@ -124,8 +125,9 @@ class Strut:
 class Drive:
     """A motor that moves a joint through a gear, a rack, a belt or a chain.
 
-    If a drive is not actuated, the joint moves the motor. The motor angle is then a passive
-    coordinate. For example, if two motors move one slide, the second motor is not actuated.
+    If a drive is not actuated, the joint moves the motor. The angle of a motor that is not actuated
+    is a passive coordinate. For example, if two motors move one slide, the second motor is not
+    actuated.
 
     Attributes:
         name: Name of the motor coordinate.
@@ -193,9 +195,10 @@ class Mechanism:
         base_frame: Name of the base frame and the base body.
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles of the placements.
-        reference: Coordinates and joint values that select the branch of each loop. The default is
-            the middle of the limits for a cylinder, and for a joint whose limits exclude zero. For
-            other joints, the default is zero. Values of passive joints may be approximate.
+        reference: Coordinates and joint values that select the branch of each loop. By default, a
+            cylinder, or a joint whose limits exclude zero, is at the middle of its limits. A joint
+            whose limits include zero is at zero by default. Values of passive joints may be
+            approximate.
         notes: Changes and assumptions that the file reader made.
         transmissions: The transmission errors of coordinates with imperfect drives.
         closure: Whether loops with slightly misaligned pins close in the least-squares sense.
@@ -306,7 +309,10 @@ class Mechanism:
 
     @cached_property
     def members(self) -> Mapping[str, Joint | Strut]:
-        """Moving joints and cylinders by name. A coordinate may move each of these members."""
+        """All moving joints and cylinders by name.
+
+        Coordinates may move these joints and cylinders.
+        """
         joints = {joint.name: joint for joint in self.joints if joint.kind != "fixed"}
         return joints | {strut.name: strut for strut in self.struts if strut.is_cylinder}
 

@@ -1,7 +1,8 @@
 """A robot as plain data: joints, limits, frames and parameters.
 
 All conventions and file formats are converted to joints with constant placements. The pose of link
-i in link i-1 follows from the joint coordinate q:
+i in the frame of link i-1 is the product of three transforms. Only ``motion`` depends on the joint
+coordinate q.
 
     T_prev_link = before * motion(q) * after.
 
@@ -80,8 +81,8 @@ class Joint:
         before: The frame of the joint in the frame of the previous link.
         after: The frame of the link in the frame of the moved joint.
         link: Name of the link frame.
-        parent: Name of the body that carries the joint in a robot with loops. Empty in a serial
-            robot.
+        parent: Name of the body that carries the joint in a robot with loops. `parent` is empty in
+            a serial robot.
         limits: Lowest and highest value of the coordinate (radian or meter), or None if unbounded.
         pitch: Translation of a helical joint per radian (meter).
         direction: 1, or -1 if the joint moves against its coordinate.
@@ -202,7 +203,7 @@ class Load:
 class Transmission:
     """The transmission error between the reading of a controller and the true coordinate.
 
-    The true coordinate q follows from the reading r:
+    The true coordinate q is a function of the controller reading r.
 
         q = gain r + sin1 sin r + cos1 cos r + sin2 sin 2r + cos2 cos 2r.
 
@@ -266,7 +267,7 @@ class Spring:
 class Springs:
     """The springs in the joints of an arm, which deflect under gravity.
 
-    At controller readings r, the true coordinate k is the output of the drive plus a deflection:
+    At controller readings r, the true coordinate k is the output of the drive plus the deflection
 
         compliance_k tau_k(r).
 
@@ -306,7 +307,8 @@ class SerialRobot:
         transmissions: The transmission errors of coordinates with imperfect drives.
         springs: The springs between controller readings and true coordinates, or None for rigid
             joints.
-        couplings: The equations of coupled joints. All other joints have their own coordinates.
+        couplings: The equations of coupled joints. Joints without a coupling have their own
+            coordinates.
         motors: The motors, and the coordinates of coupled joints with their limits.
 
     Raises:

@@ -51,8 +51,8 @@ class Rates:
         min_singular_value: (...,) the smallest singular value, dimensionless.
         damping_squared: (...,) lambda^2 of the smallest singular value, 0 without damping.
         singular_direction: (..., 6) twist for the smallest singular value, in the requested
-            representation. Near a singularity, the joints can hardly produce this twist. The vector
-            (v / characteristic length, omega) has unit norm and a positive largest entry.
+            representation. Near a singularity, the joints hardly produce the singular twist. The
+            vector (v / characteristic length, omega) has unit norm and a positive largest entry.
     """
 
     qd: FloatArray
@@ -116,10 +116,10 @@ class VelocityMethods(ManipulabilityMethods):
         The characteristic length also divides the rates of prismatic joints.
 
         The result never exceeds a limit. A joint that would exceed its bound stays at the bound,
-        and the other joints compensate if they can do so without damping. Otherwise, and for every
-        arm without redundancy, the twist is shortened without a change of direction. If
-        acceleration limits exclude this direction, the result is the nearest allowed twist. See the
-        manual page "Motion in velocity space" for limits and fixed joints.
+        and the other joints compensate if they can do so without damping. If they cannot
+        compensate, the twist is scaled down in its direction. If acceleration limits exclude the
+        direction of V, the result is the nearest allowed twist. See the manual page "Motion in
+        velocity space" for limits and fixed joints.
 
         Args:
             q: (..., n) coordinates [rad or m].

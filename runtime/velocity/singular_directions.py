@@ -99,7 +99,7 @@ class SingularDirectionMethods(LoopMethods, SingularityMethods):
         type_1 = np.full(len(start), np.inf)
         low, high, at = _brackets(leaves, s)
         type_1[at] = _bisected(lambda x: f(x, at)[0] >= 0, low, high)
-        # The last interval may contain both types of singularity.
+        # The last interval may contain a type 1 and a type 2 singularity.
         turned = (determinant[:, 1:] > 0) != (determinant[:, :-1] > 0)
         turned[at, leaves[at].argmax(1)] = (f(type_1[at], at)[1] > 0) != (f(low, at)[1] > 0)
         type_2 = np.full(len(start), np.inf)

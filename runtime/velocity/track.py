@@ -38,7 +38,7 @@ class Track:
         min_singular_value: The smallest singular value of all poses.
         min_singular_value_index: The pose index of the smallest singular value.
         at_rate_limit: For each coordinate name, the steps with an active rate limit. Fixed
-            coordinates, and coordinates without such steps, are not listed.
+            coordinates, and coordinates that never reach a rate limit, are not listed.
         at_limit: For each coordinate name, the steps with an active position limit, if any.
         shortened_steps: Steps that were shortened because a loop would have been open at their end.
     """

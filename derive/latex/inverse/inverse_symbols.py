@@ -123,7 +123,8 @@ class InverseSymbols:
         """Returns the value of a joint."""
         slides = [axis.joint for axis in self._axes if not axis.turns]
         if not self.actuators and joint == len(self._robot.moving):
-            # The added joint rotates the tool.
+            # The number after the last moving joint is the revolute joint that the inverse adds at
+            # the tool.
             return self.notation.symbol(f"q_{{{joint + 1}}}", (LENGTH, (92, joint)))
         if not self.actuators or joint not in slides:
             return self._robot.moving[joint].direction * self.notation.q[joint]

@@ -54,7 +54,7 @@ def merged(
 ) -> dict[sp.Symbol, sp.Expr]:
     """Combines two rotations about parallel axes into one rotation.
 
-    Terms with only one rotation of a pair stay unchanged.
+    Terms that contain the rotation of only one joint of a parallel pair stay unchanged.
 
     Args:
         definitions: The definition of each named term.

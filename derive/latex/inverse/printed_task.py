@@ -45,12 +45,14 @@ class PrintedInverseStep:
     Attributes:
         step: The original solution step.
         number: Number of the step in the article.
-        definitions: Shared terms and coefficients of the step. Each depends only on earlier terms.
+        definitions: Shared terms and coefficients of the step. Each term depends only on terms
+            before it.
         unknown: The coordinate or sum of coordinates that the step determines.
         name: The coordinate, or the name of the sum.
         sense: -1 if the unknown opposes the rotation of the step, otherwise 1.
         equation: The equation of the step in printed symbols.
-        solution: Terms whose sum is the unknown. Empty if a quartic determines several unknowns.
+        solution: Terms whose sum is the unknown. The tuple is empty if a quartic determines several
+            unknowns.
     """
 
     step: InverseStep
@@ -70,7 +72,7 @@ class PrintedVector:
     Attributes:
         vector: The vector itself.
         letter: LaTeX letter of the vector.
-        shown: Components of the vector. Empty if the vector depends on solution steps.
+        shown: Components of the vector. The tuple is empty if the vector depends on solution steps.
     """
 
     vector: NamedVector
@@ -119,12 +121,12 @@ def printed_task(
 
     Args:
         robot: The chain.
-        notation: The short symbols of the robot. New symbols are added here.
-        lines: Its axes.
+        notation: The short symbols of the robot. The function adds new symbols to `notation`.
+        lines: The axes of the chain.
         solved: The task.
         first: Number of the first printed solution step.
         actuators: Printed symbols of actuated coordinates, keyed by name. Solution steps may
-            determine these coordinates.
+            determine actuated coordinates.
     """
     return _Writer(robot, notation, lines, solved, actuators).printed(first)
 

@@ -54,7 +54,7 @@ class OwnArm:
         arm: The arm without the placements at its ends.
         begin: The frame of the first joint on the known body before it.
         base: The known body before the first joint.
-        body: The other known body.
+        body: The known body after the last joint.
     """
 
     arm: LoopArm
@@ -206,10 +206,10 @@ def arm_inverses(
 
     Args:
         lines: The axes of the arm.
-        found: The structure of these axes, or None if the steps need no structure.
+        found: The structure of the axes, or None if the solution steps need no structure.
         robot: The arm.
         work: The solution steps.
-        values: The values of its moving joints.
+        values: The values of the moving joints of the arm.
     """
     pose = (pose_argument(robot),)
     solved = branches("ik", robot, work, pose, values, sp.S.Zero, IDENTITY)

@@ -30,7 +30,7 @@ class PrintedLegs:
 
     Attributes:
         page: The robot.
-        terms: The terms of the robot. They depend only on coordinates and parameters.
+        terms: The terms of the robot. All terms depend only on coordinates and parameters.
         phi: The platform's angle.
         letters: Letters for the polynomial.
         legs: The circle or line for each leg (meter).

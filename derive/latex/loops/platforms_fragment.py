@@ -123,7 +123,7 @@ class PrintedPlatform:
     def triad(self) -> "PrintedTriad | None":
         """The polynomial whose roots are the assembly modes.
 
-        None if the platform has no such polynomial.
+        The value is None if the platform has no polynomial for its assembly modes.
         """
         hybrid = self.page.hybrid
         triad = triad_of(hybrid) if hybrid.forward.open else None
@@ -175,11 +175,11 @@ class PrintedTriad:
         equations: The elimination.
         u: Vectors from the first rod to the other two rods, with named components.
         norms: Norms of the two vectors `u`, as functions of the components of `u`.
-        k: Right-hand sides of the two linear equations, as functions of `norms`.
+        k: Right-hand sides of the two linear equations in `w`, as functions of `norms`.
         w: Symbols of the components of the first rod.
-        position: The position (x, y), as a function of coordinates, parameters and :attr:`w`.
-        scale: A squared length. The polynomial is divided by the third power of this squared
-            length.
+        position: The position (x, y) of the platform, as a function of coordinates, parameters and
+            :attr:`w`.
+        scale: A squared length. The polynomial in the platform angle is divided by `scale`^3.
     """
 
     def __init__(self, platform: PrintedPlatform, triad: Triad) -> None:

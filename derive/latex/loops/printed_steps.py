@@ -130,7 +130,7 @@ def printed_steps(
     """Converts the steps of a solution to printed symbols.
 
     Args:
-        terms: The terms of the robot. The function adds the symbols of the unknowns to these terms.
+        terms: The terms of the robot. The function adds the symbols of the unknowns to `terms`.
         letters: Unused letters for the unknowns.
         solution: The solution from the actuators or from the main chain.
         first: Number of the first printed solution step.

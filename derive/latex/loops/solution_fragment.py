@@ -208,7 +208,7 @@ def _overdetermined(page: LoopPage) -> str:
 def _by_arms(page: LoopPage) -> str:
     """Lists the actuators whose values follow in closed form from the main chain.
 
-    The solution treats these actuators as joints of serial arms.
+    The solution treats actuators with a closed form as joints of serial arms.
     """
     if from_chain_with_arms(page.hybrid) is None:
         return ""

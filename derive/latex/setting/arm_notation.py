@@ -15,7 +15,7 @@ class ArmNotation(Notation):
     """
 
     def __init__(self, whole: Notation, q: Sequence[sp.Symbol], called: Sequence[str]) -> None:
-        # Both notations share their tables, so that a symbol never has two meanings.
+        # The arm and the whole robot share the symbol tables. So no symbol has two meanings.
         self.__dict__.update(whole.__dict__)
         self.q, self.called = tuple(q), tuple(called)
 

@@ -1,7 +1,7 @@
-r"""Prints numbers with nested roots as multiples of a sine or cosine: ``0.25 \sin 12^\circ``.
+r"""Prints numbers with nested roots as multiples of a sine or cosine.
 
-SymPy evaluates the cosine and sine of many constant angles to nested roots. Readers cannot
-recognize an angle in nested roots.
+An example is ``0.25 \sin 12^\circ``. SymPy evaluates the cosine and sine of many constant angles to
+nested roots. Readers cannot recognize an angle in nested roots.
 """
 
 from collections.abc import Sequence

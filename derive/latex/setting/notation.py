@@ -50,15 +50,16 @@ class Notation:
     Attributes:
         terms: The terms and constants of the derivation.
         q: The coordinates.
-        called: LaTeX of the coordinates. Empty if the coordinates are called q_1, q_2, ...
+        called: LaTeX of the coordinates. `called` is empty if the coordinates are called q_1, q_2,
+            ...
         tex: LaTeX of coordinates, parameters and short symbols.
         order: Position of each printed symbol in a product.
         meanings: Definitions of the short symbols. Long constants are defined by earlier short
             symbols.
         angles: Angles of cosines and sines with accent and index, in order of first use.
         constants: The named constants, in order of first use.
-        halves: Whether angles of 30 or 60 degrees cause square roots of 3. Fractions then replace
-            decimals such as 0.5.
+        halves: Whether angles of 30 or 60 degrees cause square roots of 3. If `halves` is True,
+            fractions replace decimals such as 0.5.
     """
 
     def __init__(
@@ -176,7 +177,7 @@ class Notation:
     def entries(self) -> tuple[sp.Symbol | None, ...]:
         """Returns the names of the entries of a pose (4, 4) in row-major order.
 
-        The last row has no names.
+        The entries of the last matrix row (0, 0, 0, 1) have no names.
         """
         r, p = self.letters["rotation"], self.letters["position"]
         named: list[sp.Symbol | None] = []

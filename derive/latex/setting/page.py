@@ -24,7 +24,8 @@ class Page:
     """A serial chain and the data of its article.
 
     Short symbols are numbered in the order of first use. All expressions are created here in a
-    fixed order. No fragment therefore depends on another fragment.
+    fixed order. So the symbols do not depend on the order in which the fragments of the article are
+    printed.
 
     Attributes:
         robot: The chain.

@@ -48,7 +48,8 @@ class PrintedSingularities:
         determinant: The constant and the factors of the determinant, with exponents. None if the
             Jacobian is not square or the factors are long.
         conditions: The conditions for a singular arm.
-        configurations: Singular configurations (radian, meter). Empty if the conditions are short.
+        configurations: Singular configurations (radian, meter). The tuple is empty if the
+            conditions are short.
         fixed: The fixed coordinates, if the determinant is computed with some joints fixed.
         rank: The largest rank of the Jacobian, if every configuration is singular.
         is_regular: Whether the Jacobian has full rank in every configuration.

@@ -140,7 +140,7 @@ def printed_screws(robot: SerialRobot, notation: Notation) -> Screws:
     """Returns the screw axes and the home pose in short symbols.
 
     With general angles, each joint adds terms to the product of exponentials. Some numeric angles
-    have no cosine or sine with short roots. The cosine and sine of these angles become decimals
+    have no cosine or sine with short roots. Cosines and sines without short roots become decimals
     with 40 digits before the screws are multiplied. Angles that are parameters become shared terms.
     """
     S, M = product_of_exponentials(_with_decimals(robot))

@@ -38,9 +38,9 @@ class Printed:
     """A function in short symbols.
 
     Attributes:
-        definitions: New shared terms of the function. Each depends only on earlier terms.
+        definitions: New shared terms of the function. Each term depends only on terms before it.
         entries: The entries in row-major order.
-        names: The name of each entry. None for an entry without a name.
+        names: The name of each entry. The name of an unnamed entry is None.
     """
 
     definitions: tuple[Definition, ...]
@@ -65,11 +65,13 @@ def equations(
 ) -> PrintedEquations:
     """Returns the forward kinematics and the Jacobians in short symbols.
 
-    If the derivation lacks one of these functions, all of them are derived.
+    If the derivation lacks the forward kinematics or a Jacobian, all of these functions are
+    derived.
 
     Args:
         derivation: A serial robot with its functions.
-        called: LaTeX of the coordinates. If empty, the coordinates are called q_1, q_2, ...
+        called: LaTeX of the coordinates. If `called` is empty, the coordinates are called q_1, q_2,
+            ...
         reserved: Letters that have another meaning in the article.
     """
     robot = derivation.robot

@@ -89,11 +89,10 @@ class Elimination:
     Attributes:
         u: Components of u_2 and u_3 with their symbols.
         norms: The norms of u_2 and u_3, as functions of their components.
-        k: The right-hand sides of the linear pair, as functions of the lengths.
+        k: The right-hand sides of the two linear equations in w, as functions of the lengths.
         w: Symbols of the components of the first rod.
         position: x and y of the platform in terms of w.
-        scale: A squared length. The polynomial is divided by the third power of this squared
-            length.
+        scale: A squared length. The polynomial in the platform angle is divided by `scale`^3.
         linear: The left-hand sides of the two linear equations.
         solution: The vector w that solves the linear pair.
         polynomial: Both sides of the equation for phi.
