@@ -22,13 +22,13 @@ ROUNDING = 10.0**-RELIABLE_DIGITS
 unit)."""
 
 MAX_WAVES = 0.05
-"""Maximum amplitude of the waves of a drive (radian), relative to its gain. Up to this amplitude,
-three Newton steps invert the drive equation up to rounding errors. Real drives have relative
-amplitudes below 0.001."""
+"""Maximum amplitude of the waves of a drive (radian), relative to its gain. For relative amplitudes
+up to 0.05, three Newton steps invert the drive equation up to rounding errors. Real drives have
+relative amplitudes below 0.001."""
 MAX_SAG = 0.05
-"""Maximum derivative of a joint deflection with respect to the coordinates. Each fixed-point
-step reduces the error by this factor. Twelve steps invert the spring equation up to rounding
-errors."""
+"""Maximum derivative of a joint deflection with respect to the coordinates. Each fixed-point step
+of the spring equation multiplies the error by at most 0.05. Twelve steps invert the spring equation
+up to rounding errors."""
 
 # --- description: rounding in files ---
 
@@ -38,25 +38,25 @@ is relative to the longest length of the robot, or to the largest component of a
 angles, the noise is in radians. Other programs round poses to nine or more places. An angle of
 1e-9 rad moves a tool at 1 m by 1 nm."""
 LARGE_CLEANING = 5e-4
-"""Maximum tool displacement (meter) by noise removal without a warning. This displacement exceeds
-the repeatability of an arm."""
+"""Maximum tool displacement (meter) by noise removal without a warning. A displacement of 5e-4 m
+exceeds the repeatability of an arm."""
 NOISE_GAP = 1000
 """Minimum ratio (no unit) of the last decimal place of an exact decimal to the noise after this
 place. The ratio 1000 means that three zeros or nines follow the last place of the exact decimal.
-One in 500 random numbers has three zeros or nines at this place."""
+One in 500 random numbers has three zeros or three nines after a chosen decimal place."""
 CONTINUOUS_MODEL = 0.02
 """Minimum displacement of an axis for a parameter change of norm 1 (radian, or relative to the arm
 length). If the displacement is smaller, the parameters change at least fifty times as much as the
-axis. A parameter change of 50 mrad would then describe an assembly error of 1 mrad. For axes 6 mrad
-from parallel, as in a factory calibration, parameters along the common normal displace the axis by
-less than 1e-4."""
+axis. A parameter change of more than 50 mrad would describe an assembly error of only 1 mrad. For
+axes 6 mrad from parallel, as in a factory calibration, parameters along the common normal displace
+the axis by less than 1e-4."""
 DOUBLE = 1e-15
 """Maximum relative difference (no unit) between a decimal and its double. A relative difference of
 1e-15 corresponds to 15 digits. By chance, one number in 10^7 is as close to a single-precision
 number."""
 SINGLE = 2.0**-23
-"""Maximum relative rounding error of a single-precision number (no unit). The value is one unit
-in the last place, because a computation may round twice."""
+"""Maximum relative rounding error of a single-precision number (no unit). SINGLE is one unit in the
+last place, because a computation may round twice."""
 ANGLE_SNAP = NOISE
 """Maximum difference (radian) between an angle in a file and the multiple of pi/12 that replaces
 it, for any number of digits."""
@@ -79,8 +79,9 @@ UNLIMITED = 10_000
 unlimited. Some programs write limits of 1e4 to 1e16 for unlimited joints, because the file format
 requires limits. No axis rotates 1,600 turns."""
 AXIS_DIGITS = 25
-"""Decimal digits of axis angles without a short exact form. The error of 1e-25 rad is far below
-the rounding error of a double. Decimals avoid roots of long fractions, which SymPy would factor."""
+"""Decimal digits of axis angles without a short exact form. Rounding an angle to 25 decimal digits
+changes the angle by far less than the rounding error of a double. Decimals avoid roots of long
+fractions, which SymPy would factor."""
 SHORT_PROPORTION = 1000
 """Largest integer in the ratios of a direction that has a short exact form."""
 GIMBAL_LOCK = 1e-14
@@ -93,10 +94,10 @@ COMPILED_ANGLE = 1e-13
 """Maximum difference (radian) between a computed angle and the angle in a file. The rounding error
 of an angle near pi is a few times smaller."""
 CALIBRATED_TOOL = 0.05
-"""Maximum displacement of the tool by a factory calibration, with all joints at zero. This limit
-applies to the tool distance (meter), and to the norm of the difference of the rotation matrices.
-Calibrations move the tool by millimeters. A calibration for another type of robot moves the tool by
-80 mm or more."""
+"""Maximum displacement of the tool by a factory calibration, with all joints at zero.
+CALIBRATED_TOOL limits the tool distance (meter) and the norm of the difference of the rotation
+matrices. Calibrations move the tool by millimeters. A calibration for another type of robot moves
+the tool by 80 mm or more."""
 LENGTH_SCALING = 1e-10
 """Maximum deviation from a linear or constant function of the lengths in a file (m or rad, for
 lengths near 1 m). For numbers with 15 digits, rounding errors are about 1e-14. The deviation of
@@ -144,30 +145,29 @@ joint. If sin^2 is smaller, the equation of another leg determines the joint. Th
 transmission angle is 30 degrees."""
 VANISHED = 1e-12
 """Maximum length of a vector that may be exactly zero, relative to the longest vector. Rounding
-errors are 1e-16. Shorter vectors are tested exactly, so a vector that is not exactly zero does no
-harm."""
+errors are 1e-16. An exact test decides whether a vector below this length is zero."""
 FOUND_LOOP = 1e-10
 """Maximum residual of an implicit function of CasADi that has converged (meter, or sine of an
 angle). The last step of Newton's method is 1e-14. Redundant equations are solved in the
 least-squares sense."""
 ZERO_SINGULAR_VALUE = 1e-9
-"""Singular values below this fraction of the largest one are zero (no unit). The value is far
-above rounding errors of a Jacobian (1e-15). The smallest singular value away from singularities
-is far larger (1e-3)."""
+"""Singular values below this fraction of the largest one are zero (no unit). Rounding errors of a
+Jacobian are far smaller (1e-15). The smallest singular value away from singularities is far larger
+(1e-3)."""
 REPEATED_EQUATION = 1e-4
 """Bound for singular values of redundant equations in nearly closed loops, relative to the largest
-one. At a residual of 1e-12, a configuration may be 1e-6 from closure. Redundant equations then seem
-to be independent."""
+one. At a residual of 1e-12, a configuration may be 1e-6 from closure. At a distance of 1e-6 from
+closure, redundant equations seem to be independent."""
 STILL_JOINT = 1e-6
 """Maximum motion of a joint that cannot move in its closed loops (radian, or relative to the size).
-The value of a moving joint differs by more than this limit between random configurations."""
+The value of a joint that can move differs by more than 1e-6 between random configurations."""
 REPEATED_AS_BUILT = 0.02
 """Bound for singular values of redundant equations in real robots. Slightly tilted axes make
-redundant equations seem independent. The bound is ten times the value for axes that are 2 mrad out
-of parallel."""
+redundant equations seem independent. If axes are 2 mrad out of parallel, the singular value of a
+redundant equation is about 0.002."""
 WORTHWHILE_STEP = 0.9
-"""Maximum fraction of the residual that remains after a full Newton step. Otherwise, the step is
-shortened."""
+"""Maximum fraction of the residual that remains after a full Newton step. If a larger fraction
+remains, the Newton step is shortened."""
 SAMPLED_RANGE = 0.3
 """Distance of random configurations from the reference (radian, or relative to the size).
 Configurations at 0.3 rad are away from a singular reference, and Newton's method still closes the
@@ -179,9 +179,9 @@ At larger distances, Newton's method may find another assembly mode with other d
 At a distance of 0.02, singular values that vanish at the reference are detected. A singular value
 that grows with the square of the distance is 4e-4 at the distance 0.02."""
 NUMERICALLY_CLOSED = 1e-7
-"""Maximum closure error (radian, or relative to the size) of a closed loop in a numerical
-search. A search with finite differences ends about 1e-10 from closure. At a dead point, the
-closure error grows quadratically with the motion. Angles are then accurate to 3e-4 rad."""
+"""Maximum closure error (radian, or relative to the size) of a closed loop in a numerical search. A
+search with finite differences ends about 1e-10 from closure. At a dead point, the closure error
+grows quadratically with the motion, and angles are accurate to 3e-4 rad only."""
 DIFFERENCE_STEP = 1e-6
 """Step of central differences in a numerical search (radian, or relative to the size). Two
 errors are below 1e-9: the square of the step, and the rounding error of a double divided by the
@@ -213,12 +213,11 @@ LAYOUT_TIE = 1e-5
 bytes."""
 DRAWN_AS_ONE = 1e-6
 """Maximum distance between two points of a body that are drawn as one point (relative to the size).
-This distance is a hundredth of the smallest visible distance. Placements have rounding errors of
-1e-15."""
+The eye resolves 1e-4 of the size. Placements have rounding errors of 1e-15."""
 DRAWN_DIGITS = 9
 """Decimal places of a drawn point (relative to the size) and of a direction (no unit). The eye
-resolves four decimal places. With five more decimal places, drawings are the same on all machines
-and still resolve micrometers."""
+resolves four decimal places. With nine decimal places, drawings are the same on all machines and
+still resolve micrometers."""
 
 # --- loops: paths of complex unit poses in Study's coordinates ---
 
@@ -252,12 +251,12 @@ structure. Decimals in a file are read exactly, so only rounding errors of the n
 remain."""
 MEASURED_STRUCTURE = 5e-3
 """Maximum deviation (radian, or relative to the arm length) of axes with an intended closed-form
-structure. The errors of a measured arm are smaller: a few millimeters per meter and a few
+structure. A measured arm deviates from its design by a few millimeters per meter and a few
 milliradians."""
 NEARLY_STRUCTURE = 3e-2
 """Maximum deviation (radian, or relative to the arm length) of a nominal arm that is tried. The
 nominal arm is used if Newton's method leads from its solutions to the solutions of the true arm.
-Convergence is rare above this deviation."""
+If the axes deviate by more than 3e-2, Newton's method rarely converges."""
 MIN_CONVERGED = 0.9
 """Fraction of random configurations that a nominal arm must recover. About one configuration in ten
 is near a singularity. Near a singularity, a small difference between the nominal and the true arm
@@ -265,12 +264,13 @@ moves solutions by any amount."""
 CONVERGENCE_UNLIKELY = 0.85
 CONVERGENCE_CLEAR = 0.95
 """Limits for the fraction of configurations that Newton's method recovers from the nearest nominal
-solution. Between the two limits, Newton's method is also started from all nominal solutions. For 70
-arms, starts from all nominal solutions changed the fraction by -0.03 to 0.05."""
+solution. For a fraction between 0.85 and 0.95, Newton's method is also started from all nominal
+solutions. For 70 arms, starts from all nominal solutions changed the recovered fraction by -0.03 to
+0.05."""
 MIN_NEARBY = 0.5
 """Minimum fraction of random configurations near a nominal branch that Newton's method must
-recover. This fraction is nearly 1 for suitable nominal arms, and 0 if the nominal inverse has other
-branches."""
+recover. The recovered fraction is nearly 1 for suitable nominal arms. The fraction is 0 if the
+nominal inverse has other branches than the true inverse."""
 RECOVERED = 1e-6
 """Maximum distance (radian, or relative to the arm length) of a recovered configuration. Away
 from singularities, the error after eight steps is 1e-14."""
@@ -283,7 +283,7 @@ LOST = 1e-5
 JACOBIAN_RANK = 1e-9
 """Maximum singular value of the Jacobian that counts as zero. Lengths are relative to the arm."""
 OBLIQUE_AXES = 1e-3
-"""Minimum sine of the angle between directions that are not parallel. The value is also the
+"""Minimum sine of the angle between directions that are not parallel. OBLIQUE_AXES is also the
 minimum cosine of directions that are not perpendicular."""
 TOOL_ON_AXIS = EXACT_STRUCTURE
 """Maximum distance (meter) and maximum sine of the angle for a tool on its joint axis or in the
@@ -291,35 +291,36 @@ base plane."""
 INDEPENDENT_SLIDES = EXACT_STRUCTURE
 """Maximum smallest singular value of linearly dependent unit directions."""
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
-"""Maximum sine of the angle between parallel directions. Parallel directions do not determine a
-joint angle. In this case, the joint gets an angle for which the other joints can reach the pose.
-For prismatic joints, UNDETERMINED_SUM is the maximum cosine of perpendicular directions."""
+"""Maximum sine of the angle between parallel directions. If parallel directions do not determine a
+joint angle, the angle is set such that the other joints can reach the pose. For prismatic joints,
+UNDETERMINED_SUM is the maximum cosine of perpendicular directions."""
 UNDETERMINED_TURN = sp.Float("2e-10", 20)
 """Maximum distance (meter) between an axis and a point that a rotation about the axis does not
-move. In this case, the joint gets a rotation angle for which the later joints can be solved. The
-rotation moves the point by at most twice the distance between axis and point."""
+move. If the point does not determine the rotation angle, the angle is set such that the later
+joints can be solved. The rotation moves the point by at most twice the distance between axis and
+point."""
 ALIGNED_AXES = sp.Float("1e-8", 20)
 """Maximum sine of the angle between aligned axes. The joint angles about two aligned axes have the
 rounding error divided by the sine of the angle between the axes."""
 DIRECTION_FLOOR = sp.Float("1e-150", 20)
-"""This value is added to the first component of a computed direction, and to divisors that may
-be 0. The addition does not change numbers above 1e-134, and the square of the value does not
-underflow. The direction of (0, 0) becomes the angle 0 instead of 0/0."""
+"""Number that is added to the first component of a computed direction, and to divisors that may be
+0. The addition does not change numbers above 1e-134, and the square of 1e-150 does not underflow.
+The direction of (0, 0) becomes the angle 0 instead of 0/0."""
 VECTOR_FLOOR = sp.Float("1e-140", 20)
-"""This multiple of a second vector is added to a vector that may be 0. In double precision, the
-sum is the vector itself, unless it is almost 0."""
+"""Factor of a second vector that is added to a vector that may be 0. In double precision, the sum
+equals the first vector, unless the first vector is almost 0."""
 GREATEST_NUMBER = 1e300
 """Maximum sum of the magnitudes of a finite input (meter or no unit)."""
 DIVISOR_FLOOR = sp.Float("1e-300", 20)
-"""This value is added to a sum of squares that is a divisor and may be 0."""
+"""Number that is added to a sum of squares that is a divisor and may be 0."""
 ARTICLE_ZERO = 1e-100
 """Minimum magnitude of a number in the article. The article omits constants below 1e-100, which
 only prevent errors such as a division by zero."""
 MEETING_SOLUTIONS = sp.Float("4e-15", 20)
 """Maximum sin^2 of half the angle between solutions that coincide. Rounding errors change sin^2 by
 about 1e-16, relative to the terms in its formula. If a solution were moved by 1e-8 from its
-singular position, later steps would not detect the singularity. An error of 4e-15 in the equation
-is harmless."""
+singular position, later steps would not detect the singularity. If sin^2 is moved by 4e-15 to merge
+two solutions, the equation of the solution step has an error of only 4e-15."""
 MIN_CONIC = sp.Rational(1, 10**20)
 """Lower bound of the amplitude g of the second harmonic. The coefficients are near 1, with
 errors of 1e-16."""
@@ -331,7 +332,8 @@ OUTERMOST_ROOT = 1 + sp.Rational(1, 10**9)
 MEETING_ROOTS = sp.Rational(1, 10**14)
 """Maximum sin^2 of half the angle between roots that coincide. Rounding separates a double root."""
 EVEN_CONIC = sp.Rational(4, 10**15)
-"""Maximum coefficient p that is a rounding error. The conic is then even in x, and t = 0."""
+"""Maximum coefficient p that is a rounding error. If p is a rounding error, the conic of the
+quartic is even in x, and t = 0."""
 REAL_LINES = sp.Rational(1, 10**13)
 """Maximum magnitude of a negative slope of the resolvent cubic at t = 0 that counts as a rounding
 error. If the slope is not negative, the conic at t = 0 consists of two real lines."""
@@ -345,16 +347,16 @@ MIN_T = sp.Rational(1, 10**8)
 DEPENDENT_ROWS = sp.Rational(1, 10**13)
 """Maximum sine of the angle between linearly dependent rows."""
 FARTHEST_POINT = sp.Integer(10) ** 6
-"""Upper bound of the magnitude of the unknown X in subproblem 6. In a solution, the magnitude of X
-is at most sqrt(2)."""
+"""Upper bound of the magnitude of the vector X in subproblem 6. If subproblem 6 has a solution, the
+magnitude of X is at most sqrt(2)."""
 ELLIPSES_DAMPING = sp.Rational(1, 10**14)
 """Minimum squared ratio of singular values for undamped Newton steps on two angles."""
 LOOP_DAMPING = sp.Rational(1, 10**10)
 """Minimum squared ratio of singular values for undamped Newton steps on three angles. If the
 Jacobian has rank 1, a squared ratio below 1e-10 can consist of rounding errors alone."""
 NEARLY_REAL = sp.Rational(1, 10**7)
-"""Most negative margin at which solutions are refined. Below this margin, Newton's method finds
-other solutions."""
+"""Most negative margin at which solutions are refined. For margins below -1e-7, Newton's method
+finds other solutions."""
 SOLUTION_SEPARATION = sp.Rational(1, 10**7)
 """Distance (radian) of start values from the common point of solutions with equal squared lengths.
 From squared lengths, an angle can be computed with an error of 1e-8."""
@@ -379,9 +381,10 @@ separations of at least 1e-4. An arm with a prismatic joint parallel to two axes
 7e-7."""
 ASKED_SEPARATION = 5e-3
 """Minimum separation of the solutions (:attr:`.Choice.separation`) for which the general solver is
-practical. The general solver may then run at every pose of an arm that nearly has a closed-form
-structure. A calibrated Panda with a fixed joint has a solution separation of 2e-2. An iiwa has a
-solution separation of at most 2e-3, and the general solver takes five times as long."""
+practical. If the separation is larger, the general solver may run at every pose of an arm that
+nearly has a closed-form structure. A calibrated Panda with a fixed joint has a solution separation
+of 2e-2. An iiwa has a solution separation of at most 2e-3, and the general solver takes five times
+as long."""
 ASKED_MOVE = 0.05
 """Maximum median joint change (radian) between nominal and true solutions for which the general
 solver is not needed. If the median joint change exceeds 0.05 rad and the solutions are well
@@ -392,7 +395,7 @@ with errors of 3.6 mm and 3.6 mrad, the median joint change is 0.02 rad. For all
 errors of up to 3 mm and 3 mrad, the median joint change is below 0.02 rad."""
 SEPARATE = 1e-2
 """Minimum joint difference (radian) of two solutions that the roots of the determinant distinguish.
-If two roots of the determinant differ by less than a tenth of this value, their null vectors may be
+If two roots of the determinant differ by less than 1e-3 rad, their null vectors may be
 exchanged."""
 NOMINAL_GUARD_DIGITS = 8
 """Number of decimal digits that the exact evaluation of an angle may lose. The test for right
@@ -403,14 +406,15 @@ angles ignores the last eight digits."""
 PRINTED_DIGITS = 10
 """Digits of a number without a short exact form in an article. Dots mark omitted digits."""
 GIVEN_DIGITS = 17
-"""Maximum digits of a number in a file that an article prints completely. A double has 17."""
+"""Maximum digits of a number in a file that an article prints completely. A double-precision number
+has 17 digits."""
 FEW_PRINTED_DIGITS = 6
 """Digits of a printed number if a line has no room for ``PRINTED_DIGITS``."""
 
 # --- emit: tolerances that the runtime reads from the manifest ---
 
 DEAD_POINT = 1e-12
-"""Maximum margin of a loop at a dead point (no unit). The value is sin^2 of a microradian."""
+"""Maximum margin of a loop at a dead point (no unit). 1e-12 is sin^2 of a microradian."""
 
 # --- emit: single precision ---
 
@@ -422,29 +426,29 @@ FLOOR_EXPONENT = 0.12
 """Exponent that maps the lower bounds 1e-150 and 1e-300 to 1e-18 and 1e-36 for single precision.
 The square of 1e-18, and 1e-36 itself, are normal numbers in single precision."""
 LARGEST_SINGLE = 1e38
-"""In single precision, this value replaces larger constants. Constants above 1e38 only detect
+"""In single precision, 1e38 replaces every larger constant. Constants above 1e38 only detect
 infinite inputs."""
 SOLVED_SINGLE = 2e-5
-"""Largest residual (meter or radian) of a solution in single precision. The value is the limit 1e-9
-of double precision, multiplied by the square root of 2^29. The number 2^29 is the ratio of the
-rounding errors in single and double precision."""
+"""Largest residual (meter or radian) of a solution in single precision. SOLVED_SINGLE is the limit
+1e-9 for double precision, multiplied by the square root of 2^29. The number 2^29 is the ratio of
+the rounding errors in single and double precision."""
 REGULAR = 1e-3
 """Errors in single precision are measured away from singularities. Away from singularities, the
-smallest singular value of a Jacobian (no unit, or meter) and the smallest margin of a loop exceed
-this value. Near a singularity, the errors have no bound."""
+singular values of a Jacobian (no unit, or meter) and the margins of the loops exceed REGULAR. Near
+a singularity, the errors have no bound."""
 
 # --- chain: numerical singular configurations ---
 
 FACTORS_VANISH = 1e-9
-"""Maximum factor of minors that counts as zero (no unit, or meter for lengths near one meter). This
-tolerance is ten thousand times the rounding error of the sums in the factors."""
+"""Maximum factor of minors that counts as zero (no unit, or meter for lengths near one meter). The
+rounding error of the sums in the factors is ten thousand times smaller (1e-13)."""
 NO_WORK = 1e-12
 """A configuration is singular if J^T y or J x is at most this long for a unit vector y or x.
 Lengths are relative to the arm length. Rounding is 1e-15."""
 LAST_STEP = 1e-9
 """Length of the last Newton step to a singular configuration (radian, or relative to the arm
-length). The printed digits (1e-5) are then correct. If two singularities intersect, J^T y
-becomes small long before q is accurate."""
+length). After a last step of 1e-9, the printed digits (1e-5) of the configuration are correct. If
+two singularities intersect, J^T y becomes small long before q is accurate."""
 OTHER_CONFIGURATION = 0.02
 """Minimum distance between different configurations (radian, or relative to the arm length).
 Readers notice a difference of about one degree."""
@@ -459,8 +463,8 @@ ALMOST_REAL = 1e-3
 |t|^2. Rounding errors split a double root by 1e-8 times its condition number. Newton's method on
 the pose rejects false roots."""
 SOLVED_POSE = 1e-13
-"""Maximum pose error of a solution (no unit, or relative to the arm length). The value is a
-hundred times the rounding error of six matrix products."""
+"""Maximum pose error of a solution (no unit, or relative to the arm length). The rounding error of
+six matrix products is a hundred times smaller (1e-15)."""
 DISTINCT_SOLUTION = 1e-5
 """Minimum joint difference between two different solutions (radian, or relative to the arm
 length)."""

@@ -76,7 +76,7 @@ class Values:
     def _choice(self, expression: sp.Piecewise) -> mpmath.mpf:
         """Returns the value for the first condition that holds.
 
-        The values for later conditions may be undefined.
+        The values of the conditions after the first true condition may be undefined.
         """
         for value, condition in expression.args:
             if self._holds(condition):

@@ -42,11 +42,11 @@ class Operation(Enum):
     The value that is not selected has no effect, even if this value is NaN.
     """
     RECIPROCAL_SQRT = auto()
-    """The operation 1 / sqrt(x). Only strength reduction introduces this operation."""
+    """The operation 1 / sqrt(x), which only strength reduction introduces."""
     SUPPLEMENT = auto()
     """``SUPPLEMENT(a, y)`` is the angle of magnitude pi - |a| with the sign of y.
 
-    Only strength reduction introduces this operation.
+    Only strength reduction introduces the operation SUPPLEMENT.
     """
 
 

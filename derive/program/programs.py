@@ -65,7 +65,8 @@ def with_input_check(program: Program) -> Program:
     """Makes the residual NaN or infinite if an input of the coordinates is not finite.
 
     If a prismatic joint is parallel to a base axis, the residual contains the difference x - x.
-    CasADi simplifies the difference x - x to 0. A target with x = NaN would then count as solved.
+    CasADi simplifies the difference x - x to 0. Without the difference x - x in the residual, a
+    target with x = NaN would count as solved.
 
     Args:
         program: The program of an inverse, for one or all solutions.

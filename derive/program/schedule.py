@@ -10,7 +10,8 @@ def by_depth(program: Program) -> Program:
     """Moves each statement as far forward as its operands allow.
 
     CasADi completes one sum before it starts the next sum. The statements of independent sums are
-    therefore far apart in the program. The processor would wait for every product of a sum.
+    therefore far apart in the program of CasADi. In the order of CasADi, the processor would wait
+    for every product of a sum.
     """
     return _numbered(program, [s for level in levels(program) for s in level])
 

@@ -26,8 +26,8 @@ def reduced(program: Program, sign: Input | None = None) -> Program:
     """Replaces expensive operations of a program.
 
     Square roots that are only divisors become reciprocal square roots. Points that are equal up to
-    sign share an arc tangent. Angles are computed from points before the points are normalized. The
-    angle computation then does not wait for the square roots.
+    sign share an arc tangent. Angles are computed from points before the points are normalized, so
+    that the angle computation does not wait for the square roots.
 
     The identities are atan2(-y, x) = -atan2(y, x), and atan2(y, -x) = pi - atan2(y, x) for y > 0.
 

@@ -1,8 +1,8 @@
 """Symbolic det(D^T D) of a link. The determinant is zero at discontinuities of the model.
 
 D is the derivative of the link's homogeneous matrix with respect to the parameters. D^T D sums
-squared matrix entries. A meter of translation therefore has weight 1, and a radian of rotation has
-weight 2.
+squared entries of the derivative D. In this sum, a meter of translation has weight 1, and a radian
+of rotation has weight 2.
 
 Source: Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
 Engineering, 3.1, after Schroeer. The zeros of det(D^T D) are the discontinuities of the model.

@@ -55,7 +55,8 @@ def model_report(
             chain.
         conventions: The conventions to compare. Conventions that cannot represent an axis are
             omitted.
-        rng: Seed or generator of the random configurations for the rank. None for fresh entropy.
+        rng: Seed or generator of the random configurations for the rank. With None, each call uses
+            different random configurations.
 
     Raises:
         DescriptionError: Legs carry the tool, and there is no chain of joints to evaluate.

@@ -13,7 +13,7 @@ def patterns(function: SymbolicFunction) -> Iterator[tuple[int, ...]]:
 
 
 def branch(function: SymbolicFunction) -> SymbolicFunction:
-    """Returns a single branch as a function. Its last input ``choice`` contains the signs."""
+    """Returns a single branch as a function whose last input ``choice`` contains the signs."""
     meaning = "1 or -1 for each choice"
     signs = Argument("choice", function.signs, (len(function.signs),), "1", meaning)
     return replace(

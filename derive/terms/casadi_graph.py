@@ -38,7 +38,7 @@ def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Functio
     The outputs of calls become additional inputs.
 
     A function with signs becomes the single branch ``<prefix>_<name>_branch``. The last input
-    ``choice`` of this branch function contains the signs.
+    ``choice`` of the function ``<prefix>_<name>_branch`` contains the signs.
 
     Args:
         functions: Functions with a shared table of terms. Terms that functions without signs share

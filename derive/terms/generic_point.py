@@ -45,16 +45,16 @@ class GenericPoint:
         try:
             return to_digits(value_at(expression, numbers))
         except NoValue:
-            # The expression contains the root of a negative number: SymPy also evaluates complex
-            # roots, but far more slowly.
+            # SymPy also evaluates an expression with the root of a negative number, but far more
+            # slowly.
             return expression.xreplace(numbers).evalf(EVALUATION_DIGITS)
 
 
 def _between_0_and_1(number: int, phase: int) -> sp.Expr:
     """Returns a number between 0 and 1 that depends on both arguments.
 
-    The fractional parts of multiples of the golden ratio all differ. Because of the quadratic term,
-    results for consecutive numbers have differences that depend on the phase.
+    The fractional parts of multiples of the golden ratio all differ. The term with number^2 makes
+    the difference between results for consecutive numbers depend on the argument `phase`.
     """
     with mpmath.workdps(WORKING_DIGITS):
         golden = (mpmath.sqrt(5) - 1) / 2

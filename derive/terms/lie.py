@@ -6,8 +6,8 @@ meters and angles in radians. `swap_twist_order` converts to and from the order 
 
 Exactness. Exact numbers lead to exact results, and symbols lead to expressions. No result is
 simplified. If a matrix contains a `Float`, all its numbers become a `Float` with the highest
-precision in the matrix. SymPy must be able to decide whether an exact number is zero. Otherwise a
-ValueError names the number.
+precision in the matrix. If SymPy cannot decide whether an exact number is zero, a ValueError names
+the number.
 
 Source:
     R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994.

@@ -30,8 +30,8 @@ class Argument:
 class Result:
     """An output with its entries (row-major), shape, unit and meaning.
 
-    The entries of a function with branches belong to a single branch and depend on the signs. The
-    first dimension of the shape is then the number of branches.
+    If the function has branches, the entries belong to a single branch and depend on the signs. For
+    a function with branches, the first dimension of the shape is the number of branches.
     """
 
     name: str
@@ -82,12 +82,12 @@ class NativeSolverFunction(Signature):
 
     Attributes:
         solver: Name of the solver, which is the same for all robots. Each output language has a
-            file with this name.
+            file that is named like the solver.
         tables: The tables of the robot.
         calls: Names of the functions that the solver calls, in the order of the solver.
         branches: Number of solutions that fit into the output.
-        operations: Approximate number of operations. The runtime uses this number to divide a batch
-            over threads.
+        operations: Approximate number of operations, from which the runtime divides a batch over
+            threads.
         margin: Name of the function that explains NaN results. The name is empty if no function
             explains NaN results.
         steps: Names of the loops, one per margin, if the function returns margins.

@@ -1,8 +1,9 @@
 """Time derivatives of named terms.
 
 A :class:`Tangent` applies the chain rule to one named term at a time. For a solved angle of a loop,
-the equation of the loop is differentiated. This equation is linear in the rate of the angle
-(implicit function theorem). The cosine and sine of a solved angle are differentiated directly.
+the equation of the loop is differentiated. The differentiated equation is linear in the rate of the
+angle (implicit function theorem). The cosine and sine of a solved angle are differentiated
+directly.
 """
 
 from collections.abc import Callable, Mapping, Sequence

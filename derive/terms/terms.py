@@ -29,8 +29,8 @@ class Terms:
         definitions: Definition of each named term.
         constants: Definition of each named constant.
         solved: Cosine and sine of each solved loop angle.
-        turning: The cosines and sines that are named terms of a loop solution. The value is a pair:
-            the angle, and the derivative with respect to the angle.
+        turning: Angle and derivative with respect to this angle, for each cosine or sine that is a
+            named term of a loop solution.
     """
 
     def __init__(self, parameters: Mapping[sp.Symbol, sp.Expr]) -> None:
@@ -77,7 +77,8 @@ class Terms:
         negative = [addend.as_coeff_Mul()[0].is_negative for addend in sp.Add.make_args(expression)]
         if all(negative):
             return -self.let(-expression)
-        # Only a sum with positive and negative summands can be the negative of a named expression.
+        # A named sum equals minus this expression only if this expression has positive and negative
+        # summands.
         opposite = self._names.get(-expression) if any(negative) else None
         return self._name(expression) if opposite is None else -opposite
 
