@@ -132,8 +132,8 @@ def load(
         robot: One of three things: a name in `robots()` or `shelf_robots()`; a description file
             (.toml, .urdf, .xacro, .xml (MJCF) or .sdf); the folder of a generated robot, as a path
             object or as a string with a separator in it ("./mine"). The first use of a well-known
-            arm or of a description runs the compiler, which takes seconds. Install it with `pip
-            install 'chasles[derive]'`, for xacro and MJCF with `pip install
+            arm or of a description runs the compiler, which takes seconds. Install the compiler
+            with `pip install 'chasles[derive]'`, for xacro and MJCF with `pip install
             'chasles[derive,files]'`.
         base: The base link. The default is the root of the link tree, or the base of a robot file.
         tip: The tip link, anywhere in the tree. The default is the end of the longest chain.
@@ -143,7 +143,7 @@ def load(
         arguments: Values for the arguments of a xacro file, each as "name:=value".
         exact: Whether rounded numbers such as 1.5708 are used as they are written in the file.
         parametric: Whether the robot has `fk_p` and the other functions whose inputs include its
-            geometry, for calibration. These functions are derived on first use.
+            geometry, for calibration. Functions with geometry inputs are derived on first use.
 
     Returns:
         The robot.

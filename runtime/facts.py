@@ -24,8 +24,8 @@ T = TypeVar("T")
 _STARTS = 256
 """Number of candidates for `q_reference`."""
 _SINGULAR = 1e-3
-"""Minimum ratio of two smallest singular values, of a regular candidate and of the best
-candidate."""
+"""Minimum singular value of a configuration that counts as regular, as a fraction of the minimum
+singular value of the best candidate."""
 _NEARER = 0.98
 """Factor by which each retry of `random_q` shrinks the sampling range around `q_reference`."""
 
@@ -139,8 +139,8 @@ class RobotFacts(GeneratedFunctions):
     def unit_length(self) -> float:
         """The length [m] that is equivalent to 1 rad in residuals and tolerances.
 
-        This length is the power of 1000 nearest to the workspace size: 1 m for robots from 0.03 m
-        to 30 m and for robots without `fk`.
+        The unit length is the power of 1000 m nearest to the workspace size. The unit length is 1 m
+        for robots from 0.03 m to 30 m and for robots without `fk`.
         """
         fk = self.functions.get("fk")
         return 1.0 if fk is None else unit_length(fk, self.coordinates, self.reference)
@@ -151,7 +151,7 @@ class RobotFacts(GeneratedFunctions):
 
         For a robot with loops, `q_reference` is the reference configuration, unless the reference
         is singular. For other robots, and for a singular reference, `q_reference` is the best of
-        256 configurations. These configurations lie around the reference or the middle of the
+        256 configurations. The 256 configurations lie around the reference or the middle of the
         range. The best configuration has the largest minimum singular value of the Jacobian
         (lengths in `unit_length`).
         """

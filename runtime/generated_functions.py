@@ -1,4 +1,4 @@
-"""The names of all generated functions. The stub file contains the types of these functions."""
+"""The names of all generated functions. The stub file contains their types."""
 
 from __future__ import annotations
 

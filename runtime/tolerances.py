@@ -32,8 +32,8 @@ AT_REST = 1e-7
 Newton steps, so that Newton's method does not reach smaller errors."""
 AT_REST_RATE = 1e-3
 """Maximum singular value (length or radian per coordinate unit) of a direction that may be a
-self-motion. At a self-motion, the singular value is about 1e-7. Directions at the workspace
-boundary have singular values of the same size."""
+self-motion. At a self-motion, the singular value is about 1e-7. At the workspace boundary, null
+directions also have singular values of about 1e-7."""
 AT_REST_BEND = 1e-3
 """Minimum second derivative of the tool pose (length or radian per squared coordinate unit) along a
 null direction that excludes a self-motion."""

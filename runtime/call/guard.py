@@ -1,7 +1,7 @@
 """Errors for a single pose at which a loop cannot be closed.
 
-An open loop leads to NaN. A batch returns NaN. A call with one pose raises an error with the loop
-and the coordinates.
+At an open loop, a call with many poses returns NaN. A call with one pose raises an error that
+states the open loop and the coordinates.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ class Guard:
         steps: The loop of each solution step.
         coordinates: The coordinates in the first input, with names and units.
         dead_point: Maximum margin of a dead point.
-        is_followed: Whether the loops are solved by iteration. Margins are then unknown beyond a
-            singularity.
+        is_followed: Whether the loops are solved by iteration. Iteration leaves the margins beyond
+            a singularity unknown.
     """
 
     label: str

@@ -1,6 +1,6 @@
 """Hints for missing attributes and keywords.
 
-`hints.toml` contains the tables of hints. This file is read only for an error message.
+chasles reads the tables of hints from `hints.toml` only when it writes an error message.
 """
 
 from __future__ import annotations

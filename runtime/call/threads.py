@@ -209,7 +209,7 @@ def _get_pool() -> ThreadPoolExecutor:
         if _pool is None:
             pool = ThreadPoolExecutor(count_cores(), thread_name_prefix="chasles")
             # Ctrl-C interrupts only the main thread. If Ctrl-C interrupted the start of a thread,
-            # the thread would never end. The program could then not exit.
+            # the thread would never end, and the program could not exit.
             starter = threading.Thread(target=_start_threads, args=(pool,))
             starter.start()
             starter.join()

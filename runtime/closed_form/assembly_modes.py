@@ -36,7 +36,7 @@ class AssemblyModes(NamedTuple):
         valid: (..., k) whether a slot holds a mode. Rod lengths are accurate to 1e-12 of the
             platform size.
         margin: (..., k) the determinant of J_x divided by its row norms (dimensionless). The margin
-            is 0 if the platform is singular. Two assembly modes are then equal.
+            is 0 at a singularity, where two assembly modes are equal.
         complete: (...,) whether all modes were certainly found.
     """
 
@@ -58,8 +58,8 @@ class PlatformMethods(RobotFacts):
     def fk_all(self, q: ArrayLike, *, threads: int | Literal["all"] = 1) -> AssemblyModes:
         """Return the tool poses of all assembly modes of the platform.
 
-        At some singularities of type 2, the poses are not isolated. Only some modes are then found,
-        and `complete` is False.
+        At some singularities of type 2, the poses are not isolated. At these singularities, only
+        some modes are found, and `complete` is False.
 
         Args:
             q: (..., n) actuated coordinates [rad or m].
@@ -85,8 +85,8 @@ class PlatformMethods(RobotFacts):
     def fk_planar_all(self, q: ArrayLike) -> PlanarAssemblyModes:
         """Return all assembly modes `x (..., 6, 3)`, `valid (..., 6)` of a planar platform at q.
 
-        Modes closer than 1e-7 of the platform size and 1e-7 rad count as one. The platform is then
-        at a singularity of type 2. If the three rods stay parallel along a circle of poses, no mode
+        Modes closer than 1e-7 of the platform size and 1e-7 rad count as equal. Equal modes occur
+        at singularities of type 2. If the three rods stay parallel along a circle of poses, no mode
         is found.
 
         Source:

@@ -20,12 +20,11 @@ from .solutions import Solutions, solutions_of
 _OTHER_VALUES = (0.5, 1.1, 1.9)
 """Values [rad or m] of a fixed joint.
 
-A relation between joint axes is general if the relation holds for all these values of the fixed
-joint.
+A relation between joint axes is general if the relation holds for all values in _OTHER_VALUES.
 """
 _OTHER_RATES = (0.4, 0.73)
-"""Joints that are not fixed are at multiples of one of these values. A relation between joint axes
-must hold for both values."""
+"""Steps [rad or m] between the test positions of successive joints that are not fixed. A relation
+between joint axes must hold for both steps."""
 _SEARCH = 16
 """Number of Newton steps from each start. Further Newton steps refine only configurations near a
 solution."""
@@ -38,9 +37,9 @@ class CompleteInverse:
     """An inverse for fixed joints that also solves degenerate structures of the other joints.
 
     At some values of a fixed joint, the axes next to it are parallel, at right angles or in a
-    plane. At these values, formulas for oblique axes miss solutions. Newton's method finds the
-    missing solutions. Newton's method starts from the slots at the value of the fixed joint, from
-    the slots at a slightly different value, and from random revolute joints.
+    plane. At such values of the fixed joint, formulas for oblique axes miss solutions. Newton's
+    method finds the missing solutions. Newton's method starts from the slots at the value of the
+    fixed joint, from the slots at a slightly different value, and from random revolute joints.
 
     Attributes:
         names: The fixed joints.

@@ -47,8 +47,8 @@ class JointPath:
             pose; "jump" if every solution needs a larger joint displacement than allowed; "limit"
             if the branch continues beyond a limit.
         coordinate: The coordinate that jumps or exceeds a limit, otherwise "". For a coupled arm,
-            this name may be the name of a joint.
-        next_value: The next value of this coordinate or joint; NaN if the path is complete.
+            `coordinate` may be the name of a joint.
+        next_value: The next value of the coordinate or joint that ended the path; NaN if complete.
         min_margin: The smallest margin on the path. NaN if no pose was reached. The margin is 0 at
             a stretched elbow, but not at aligned wrist axes.
         min_margin_index: The index of the pose with the smallest margin. -1 if no pose was reached.

@@ -1,7 +1,7 @@
 """Refines solutions for targets that have no valid solution slot but a small residual.
 
-If several solution steps are nearly singular, a closed form loses digits or misses a solution;
-Newton's method recovers this solution. Rounded poses get least-squares solutions
+If several solution steps are nearly singular, a closed form loses digits or misses a solution.
+Newton's method recovers the digits and the solution. Rounded poses get least-squares solutions
 (docs/explanation).
 """
 
@@ -82,7 +82,7 @@ class Refinement:
         fixed: Indices of coordinates that keep their values.
         unit: The unit length [m] of the robot, used by the iteration.
         task: The task of the inverse: a pose, or the prescribed components of a pose.
-        judged: The unit length [m] of residuals and tolerances. Some tasks use 1 m.
+        judged: The unit length [m] of residuals and tolerances, which is 1 m for some tasks.
         searches: Whether all solution slots are refined, because the closed form misses solutions.
         is_determined: Whether all inputs of the inverse are coordinates. A self-motion would change
             a swivel angle, which is not a coordinate.
@@ -249,8 +249,9 @@ class Refinement:
         """Return a mask (N, n) of joints to fix along a possible self-motion from q (N, n).
 
         At the workspace boundary, the tool moves only quadratically along the null direction. There
-        is no self-motion, and no joint is fixed. Otherwise, the joint with the largest component of
-        the null direction is fixed. With several null directions, any free joint may be fixed.
+        is no self-motion, and no joint is fixed. On a self-motion, the joint with the largest
+        null-direction component is fixed. With several null directions, any free joint may be
+        fixed.
         """
         free = self._free(q.shape[-1])
         rows, error = self._measured(target, q)

@@ -143,14 +143,14 @@ class Solutions(Fields):
 
         Joint values that differ by full turns are listed separately.
 
-        Let `w` be the range of a joint in turns, rounded up. The joint multiplies the number of
-        solution slots by `w`. The solution slots of a branch are consecutive, in ascending order,
-        and the last joint varies fastest. If full turns lie on both limits, only the value at the
-        upper limit is listed. Joints without limits keep their value. Joints with one limit are
-        moved within this limit by the fewest turns. Since each winding is a separate solution,
-        distances from a seed ignore full turns only for joints without limits. In a coupled robot,
-        a full turn of a joint may move several coordinates. Only one combination of such full turns
-        within the limits is listed.
+        The number of solution slots is multiplied by the range of each joint in turns, rounded up.
+        The solution slots of a branch are consecutive, in ascending order, and the last joint
+        varies fastest. If full turns lie on both limits, only the value at the upper limit is
+        listed. Joints without limits keep their value. Joints with one limit are moved within this
+        limit by the fewest turns. Since each winding is a separate solution, distances from a seed
+        ignore full turns only for joints without limits. In a coupled robot, a full turn of a joint
+        may move several coordinates. For such joints, only one combination of full turns within the
+        limits is listed.
 
         A joint that exceeds a limit by rounding (1e-12 rad, or `unit_length`) is set to the limit.
 

@@ -31,15 +31,15 @@
  * entries cause up to 2.1. */
 #define ROUNDED_OFF 4.0
 
-/* Units per meter of a last decimal, as powers of ten. Handwritten lengths have at most five
- * decimals. A translation with six to eight decimals counts as rounded. With more decimals, the
- * rounding error is below SOLVED. */
+/* Number of last-decimal units per meter: 1e5 for five decimals. Handwritten lengths have at most
+ * five decimals. A translation with six to eight decimals counts as rounded. With nine decimals,
+ * the rounding error is below SOLVED. */
 #define WRITTEN_DECIMALS 1e5
 #define FEWEST_DECIMALS 1e6
 #define MAX_DECIMALS 1e8
 
 /* Maximum deviation of a number with up to nine decimals from a multiple of the last decimal, in
- * units of the last decimal. The double-precision error of such a number is up to 1e-7 units. */
+ * units of the last decimal. Double precision causes deviations of up to 1e-7 units. */
 #define ROUNDED_NUMBER 1e-6
 
 /* Deviation at which the polar iteration ends, above the rounding error 2e-16 of R^T R. */
@@ -51,8 +51,8 @@
  * rounding error of an entry, relative to the norm of the matrix. */
 #define SVD_ORTHOGONAL 1e-15
 
-/* Minimum singular value relative to the largest singular value. Singular vectors of smaller values
- * are replaced by unit vectors orthogonal to the other vectors. */
+/* Minimum singular value relative to the largest singular value. Singular vectors of singular
+ * values below the minimum are replaced by unit vectors orthogonal to the other vectors. */
 #define SVD_NULL 1e-13
 
 /* Minimum squared length of an axis component outside the span of the vectors found so far; if all
@@ -122,8 +122,8 @@
 #define TRACK_GREATEST_DAMPING 1.0
 
 /* Ratio of actual to predicted reduction of the squared error. Below POOR the damping is multiplied
- * by RAISE, above GOOD it is divided by LOWER (Marquardt). The slow reduction avoids oscillation
- * when the path crosses a singularity. */
+ * by RAISE, above GOOD it is divided by LOWER (Marquardt). Slow reduction of the damping avoids
+ * oscillation when the path crosses a singularity. */
 #define TRACK_POOR_STEP 0.25
 #define TRACK_GOOD_STEP 0.75
 #define TRACK_RAISE_DAMPING 2
@@ -132,8 +132,8 @@
 /* Minimum predicted reduction relative to the squared error; smaller reductions are rounding. */
 #define TRACK_NO_DECREASE 1e-12
 
-/* Maximum product of orthogonal rows, relative to the square of the longer row. Smaller components
- * are negligible compared with the damping. */
+/* Maximum product of orthogonal rows, relative to the square of the longer row. Products below the
+ * maximum are negligible compared with the damping. */
 #define BOX_ORTHOGONAL 1e-13
 
 /* Null-space damping relative to the threshold e, which keeps the bounded problem positive
@@ -141,7 +141,7 @@
 #define BOX_NULL_SPACE_DAMPING 1e-4
 
 /* Minimum multiplier that releases a variable from its bound, relative to the largest gradient
- * component. Smaller multipliers are rounding and could make the active set cycle. */
+ * component. Multipliers below the minimum are rounding and could make the active set cycle. */
 #define BOX_RELEASE 1e-10
 
 /* Minimum null-space projection of the secondary rates, relative to these rates. */
@@ -156,5 +156,5 @@
 #define SAME_TURNS 1e-9
 
 /* Rounding error of the distance to a limit, relative to |q| / dt and to the previous rate. The
- * acceleration of a braking joint may exceed its limit by the rounding error of this distance. */
+ * acceleration of a braking joint may exceed its limit by the rounding error of the distance. */
 #define BRAKING_ROUNDING (8 * DBL_EPSILON)

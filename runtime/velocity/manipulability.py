@@ -156,7 +156,7 @@ class ManipulabilityMethods(LengthMethods):
     ) -> Ellipsoid:
         """Return the ellipsoid of tip forces and torques, in base axes, for unit joint torques.
 
-        The axes are the axes of the velocity ellipsoid, with reciprocal semi-axes. The
+        The force ellipsoid has the axes of the velocity ellipsoid, and reciprocal semi-axes. The
         "linear" components are forces without a torque, in 1/meter (newton per newton meter), inf
         at a singularity. The components "all" are wrenches (force * length, torque). Arguments,
         result and errors are as for `velocity_ellipsoid`.

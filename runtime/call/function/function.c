@@ -7,7 +7,7 @@
 #include "call/kernel/compiled_library.h"
 #include "call/kernel/ufunc_loop.h"
 
-/* The objects that a Function owns. Some of these members may be NULL. */
+/* Members for the Python objects that a Function owns. Some of the members may be NULL. */
 static const size_t OWNED[] = {
     offsetof(Function, ufunc),   offsetof(Function, name),       offsetof(Function, label),
     offsetof(Function, doc),     offsetof(Function, signature),  offsetof(Function, inputs),

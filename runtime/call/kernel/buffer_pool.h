@@ -17,6 +17,6 @@ int buffer_pool_init(void);
  * handler, this handler allocates the array instead. */
 PyObject *new_large(int ndim, npy_intp *dims);
 
-/* release_memory() of the module: returns all blocks of the pool to the system. The result is the
- * total size of these blocks [B]. */
+/* release_memory() of the module: frees all blocks of the pool. Returns the total size of the freed
+ * blocks [B]. */
 PyObject *release_memory(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(ignored));

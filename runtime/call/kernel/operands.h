@@ -26,7 +26,7 @@ typedef struct {
     void (*call)(const double *const *inputs, double *const *outputs);
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
-    const chasles_kernel *entry; /* addresses in the library */
+    const chasles_kernel *entry; /* the kernel's functions in `library` */
     int n_inputs, n_outputs, n_operands;
     PosesOf poses;                  /* for an inverse: the test of the poses in the first input */
     double unit;                    /* [m] the length that is equivalent to one radian */

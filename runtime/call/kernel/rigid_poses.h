@@ -1,9 +1,9 @@
 /* Inverses of rounded poses (single precision or printed digits).
  *
- * A pose counts as rigid if the residual of one of its solutions is at rounding level. A pose
- * without such a solution is tested for rigidity. Nearly rigid poses are projected and solved
- * again. Matrices that are not nearly rigid lead to NaN and infinite residuals. For general arms,
- * each matrix is tested before the solution.
+ * A pose counts as rigid if the residual of one of its solutions is at rounding level. If all
+ * residuals of a pose are larger, the pose is tested for rigidity. Nearly rigid poses are projected
+ * and solved again. Matrices that are not nearly rigid lead to NaN and infinite residuals. For
+ * general arms, each matrix is tested before the solution.
  *
  * If the unit length is not 1 m, residuals are computed again as the larger of the distance and
  * the angle times the unit length. */

@@ -92,6 +92,6 @@ static inline void measure_error(const Task *task, const double *p, Evaluation *
     }
     out->half_square = sum / 2;
     distance /= task->unit * task->unit;
-    /* The first term propagates NaN, which the comparison could drop. */
+    /* Adding 0 * (distance + angle) propagates NaN, which the comparison could drop. */
     out->residual = (distance + angle) * 0 + sqrt(distance > angle ? distance : angle);
 }

@@ -39,7 +39,7 @@ static void copy_start(const Problem *problem, const double *seed, int start, do
 }
 
 /* Writes the squared errors of the start configurations with the locked coordinates of the seed.
- * The poses in the table are not valid for these configurations. */
+ * The tabulated poses of the start configurations are not valid for the seed's locked values. */
 static void measure_locked_starts(const Problem *problem, const double *seed, double *distances)
 {
     const Workspace *work = problem->work;

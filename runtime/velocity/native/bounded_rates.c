@@ -122,8 +122,8 @@ typedef struct {
     int critical; /* the joint that limits the scale, or -1 */
 } Candidate;
 
-/* Computes y = a + b. The rates a of the free joints perform the task. The rates b contain the
- * rates of the bounded joints, and the rates of the free joints that compensate for them. */
+/* Computes y = a + b. Vector a has the rates of the free joints that perform the task. Vector b has
+ * the rates of the bounded joints, and the free-joint rates that compensate for them.  */
 static Candidate compute_candidate(RateProblem *p)
 {
     int n = p->n;
@@ -155,7 +155,7 @@ static void keep_better(RateProblem *p, Candidate found, Candidate *best)
     }
 }
 
-/* Decomposes J for the free joints. Returns whether the task needs no damping with these joints. */
+/* Decomposes J for the free joints. Returns whether these free joints need no damping. */
 static int decompose_free(RateProblem *p)
 {
     svd_decompose(&p->svd, p->J, p->fixed);
