@@ -40,9 +40,9 @@ class DeadValues:
 def dead_values(h: SolvedLoops) -> tuple[DeadValues | None, ...]:
     """Returns the zeros of each margin.
 
-    The entry is None if a margin depends on several coordinates. A revolute coordinate without
-    limits is searched over a full turn. The entry is also None for a prismatic coordinate without
-    limits. Zeros without a change of sign are not found.
+    The result for a margin that depends on several coordinates is None. A revolute coordinate
+    without limits is searched over a full turn. The result for the margin of a prismatic coordinate
+    without limits is None. Zeros without a change of sign are not found.
     """
     if not h.forward.margins:
         return ()

@@ -2,7 +2,8 @@
 
 There are two closed forms. A platform on pairs of equal, parallel rods only translates. A loop with
 parallel axes is planar. If the geometry differs from the two closed forms by more than rounding
-errors, Newton's method must close the loops. A sentence in the report then states the difference.
+errors, Newton's method must close the loops. The report states a small difference between the
+geometry and the conditions of a closed form.
 """
 
 from collections.abc import Iterator

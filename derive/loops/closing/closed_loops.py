@@ -138,7 +138,8 @@ class ClosedLoops:
         """Refines a closed configuration up to rounding errors.
 
         With redundant equations, w may have an error of 1e-6 although the residual is 1e-12.
-        Redundant equations would then seem to be independent, so the refinement drops them.
+        At an inexact w, redundant equations look independent. So the Newton steps ignore small
+        singular values of the Jacobian.
         """
         for _ in range(POLISHING):
             w = w + _step(here[1], here[0], free, REPEATED_EQUATION)

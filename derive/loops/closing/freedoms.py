@@ -106,7 +106,7 @@ class Counts:
             if len(run) in orders:
                 orders.remove(len(run))
                 self.virtual.append(run)
-        # A coupling closes a loop, like a gear pair. It leaves all freedoms except one.
+        # Like a gear pair, a coupling closes a loop and removes one freedom.
         self.loop_orders = (*orders, *([self.order] * len(mechanism.couplings)))
 
     @property

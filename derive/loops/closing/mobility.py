@@ -141,7 +141,7 @@ def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> 
     """Returns the Gruebler-Kutzbach mobility: order (n - 1 - j) + sum f.
 
     ``kutzbach(links=14, joints=15, freedom=15)`` is 3. The formula assumes independent constraints.
-    The result can be negative.
+    The mobility of an overconstrained mechanism can be negative.
 
     Args:
         links: Number n of links, including the base.
@@ -196,7 +196,7 @@ def mobility_of(loops: ClosedLoops, equations: Sequence[ClosureEquations]) -> Mo
         idle=sum(s.ends == "ball" and not s.has_universal for s in mechanism.struts),
         coordinates=z,
         rank=loops.rank() + swings,
-        # In the least-squares sense, each passive variable has one equation.
+        # Loops that close only in the least-squares sense have one equation per passive variable.
         equations=sum(loops.passive) + swings if loops.in_least_squares else found,
         actuated=len(mechanism.actuated),
     )

@@ -1,4 +1,6 @@
-"""Diagnoses the first open loop. The report states its error and lengths that would close it.
+"""Diagnoses the first open loop.
+
+The report states the closure error of the loop, and lengths that would close the loop.
 
 The loops are closed one by one, from the reference and from random configurations. The report
 describes the first loop that does not close together with all earlier loops.

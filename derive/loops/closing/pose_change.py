@@ -73,8 +73,8 @@ def _drawn(bodies: NumericMechanism, c: Coordinate, part: float) -> float:
     Args:
         bodies: The robot.
         c: The coordinate.
-        part: Position of the value in the range, from -1 to 1. Position 0 stands for the reference
-            value.
+        part: Position of the value in the range, from -1 to 1. If ``part`` is 0, the function
+            returns the reference value.
     """
     at = bodies.values[c.moves]
     if part == 0:

@@ -16,9 +16,7 @@ from .shown_values import shown
 FAR_OFF = 100.0
 """Minimum factor between the length of a suspect rod and the median of the other lengths."""
 MIN_OTHERS = 3
-"""Minimum number of lengths besides the suspect length. These lengths define the scale of a
-mechanism.
-"""
+"""Minimum number of lengths that are compared with the length of a suspect rod."""
 SLIPS = (1000.0, 1 / 1000)
 """Ratios of units that are often confused, such as mm and m."""
 

@@ -1,9 +1,9 @@
 """Models rods and cylinders with slightly tilted pins, which occur on real robots.
 
-Two pins keep a rod in a plane. If an axis of the loop is not exactly normal to this plane, no
-configuration satisfies all constraints. The constraint along the axes is redundant, because the
-planar loop closes without it. To first order, a least-squares solution preserves the rod lengths,
-and the pins tilt.
+Two pins keep a rod in a plane. If an axis of the loop is not exactly normal to the plane of the
+rod, no configuration satisfies all constraints. The constraint along the axes is redundant, because
+the planar loop closes without it. To first order, a least-squares solution preserves the rod
+lengths, and the pins tilt.
 """
 
 from collections.abc import Sequence
@@ -29,8 +29,8 @@ class Tilt:
     Attributes:
         loop_joint: Name of the rod, cylinder or closure.
         joint: The joint whose axis deviates most.
-        angle: Angle (radian) between this axis and the mean of the other axes, or 0 for a single
-            axis.
+        angle: Angle (radian) between the axis of ``joint`` and the mean of the other axes, or 0 for
+            a single axis.
         offset: Distance (meter) between the ends of the rod along the mean axis at zero.
         span: Distance (meter) between the ends of the rod at zero.
         axes: Number of axes of the loop. If the loop has two axes, the tilted axis is unknown.

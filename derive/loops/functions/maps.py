@@ -24,8 +24,8 @@ class Joints:
 
     Attributes:
         hybrid: The robot.
-        coordinates: Name of the coordinates: ``q`` for the actuators, ``theta`` for the main-chain
-            joints.
+        coordinates: The coordinates are named ``q`` for the actuators, or ``theta`` for the
+            main-chain joints.
         named: Returns the values of joints, swing angles and cylinders by name.
         rates: The time derivatives of joints, swing angles and cylinders.
         passive: Names of the passive joints.
@@ -204,7 +204,7 @@ _DOMAINS = {"q": ACTUATORS, "theta": CHAIN}
 
 
 def margin(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the margin function. An entry is zero at a dead point of the loops."""
+    """Builds the function ``margin``, whose entries are zero at dead points of the loops."""
     return _margins(h, "margin", h.forward, "q")
 
 

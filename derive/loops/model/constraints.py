@@ -1,14 +1,15 @@
 """Closure equations of loops on SE(3), as independent scalar equations.
 
-A loop starts at a body. From there, two branches lead to the closure or strut. The loop follows
-branch a, crosses the closure or strut, and returns along branch b:
+A loop starts at a body. Two branches of joints lead from the first body of the loop to the closure
+or strut. The loop follows branch a, crosses the closure or strut, and returns along branch b. The
+product of all displacements along a closed loop is 1.
 
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
 Each screw is expressed at zero, in the frame of the body at which the loop starts. M is the
-displacement between the ends of the branches at zero. If the product is 1, the scalar equations
-hold. Planar loops compare points as sums of rotated vectors. Spatial loops compare the poses of
-both branches.
+displacement between the ends of the branches at zero. If the product of exponentials is 1, the
+scalar equations hold. Planar loops compare points as sums of rotated vectors. Spatial loops compare
+the poses of both branches.
 """
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
@@ -65,8 +66,8 @@ class LoopEquations:
         residual: Independent terms that are zero if the loop is closed. The terms are differences
             of points (a minus b) or lengths, and direction cosines.
         units: Unit of each residual, m or 1.
-        facing: Terms that are 1 if the loop is closed. If the residual is zero and a frame is
-            flipped, a term is 0 or negative.
+        facing: Terms that are 1 if the loop is closed. A flipped frame may have a zero residual,
+            but makes a term of ``facing`` 0 or negative.
         exponentials: Computes ``factors`` and ``home`` when they are needed.
     """
 

@@ -41,7 +41,7 @@ class CouplingEquation:
 
     @property
     def kind(self) -> str:
-        """The kind of the equations: ``coupling``."""
+        """The kind ``coupling``, which all coupling equations have."""
         return "coupling"
 
     @property

@@ -24,7 +24,8 @@ def least(
     """Minimizes a sum of squared residuals by the Levenberg-Marquardt method.
 
     The damping follows from the ratio of actual to predicted gain (Nielsen 1999). The damping falls
-    to a third if the linear model holds. Otherwise, the damping grows by increasing factors.
+    to a third if the linear model holds. If a step does not decrease the sum of squares, the
+    damping grows by increasing factors.
 
     Args:
         residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).

@@ -1,15 +1,15 @@
 """Equations of overconstrained loops: the gradient of the sum of squared closure errors.
 
 The closure errors c_i are in meters. Errors of directions are multiplied by a length l. The
-least-squares configuration minimizes the sum of c_i^2 / 2. The gradient of this sum with respect to
-the unknown variables u is then zero:
+least-squares configuration minimizes the sum of c_i^2 / 2. In this configuration, the gradient g_u
+of the sum with respect to the unknown variables u is zero.
 
     g_u = sum_i c_i dc_i/du = 0.
 
 There are as many equations as unknown variables. The Jacobian of the equations contains second
 derivatives of the closure errors. The Jacobian is regular if the closure errors are small and their
-derivative has full rank. Therefore, overconstrained loops are solved by the methods for other
-loops: Newton's method, joint rates and accelerations.
+derivative has full rank. Therefore, Newton's method solves overconstrained loops, and the equations
+for joint rates and accelerations apply.
 """
 
 from collections.abc import Sequence

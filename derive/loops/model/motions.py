@@ -1,7 +1,7 @@
 """Body frames with variable geometry, and the screws of their motions.
 
 Elementary motions with values v(q, u, p) connect the base to a body. Let S_m be the unit screw of
-motion m. For a wrench W on a body with the twist V, the power is
+motion m. The power of a wrench W on a body with the twist V is a sum over all motions.
 
     W.V = sum_m (W.S_m) dv_m/dt.
 

@@ -298,8 +298,8 @@ class NumericMechanism:
                 contains constants.
             free: Names of the joints, cylinders or constants that may change.
             loops: Names of the loops to close.
-            last: The loop whose error is minimized while the other loops stay closed. If ``last``
-                is empty, all loops have equal weights.
+            last: Name of the loop whose error is minimized while the other loops stay closed. If
+                ``last`` is empty, all loops have equal weights.
         """
         at = {**values, **{name: self.constants[name] for name in free if name in self.constants}}
         before = self.constants

@@ -102,7 +102,7 @@ class PhasorSum:
     def reduced(
         self, relations: "Sequence[PhasorSum]", cost: "Callable[[PhasorSum], int]"
     ) -> "PhasorSum":
-        """Returns a simpler form of the vector that follows from the loop equations.
+        """Returns a vector with lower cost that equals this vector if the loops are closed.
 
         Args:
             relations: One sum for each loop, which is zero if the loop is closed.

@@ -205,7 +205,7 @@ class _Pose(NamedTuple):
     p: sp.Matrix
 
     def onward(self, terms: Terms, placement: Placement) -> "_Pose":
-        """Returns this pose followed by a placement."""
+        """Multiplies the pose by a placement on the right."""
         M = placement_matrix(placement).applyfunc(terms.value)
         return _Pose(self.R * M[:3, :3], self.p + self.R * M[:3, 3])
 

@@ -236,7 +236,7 @@ class HexapodTables(Tables):
             axes: Index (0 to 2) of the axis of each angle of the platform.
             joints: The double joints.
             own: Generic rods from the family of the platform.
-            poses: (n, 8) all complex poses of these generic rods.
+            poses: (n, 8) all complex poses of the platform on the rods ``own``.
         """
         slots = np.zeros((MAX_POSES, SOMA), np.complex128)
         slots[: len(poses)] = poses

@@ -3,8 +3,8 @@
 The rods are generic members of a family of rods. A generic platform has forty complex poses, which
 are in a table. A special platform may be flat or have shared rod ends. For generic rod lengths,
 some of the forty paths lead to all poses of a special platform. The other paths diverge to
-infinity. For generic lengths, no pose is singular. This fact follows from Sard's theorem: almost
-all values of a smooth function are regular. Therefore, singular end poses are not used as starts.
+infinity. By Sard's theorem, almost all values of a smooth function are regular. So no pose is
+singular for generic rod lengths, and singular end poses are not used as starts.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7
@@ -219,7 +219,7 @@ def _solved(J: Array, right: Array) -> Array:
     try:
         return np.asarray(np.linalg.solve(J, padded)[..., 0])
     except np.linalg.LinAlgError:
-        # The Jacobian of a pose is exactly singular, for example of a pose at infinity.
+        # Some poses have an exactly singular Jacobian. Poses at infinity are an example.
         return np.asarray((np.linalg.pinv(J) @ padded)[..., 0])
 
 

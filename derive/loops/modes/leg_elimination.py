@@ -31,7 +31,7 @@ class LegElimination:
         u: Components of u_2 and u_3 with their symbols.
         n: Components of the line normals with their symbols, at the platform angle.
         norms: The norms of the vectors u, as functions of their components.
-        k: The right-hand sides of the linear pair.
+        k: The right-hand sides of the two linear equations in w.
         w: Symbols of the components of w. The vector w leads from the fixed point of the first leg
             to the point b_1.
         position: x and y of the platform in terms of w.

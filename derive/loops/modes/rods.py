@@ -1,7 +1,7 @@
 """The rods of a platform on legs, and their rows of the velocity relation.
 
 Let n be the direction of a rod towards the platform, and r = b - p its moment arm about the tool.
-The derivative of the length equation |b - a| = l is
+The time derivative of the length equation |b - a| = l is linear in the platform twist (v, omega).
 
     n . v + (r x n) . omega = (n . da/dq + dl/dq) q'
 
@@ -118,7 +118,7 @@ class FreePlatform:
 
 
 def free_platform(h: SolvedLoops, kinds: Sequence[str]) -> FreePlatform | None:
-    """Returns the platform on a virtual chain with these kinds of joints, or None.
+    """Returns the platform on a virtual chain whose joints have the kinds ``kinds``, or None.
 
     Args:
         h: The robot.

@@ -3,28 +3,29 @@
 Rods of lengths L_i connect known points A_i to pins b_i of the platform. The platform pose is (x,
 y, phi). The vector w is the first rod, from A_1 to its pin, and R is the rotation by phi. For i = 2
 and 3, the vector u_i = R (b_i - b_1) - (A_i - A_1) leads from the first rod to rod i. The rod
-lengths give the equations
+lengths give three quadratic equations in w and phi.
 
     |w|^2 = L_1^2,   |w + u_i|^2 = L_i^2.
 
-The difference between the first equation and each other equation is linear in w:
+Subtracting the first equation from the other two gives two linear equations in w.
 
     w . u_i = k_i,   k_i = (L_i^2 - L_1^2 - |u_i|^2) / 2
 
-The solution is w = J (k_3 u_2 - k_2 u_3) / (u_2 x u_3) with the quarter turn J. The first equation
-then becomes a polynomial equation for phi:
+The two linear equations have the solution w = J (k_3 u_2 - k_2 u_3) / (u_2 x u_3) with the quarter
+turn J. With this w, the equation |w|^2 = L_1^2 becomes a polynomial equation for phi.
 
     k_2^2 |u_3|^2 - 2 k_2 k_3 u_2 . u_3 + k_3^2 |u_2|^2 = L_1^2 (u_2 x u_3)^2
 
 Every factor of this equation has degree 1 in cos(phi) and sin(phi). The factors |u_i|^2 and u_2 .
-u_3 have degree 1 too, because R preserves lengths and scalar products. The degree of the polynomial
-is therefore 3, although the vector k_3 u_2 - k_2 u_3 has degree 2. In exp(i phi), the polynomial
-has degree 6, so there are at most six assembly modes.
+u_3 have degree 1 too, because R preserves lengths and scalar products. So the polynomial for phi
+has degree 3 in cos(phi) and sin(phi). In exp(i phi), the polynomial has degree 6, so there are at
+most six assembly modes.
 
 A leg with a prismatic joint gives a line instead of a circle: n_i . (w + u_i) = 0. The unit normal
-n_i of the line is constant or rotates with the platform. In the linear pair and the later
-equations, n_i replaces u_i, and k_i becomes -n_i . u_i. The degree of the polynomial does not
-increase. Three lines give the equation
+n_i of the line is constant or rotates with the platform. For a leg with a prismatic joint, n_i
+replaces u_i in the two linear equations and in the polynomial, and k_i becomes -n_i . u_i.
+Prismatic joints do not increase the degree of the polynomial. If all three legs have a prismatic
+joint, the equation for phi contains no rod lengths.
 
     k_2 (n_3 x n_1) + k_3 (n_1 x n_2) = 0
 
@@ -94,7 +95,7 @@ class Elimination:
         position: x and y of the platform in terms of w.
         scale: A squared length. The polynomial in the platform angle is divided by `scale`^3.
         linear: The left-hand sides of the two linear equations.
-        solution: The vector w that solves the linear pair.
+        solution: The vector w that solves the two linear equations.
         polynomial: Both sides of the equation for phi.
     """
 

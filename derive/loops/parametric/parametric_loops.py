@@ -3,7 +3,8 @@
 The geometry is an additional input of these functions. The loop equations are c(w, p) = 0 with the
 variables w = (q, u). The values u belong to passive joints and cylinders. Newton's method in C
 solves for u. The start is the configuration of the nominal robot at q. Let J_u, J_q and J_p be the
-Jacobians of the tool. The implicit function theorem then gives
+Jacobians of the tool. The implicit function theorem gives the total Jacobian J of the tool with
+respect to q, or to p.
 
     L = J_u c_u^-1,    J = J_q - L c_q  for q,    J = J_p - L c_p  for p.
 
@@ -88,7 +89,7 @@ class ParametricLoops:
 
     @cached_property
     def size(self) -> float:
-        """The longest translation or rod (meter). Lengths are divided by it."""
+        """The longest translation or rod (meter), by which lengths are divided."""
         return float(f"{self.hybrid.numbers.size:.3g}")
 
     @cached_property
@@ -238,8 +239,8 @@ class ParametricLoops:
             )
             identity = f"V = {name}(q, p) pd with q at rest"
             result = self._result(self.arguments["p"].size, "derivative by p")
-        # Only the solver call has q as an input. The other statements use w, which is NaN if the
-        # loops do not close.
+        # Only the solver call has q as an input. All statements after the solver call use w, which
+        # is NaN if the loops do not close.
         q = self.arguments["q"]
         q = replace(q, symbols=coordinates("_given", q.size))
         return SymbolicFunction(
@@ -310,8 +311,9 @@ def file_parts(
     Returns:
         The frames in the order of the file: the base body in the base frame, each joint in its
         parent body, both ends of each closure or strut, and the tool. The far ends of the struts
-        follow, relative to their first ends. Then come the masses of links in their link frames.
-        The x coordinate of each last entry is the offset of a coupling (degree or meter).
+        follow, relative to their first ends. The positions of the link masses in their link frames
+        come after the struts. The x coordinate of each last entry is the offset of a coupling
+        (degree or meter).
     """
     zero: dict[sp.Symbol, sp.Expr] = dict.fromkeys(coordinates, sp.S.Zero)
     behind: dict[str, Placement] = {mechanism.base_frame: ()}
@@ -343,6 +345,6 @@ def file_parts(
 
 
 def masses_of_links(mechanism: Mechanism) -> list[PointMass]:
-    """Returns the masses on links. The other masses are on sections of struts."""
+    """Returns the masses on links, without the masses on sections of struts."""
     masses = mechanism.load.masses if mechanism.load else ()
     return [mass for mass in masses if mass.link in mechanism.joint_of]

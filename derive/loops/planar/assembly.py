@@ -2,8 +2,9 @@
 
 At first, each body of a linkage is a separate group. Bodies with a known joint or a weld between
 them are joined first. Then the first step of :data:`STEPS` that can be applied joins more bodies.
-These two operations repeat until all bodies are joined. The mechanism is then a sequence of Assur
-groups of class II. The known joints are the actuated joints or the main-chain joints.
+Joining at known joints and the first applicable step alternate until all bodies are joined. The
+mechanism is then a sequence of Assur groups of class II. The known joints are the actuated joints
+or the main-chain joints.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -364,7 +364,8 @@ class Clusters:
             everywhere: The configurations.
 
         Returns:
-            The errors (radian, or relative to the size). An error is NaN if a loop does not close.
+            The largest closure error of each configuration (radian, or relative to the size of the
+            robot). An error is NaN if a loop does not close.
         """
         errors = [self._closure_error(edge) for edge in self.linkage.edges]
         found = [[error(at) for error in errors if error is not None] for at in everywhere]

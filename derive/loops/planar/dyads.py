@@ -114,8 +114,8 @@ def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
 def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
     """Returns the first ring of three pins that is not near a dead point.
 
-    If all rings are near a dead point, the result is the first ring. Without rings, the result is
-    None.
+    If all rings are near a dead point, the function returns the first ring of three pins. Without
+    rings, the function returns None.
     """
     rings = list(clusters.rings(slides=0))
     clear = (ring for ring in rings if _margin(clusters, dyad_of(clusters, ring)) > NEARLY_DEAD)
@@ -136,7 +136,7 @@ def _margin(clusters: Clusters, dyad: Dyad) -> float:
 def may_be_parallelogram(clusters: Clusters, dyad: Dyad) -> bool:
     """Whether the base may be the sum of two vectors with the lengths of the arms.
 
-    This numerical test is much faster than the exact test for a parallelogram.
+    This function tests numerically, which is much faster than the exact test for a parallelogram.
     """
 
     def in_numbers(total: PhasorSum) -> dict[sp.Expr, complex]:

@@ -116,8 +116,8 @@ class TwoPinsAndSlide(PlanarStep):
 
     Attributes:
         line: The line of the slide, and the circle of the third body.
-        is_length: Whether the travel is the length of a cylinder between known points. There is
-            then a single solution.
+        is_length: Whether the travel is the length of a cylinder between known points. A cylinder
+            between known points has a single length.
     """
 
     line: CircleAndLine

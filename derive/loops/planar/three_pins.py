@@ -68,8 +68,8 @@ def two_circles(
 ) -> TwoCircles:
     """Intersects the circles of radius |v| about the first end of D and |w| about its second end.
 
-    With the length d of D, p = (d^2 + v^2 - w^2) / 2 and 4 h^2 = ((d + w)^2 - v^2)(v^2 - (d -
-    w)^2):
+    Let d be the length of D, p = (d^2 + v^2 - w^2) / 2, and 4 h^2 = ((d + w)^2 - v^2)(v^2 - (d -
+    w)^2). The intersection is C relative to the first end of D, and W relative to the second end.
 
         C = D (p + i h) / d^2,   W = C - D
 

@@ -39,7 +39,7 @@ class Solution:
         steps: The steps of the solution, in order.
         relations: Sums of rotated vectors that are zero in closed loops.
         open: Names of the joints that are not determined.
-        reference: The values at the reference.
+        reference: The numerical values of terms at the reference configuration.
         coupled: Names of the joints whose values follow from couplings.
     """
 
@@ -216,7 +216,7 @@ def every_solution(
         most: Maximum number of solutions.
 
     Returns:
-        The solutions, and whether they are complete.
+        The solutions, and whether all solutions were found.
     """
     known = {name: own.values[name] for name in given}
     # Dependent joints cannot move one by one, so they give no test configurations.
@@ -266,7 +266,7 @@ def _on_planar_branches(
     """Returns up to ``most`` solutions of the planar linkages, and whether they are complete."""
     is_all = True
     for linkage in _left(loops, found[0]):
-        # Linkages without a common joint are independent. Each of these linkages is solved once,
+        # Linkages without a common joint are independent. Each independent linkage is solved once,
         # and not once for each branch of the other linkages.
         parts: dict[tuple[sp.Expr | None, ...], list[Assembly]] = {}
         after = []

@@ -169,7 +169,8 @@ class SolvedLoops(LoopModel):
 
     def where(self, condition: sp.Basic) -> sp.Expr:
         """Returns 0 if a condition holds, otherwise NaN."""
-        # If both values are constants, the derivative does not divide by zero.
+        # The square has the constant values 0 and -1, so its root has a derivative without a
+        # division by zero.
         square = self.terms.let(sp.Piecewise((0, condition), (-1, True)))
         return self.terms.let(sp.sqrt(square))
 
@@ -266,8 +267,8 @@ def _closed(model: LoopModel, numbers: ClosedLoops, free: Vector) -> dict[str, f
 def _backward(model: LoopModel, loops: Loops, forward: Solution) -> Solution:
     """Returns all joints as functions of the main-chain joints, or an empty solution.
 
-    If the main-chain joints do not determine the branch, the function raises an error. The solution
-    is empty instead if the loops have no closed form or close only in the least-squares sense.
+    If the main-chain joints do not determine the branch, the function raises an error. The returned
+    solution is empty if the loops have no closed form or close only in the least-squares sense.
     """
     of, terms, theta = forward.reference.of, model.terms, model.theta
     closed = {} if forward.open else {name: of(x) for name, x in forward.values.items()}

@@ -32,7 +32,7 @@ class BallEnd(NamedTuple):
     open: tuple[int, ...]
 
     def last(self, *kinds: str) -> list[int]:
-        """Returns the indices of the last unknown joints if they have these kinds, otherwise ()."""
+        """Returns the indices of the last unknown joints, or [] if their kinds differ."""
         places = self.open[-len(kinds) :]
         return [*places] if tuple(self.path[k].kind for k in places) == kinds else []
 

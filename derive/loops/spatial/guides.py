@@ -5,8 +5,8 @@ frames of the closure have the same orientation. If the axes of the unknown rota
 independent, each rotation stays at its reference value. The travels of the slides then follow from
 a linear equation for the points of the closure.
 
-A second assembly mode is omitted. In the second mode, bearings would be rotated by half a turn, but
-bearings are not mounted in this orientation.
+The linear equation omits a second assembly mode of the guides, in which bearings are rotated by
+half a turn. Bearings are not mounted with such a rotation.
 
 Source:
     Blanding, Exact Constraint, 1999, ch. 4, for bodies on guides without forced constraints.
