@@ -33,7 +33,7 @@ FREE, OUT_OF_REACH = -1, -2
 _TURN = 2 * math.pi
 _BLOCKS_A_PIECE = 16
 _MAX_COUNT = 255
-"""Maximum number of solutions per pose that is stored (one byte)."""
+"""Maximum stored number of solutions of a pose, because the number is stored in one byte."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ class Reach(StudyResult):
         return self.fraction.reshape(self.grid.shape)
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the fraction of the orientations that are reached, and the limit counts.
+        """Plot the fraction of reached orientations, and how many poses each limit excludes.
 
         Args:
             ax: Three matplotlib axes, or None for a new figure. The axes show cells from above,
@@ -359,7 +359,10 @@ def _excess(robot: Robot, q: FloatArray, j: int, wraps: bool) -> FloatArray:
 
 
 def _limit(robot: Robot, q: FloatArray, valid: BoolArray, wraps: tuple[bool, ...]) -> IntArray:
-    """Return the coordinate with the largest limit violation, on the least violating branch."""
+    """Return the coordinate with the largest limit violation.
+
+    The function selects the branch whose largest limit violation is smallest.
+    """
     parts = np.zeros(q.shape)
     for j, wrap in enumerate(wraps):
         room = _room(robot, j, wrap)

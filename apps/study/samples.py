@@ -35,8 +35,10 @@ cache."""
 _BITS = 52
 """Number of bits of a coordinate in the unit cube, one bit less than in a double."""
 _NET_KEY = 0
-"""Second entry of the random seed for the Sobol net. Each piece of sample points has a different
-second entry. The random numbers of a piece are therefore independent of the Sobol net."""
+"""Second entry of the random seed for the Sobol net.
+
+Each piece of sample points uses a random seed with a different second entry. The random numbers of
+a piece are therefore independent of the Sobol net."""
 
 
 @dataclass(frozen=True, eq=False)

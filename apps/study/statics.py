@@ -27,8 +27,9 @@ from .tolerances import STATICALLY_SINGULAR
 
 FloatArray = NDArray[np.float64]
 _PRESTRESSED = 1e-6
-"""Maximum squared strut force in an internal force state of norm 1. If the squared force is larger,
-equilibrium does not determine the force in the strut."""
+"""Maximum squared strut force in an internal force state of norm 1.
+
+If the squared strut force is larger than 1e-6, equilibrium does not determine the strut force."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,8 @@
 """Process the pieces of a sample set on threads or on a dask cluster.
 
-Counts over the pieces must not depend on the order of the pieces. Counts, bits and extremes are
-suitable, but sums of floats are not. With suitable counts, the result is the same, bit for bit, for
-any number of threads and workers. A piece can be repeated if its worker was killed.
+The combined result must not depend on the order of the pieces. Integer counts, bits, minima and
+maxima can be combined in any order, but sums of floats cannot. So the result is identical, bit for
+bit, for any number of threads and workers. A piece can be repeated if its worker was killed.
 """
 
 from __future__ import annotations
@@ -42,7 +42,10 @@ T = TypeVar("T", bound=Tally)
 
 
 class Work(Protocol[T]):
-    """A function for each piece of a sample set. Each worker of a cluster copies the object."""
+    """Interface of an object that processes the pieces of a sample set.
+
+    Each worker of a cluster copies the object.
+    """
 
     def empty(self) -> T:
         """Return an object with all counts at zero."""

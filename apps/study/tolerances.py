@@ -10,8 +10,8 @@ IN_PLACE = 1e-12
 base, the distance is divided by the distance from the base."""
 STRAIGHT = 1e-9
 """Maximum sine of the angle between the connecting lines of three collinear points. At the maximum
-sine, the radius of the circle is a billion times the distance of the points. This number is also
-the maximum distance of coplanar points from a plane, relative to the extent of the points."""
+sine, the radius of the circle is a billion times the distance of the points. 1e-9 is also the
+maximum distance of coplanar points from a plane, relative to the extent of the points."""
 NODES_APART = 2e-3
 """Node spacing of fourth-order finite differences, relative to the curve length. The relative
 truncation error is about the fourth power of the spacing, 2e-11. Second derivatives amplify

@@ -132,7 +132,9 @@ class Workspace(StudyResult):
         return np.asarray(np.take(self.hits, layer, axis=k))
 
     def projection(self, axis: Literal["x", "y", "z"]) -> NDArray[np.uint64]:
-        """Return the hits (n, m) summed along an axis. The two other axes keep their order.
+        """Return the hits (n, m) summed along an axis.
+
+        The other two of the axes x, y and z keep their order.
 
         Raises:
             InputValueError: The axis is unknown.

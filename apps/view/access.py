@@ -2,9 +2,9 @@
 
 Every program on this machine can reach a server on 127.0.0.1. A page of any web site that is open
 in the browser can also reach the server. Three checks protect the view from foreign pages. First,
-the Host header must name this machine. A foreign name for 127.0.0.1 is rejected. Second, the Origin
-of a WebSocket must be the page itself. Third, a request must contain the token, either in the
-address or in the cookie of the first response.
+the Host header must name this machine. A Host header with the domain of a web site that points to
+127.0.0.1 is rejected. Second, the Origin of a WebSocket must be the page itself. Third, a request
+must contain the token, either in the address or in the cookie of the first response.
 """
 
 from __future__ import annotations

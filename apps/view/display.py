@@ -46,7 +46,10 @@ class Nearness(Enum):
 
 
 COLOURS = {Nearness.FREE: BLUE, Nearness.NEAR: YELLOW, Nearness.BEYOND: VERMILION}
-"""Colors of the states. Color-blind readers can distinguish the colors."""
+"""Colors of configurations by their distance from the limits.
+
+Color-blind readers can distinguish the colors.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +132,8 @@ class Display:
             robot: The robot.
 
         Raises:
-            ManifestError: The robot was derived by an earlier version, without bodies.
+            ManifestError: An earlier version of chasles derived the robot, so the manifest contains
+                no bodies.
         """
         self.robot = robot
         self.skeleton = skeleton(robot)
@@ -156,8 +160,8 @@ class Display:
 
         Returns:
             The configuration. If the loops do not close, the result is the previous configuration.
-            For iterated loops, the result is the last closed configuration on the straight path in
-            q.
+            If Newton's method solves the loops, the result is the last configuration with closed
+            loops on the straight path in q.
         """
         if self.robot.loop_solution == "newton":
             return self._followed(q, last)
@@ -199,7 +203,10 @@ class Display:
         return self._placed(found.z, colours, self.most_modes)
 
     def _placed(self, z: FloatArray, shown: Sequence[Colour], count: int) -> Ghosts:
-        """Return ghost slots with configurations (g, n_z) and colors."""
+        """Return a fixed number of ghosts with configurations (g, n_z) and colors.
+
+        Unused ghosts have scale zero.
+        """
         found, places, poses = (
             self.no_ghosts(count),
             slice(0, len(z)),

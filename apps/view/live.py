@@ -37,8 +37,8 @@ _GHOST_OPACITY = 0.4
 _GIZMO = 0.2
 """Size of the tool handle relative to the robot size."""
 _CLOUD = 20_000
-"""Number of workspace points. This number shows the workspace clearly, and the view still rotates
-smoothly."""
+"""Number of workspace points. 20,000 points show the workspace clearly, and the view still
+rotates smoothly."""
 _LEGEND = "blue: within limits · yellow: near a limit or the border of reach · red: beyond a limit"
 _MODES = " · purple: assembly modes at the same actuators"
 _AWAY = "The pose is out of reach: a nearby configuration with the smallest error is shown."
@@ -355,7 +355,7 @@ class LiveView:
                 handle.batched_wxyzs = ghosts.wxyzs[:, k]
 
     def _kinds_of_ghosts(self) -> list[tuple[Any, Callable[[Displayed], Ghosts], int]]:
-        """Return (checkbox, function, maximum number) of each kind of ghost."""
+        """Return (checkbox, function, maximum number) for solutions and assembly modes."""
         display = self._display
         branches = (self._ghosts_shown, display.ghosts, display.most_ghosts)
         modes = (self._modes_shown, display.modes, display.most_modes)

@@ -86,7 +86,8 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
     Raises:
         NotInstalledError: yourdfpy is not installed.
         InputValueError: yourdfpy cannot read the file, or a mesh is outside the ROS package of the
-            file. Without a package, meshes must be in the folder of the file.
+            file. If the URDF file is not in a ROS package, meshes must be in the folder of the URDF
+            file.
     """
     if file.suffix != ".urdf":
         return ()

@@ -16,8 +16,8 @@ BoolArray = NDArray[np.bool_]
 
 _MIN_ERROR_BUDGET = 60
 """Maximum number of forward kinematics evaluations for a pose out of reach. A few evaluations are
-enough, because the tool moves little per frame. Additional start configurations would leave the
-branch."""
+enough, because the tool moves little per frame. Additional start configurations could lead to
+solutions on other branches."""
 
 
 @dataclass(frozen=True, eq=False)

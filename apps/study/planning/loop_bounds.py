@@ -10,12 +10,13 @@ Taylor's formula gives
 
 Suppose that a box of x satisfies this inequality strictly. Then the passive joints stay inside the
 box during the whole actuator step. If the joints reached the border of the box, Taylor's inequality
-would be violated there. The iteration of the right-hand side F converges to the box from below. The
-function F is convex and increasing in w. A step d of the iteration and the next step d' satisfy d'
->= F'(w) d > 0. The steps converge to 0, so no eigenvalue of F' exceeds 1. The matrix |B| H w bounds
-the difference of B dc/dx from the identity in the box. The box is slightly widened, so the
-eigenvalues of |B| H w are below 1. So B dc/dx is regular in the box. The solution is continuous and
-on one branch. The bounds do not include rounding errors. Rounding errors are about 1e-13.
+would be violated there. Let F be the right-hand side as a function of the box w. Repeated
+evaluation w = F(w) from below converges to the box. The function F is convex and increasing in w. A
+step d of the iteration and the next step d' satisfy d' >= F'(w) d > 0. The steps converge to 0, so
+no eigenvalue of F' exceeds 1. The matrix |B| H w bounds the difference of B dc/dx from the identity
+in the box. The box is slightly widened, so the eigenvalues of |B| H w are below 1. So B dc/dx is
+regular in the box. The solution is continuous and on one branch. The bounds do not include rounding
+errors. Rounding errors are about 1e-13.
 
 Source:
     L. V. Kantorovich, Functional analysis and applied mathematics, 1948, for bounds by second
@@ -53,7 +54,10 @@ _FEWEST = 5
 _ROOM = 2.0
 """Range of a prismatic joint in which the bounds hold, relative to the sampled range."""
 _FITS = 1e-9
-"""Relative error of an equation's polynomial that counts as a rounding error."""
+"""Maximum relative difference between a loop equation and its fitted polynomial.
+
+A larger difference is not a rounding error.
+"""
 _ROUNDS = 30
 """Maximum number of iterations for the ranges of the joint values."""
 _WIDER = 1 + 1e-6
@@ -76,7 +80,8 @@ class LoopBounds:
         given: (g,) indices in z of the joints that actuators move directly.
         gears: (g, n) motion of each directly moved joint per unit of each actuator.
         turns: (z,) whether a joint is revolute.
-        widest: (z,) maximum joint motion for which the bounds hold [m], or inf for revolute joints.
+        widest: (z,) largest absolute joint value for which the bounds hold [m], or inf for revolute
+            joints.
         curvature: (equations, z, z) bounds of the second derivatives of the equations.
         lengths: (equations, 1 + z) strut lengths as linear functions of the joints. A row contains
             the length at joint values 0, then the slopes. The row is zero for an equation without a
@@ -133,7 +138,10 @@ class LoopBounds:
         return w if inside and within else None
 
     def _scale(self, z: FloatArray) -> FloatArray:
-        """Return the derivatives (equations,) of squared equations."""
+        """Return factors (equations,) between errors of d^2 - l^2 and of strut equations d = l.
+
+        The factor of a strut equation is the derivative 2 l, and all other factors are 1.
+        """
         return np.where(self.lengths.any(1), 2 * _affine(self.lengths, z), 1.0)
 
     def _bent(self, w: FloatArray) -> FloatArray:
@@ -303,8 +311,9 @@ def _coefficients(
 ) -> NDArray[np.complex128]:
     """Return the polynomial coefficients of a loop equation, with one array axis per joint.
 
-    A revolute joint has coefficients of e^(i m angle), m = 0, 1, 2, -2, -1. A prismatic joint has
-    coefficients of its powers 0, 1, 2.
+    The array axis of a revolute joint contains the coefficients of e^(i m angle) for m = 0, 1, 2,
+    -2, -1. The array axis of a prismatic joint contains the coefficients of the powers 0, 1, 2 of
+    the joint value.
     """
     shape = tuple(_ANGLES if turns[j] else _LENGTHS for j in joints)
     if np.prod(shape, dtype=float) > _LARGEST:
@@ -350,6 +359,7 @@ def _derivative(
         m = np.abs(_orders(bool(turns[axis])))
         powers = (np.ones(len(m)), m, m * (m - 1))
         factors = m**order if turns[axis] else powers[order] / scale[axis] ** order
-        # Each product sums over the first axis of `sizes`, so the next joint has the first axis.
+        # Each product removes the first axis of `sizes`. Then the first axis belongs to the next
+        # joint.
         sizes = np.tensordot(factors, sizes, (0, 0))
     return float(sizes)

@@ -31,7 +31,7 @@ class Obstacle:
     """A shape in the base frame.
 
     Attributes:
-        shape: The shape of the library coal.
+        shape: A collision shape from the Python package coal.
         T_0_shape: (4, 4) pose of the shape in the base frame.
         name: Name of the obstacle.
     """
@@ -102,7 +102,8 @@ def capsules_along(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray
     step = b - a
     length = np.linalg.norm(step, axis=-1)
     z = np.where(length[:, None] > _POINT, step / np.maximum(length, _POINT)[:, None], [0, 0, 1])
-    # In the frames by Frisvad and Duff, x and y follow from z without a cross product.
+    # The formulas of Frisvad and Duff compute the axes x and y from the axis z without a cross
+    # product.
     sign = np.where(z[:, 2] >= 0, 1.0, -1.0)
     u = -1 / (sign + z[:, 2])
     v = z[:, 0] * z[:, 1] * u
