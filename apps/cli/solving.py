@@ -51,12 +51,12 @@ _FREER: tuple[TaskName, ...] = ("position_direction", "position_pitch", "positio
 _ORIENTATION = "orientation out of reach"
 """Message if the tool reaches the position with a different orientation."""
 _REASONS = {"stalled": "no closer pose found"}
-"""Messages for the reasons of `ik_numeric`."""
+"""Messages for values of `reason` in a result of `ik_numeric`."""
 _PLAIN = re.compile(r"[-+.,e\d\s]+", re.IGNORECASE)
 """Numbers without units."""
 _FAR = 20.0
-"""Maximum plausible ratio of two distances from the base: target to nearest reachable pose. Above
-this ratio, the target is probably in millimeters."""
+"""Maximum plausible distance of a target from the base, relative to the nearest reachable pose. A
+more distant target is probably in millimeters."""
 _QUATERNIONS = {"wxyz": ("w", *_XYZ), "xyzw": (*_XYZ, "w")}
 
 
@@ -256,7 +256,7 @@ def _solutions(
     nearest: bool,
     numeric: bool,
 ) -> _Found:
-    """Return the solutions. If none is exact, accept rounding errors of a printed target pose."""
+    """Return the solutions. If there is no exact solution, accept rounding errors of the target."""
     if numeric:
         if task not in _WEIGHTS:
             raise InputValueError(f"--numeric solves --task {', '.join(_WEIGHTS)}, not {task}")

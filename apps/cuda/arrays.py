@@ -14,11 +14,11 @@ REAL = {"<f4": "float", "<f8": "double"}
 
 @dataclass(frozen=True)
 class View:
-    """The memory of an array.
+    """Address, shape and number type of an array.
 
     Attributes:
         address: The address of the first number of the array.
-        shape: Its shape.
+        shape: The shape of the array.
         real: The kind of the numbers, "float" or "double", or "" for other kinds.
     """
 

@@ -15,8 +15,8 @@ from .skeleton import Skeleton
 
 FloatArray = NDArray[np.float64]
 _STARTS = 24
-"""Number of start configurations of the passive leg joints. Two starts are enough for legs with two
-links."""
+"""Number of start configurations of the passive leg joints. Legs with two links need only two start
+configurations."""
 _STEPS = 20
 """Maximum number of Newton steps from each start configuration."""
 

@@ -39,8 +39,8 @@ _AXES = ("#d55e00", "#009e73", "#0072b2")
 _GHOSTS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#999999", "#000000")
 """Colors that color-blind readers can distinguish (Okabe and Ito, 2008)."""
 MAX_GHOSTS = 3
-"""Maximum number of automatically selected additional configurations in pale colors. More pale
-configurations would be hard to distinguish."""
+"""Maximum number of automatically selected additional configurations in pale colors. Readers could
+hardly distinguish more than three such configurations."""
 _VISIBLE = 1e-3
 """Maximum distance of coinciding configurations, relative to the robot size."""
 _PATH = "#cc79a7"
@@ -94,7 +94,7 @@ def draw(
         ghosts: Additional configurations in pale colors: True draws the nearest other solutions for
             the tool pose, at most three. "modes" draws other assembly modes at q, at most three.
             `Solutions` for one pose, or coordinates (g, n), select the configurations. If the links
-            of two solutions coincide, the legend states their coincidence.
+            of two solutions coincide, the legend says that the solutions coincide.
         path: The tool path of a `Trajectory`, `Motion`, `Plan` or of configurations (k, n) is
             drawn.
         views: One or more of "front", "side", "top", "axonometric" and, for planar robots, "plane".
@@ -274,7 +274,7 @@ def figure_of(
 
     Args:
         shown: The scenes.
-        labels: Names of the ghosts, for the legend.
+        labels: Names of the additional configurations, for the legend.
         has_path: Whether the legend lists the tool path.
         boxes: Lower and upper corner of each view, or None for the bounding box of each scene.
         places: Label offsets of each view in an animation. The first frame sets the offsets for all

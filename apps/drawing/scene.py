@@ -104,7 +104,7 @@ def scenes(
     Args:
         skeleton: The bodies.
         poses: (bodies, 4, 4) poses of the bodies in the base frame.
-        ghosts: (g, bodies, 4, 4) poses of the bodies of each ghost.
+        ghosts: (g, bodies, 4, 4) body poses of each additional configuration, drawn in pale colors.
         path: (k, 3) tool positions, or None.
         views: The projections.
         span_of: (m, bodies, 4, 4) body poses that determine the symbol size, or None to use `poses`

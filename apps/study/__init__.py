@@ -5,7 +5,7 @@
     print(found.size)
     found.plot()
 
-Studies need the packages of `pip install 'chasles[study]'`.
+The functions of chasles.study need the packages of `pip install 'chasles[study]'`.
 """
 
 from .equilibrium import PointMass

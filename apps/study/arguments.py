@@ -99,7 +99,7 @@ def integer_at_least(name: str, value: Any, least: int) -> int:
 
     Raises:
         InputTypeError: The value is not a real number.
-        InputValueError: The number is not an integer, or below the minimum.
+        InputValueError: The number has a fractional part, or is below the minimum.
     """
     found = number(name, value)
     if not found.is_integer() or found < least:

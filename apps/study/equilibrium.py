@@ -41,7 +41,8 @@ class PointMass:
             `chasles.drawing.skeleton(robot)` lists the names.
         mass: Mass [kg].
         at: (3,) center of mass in the frame of the body [m]. The z axis of a strut section points
-            from the first end of the strut to the second. The mass of the section is on this axis.
+            from the first end of the strut to the second. The center of mass of a strut section is
+            on the z axis of the section.
     """
 
     link: str

@@ -1,21 +1,22 @@
 """A grid of equal cells, and the size of the body that fills the visited cells.
 
 The estimate counts visited cells, because the density of points is not uniform. A line along x
-enters and leaves the body. At each end, the last visited cell adds half a cell on average. The
-visited cells therefore have a larger volume than the body. The excess volume is h/2 times the area
-of the open faces of the cells, where h is the side of a cell. The open faces along x have the area
-of the surface projected along x. For each axis, the estimate multiplies the volume by a factor 1 -
-c. The number c is half the number of open faces per cell. The product of the factors for x, y and z
-is exact for boxes and never negative. The points are too few if a random half of the points misses
-many of the visited cells. With too few points, larger cells are used.
+enters and leaves the body. Where the line enters or leaves, the visited cells extend half a cell
+beyond the body on average. The visited cells therefore have a larger volume than the body. An open
+face is a face between a visited cell and a cell that was not visited. The excess volume is h/2
+times the area of the open faces, where h is the side of a cell. The open faces along x have the
+area of the surface projected along x. For each axis, the estimate multiplies the volume by a factor
+1 - c. The number c is half the number of open faces per cell. The product of the factors for x, y
+and z is exact for boxes and never negative. The points are too few if a random half of the points
+misses many of the visited cells. With too few points, larger cells are used.
 
-Four errors remain. First, if the surface is parallel to the grid, all lines end at the same
-position within their cells. The excess volume is then between 0 and h times the area of the open
-faces. Open faces of a parallel surface are coplanar with the adjacent faces. Second, the points may
-miss a cell that contains only a small corner of the body. A power law extrapolates the number of
-missed cells from a random half of the points. Third, with few cells, lines through the body end at
-few positions within the cells. The average end position is then uncertain. Fourth, the second order
-of the correction is not exact for bodies other than boxes.
+Four errors remain. First, if the surface of the body is parallel to the faces of the cells, all
+lines leave the body at the same position within a cell. The excess volume of such a body is between
+0 and h times the area of the open faces. Open faces at such a surface are coplanar with the
+adjacent open faces. Second, the points may miss a cell that contains only a small corner of the
+body. A power law extrapolates the number of missed cells from a random half of the points. Third,
+if the body covers few cells, few lines determine by how much the visited cells extend beyond the
+body on average. Fourth, the products of the numbers c in the correction are exact only for boxes.
 
 Source:
     L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for the area
@@ -201,7 +202,8 @@ def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
             value, error = _estimate(all_points, some)
             of_cell = (times * grid.side) ** grid.dimension
             return SizeEstimate(value * of_cell, error * of_cell, unit)
-    # Even the largest cells contain too few points. The size is only known to be at most the box.
+    # Even the largest cells contain too few points. The body is at most as large as the
+    # box.
     box = grid.count * grid.side**grid.dimension
     return SizeEstimate(box / 2, box / 2, unit)
 
@@ -209,7 +211,8 @@ def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
 def _estimate(visited: BoolArray, halved: BoolArray) -> tuple[float, float]:
     """Return (number of filled cells, error).
 
-    The arguments are the visited cells, and the cells that a random half of the points visits.
+    `visited` marks the cells that contain points. `halved` marks the cells that contain points of a
+    random half of all points.
     """
     value, error = _corrected(visited)
     unseen = (value - _corrected(halved)[0]) / (2**_GROWTH - 1)
@@ -259,7 +262,11 @@ def _corrected(visited: BoolArray) -> tuple[float, float]:
 
 
 def _open_faces(visited: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Count the open faces along each axis. Coplanar adjacent faces are counted separately."""
+    """Return the number of faces between visited and unvisited cells along each axis.
+
+    The first array counts faces that are coplanar with their adjacent faces, the second array all
+    other faces.
+    """
     level, integer_at_least = np.zeros(visited.ndim), np.zeros(visited.ndim)
     padded = np.pad(visited, [(1, 1) if n > 1 else (0, 0) for n in visited.shape])
     axes = [axis for axis, n in enumerate(visited.shape) if n > 1]

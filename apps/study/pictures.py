@@ -225,7 +225,7 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
 
 
 def plot_reach(found: Any, ax: Any = None) -> Any:
-    """Plot the fraction of reached orientations and the limit counts.
+    """Plot the fraction of reached orientations, and how many poses each limit excludes.
 
     Each view shows the mean of the reached cells along the line of sight.
     """

@@ -1,8 +1,9 @@
 """Curves of a tool or of the coordinates, without time.
 
 A curve is a function of the length s from its start. For tool curves, s is the path length of the
-tool origin [m], or the angle [rad] of a pure rotation. For coordinates, s runs from 0 to 1. The
-derivatives with respect to s are exact. Rates and accelerations are therefore exact.
+tool origin [m], or the angle [rad] of a pure rotation. For curves of the coordinates, s increases
+from 0 to 1. The derivatives with respect to s are exact. Rates and accelerations are therefore
+exact.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ class CurvePoses(NamedTuple):
 
 
 class PoseCurve(Protocol):
-    """A curve of the tool.
+    """A curve of tool poses.
 
     Attributes:
         length: Length of the curve [m], or [rad] for a pure rotation.
@@ -56,7 +57,7 @@ class PoseCurve(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class JointLine:
-    """A straight line in the coordinates. All coordinates move proportionally.
+    """A straight line in the coordinates. Each coordinate is a linear function of s.
 
     Attributes:
         q_start: (n,) values at s = 0.
@@ -181,7 +182,8 @@ def task_curve(task: Task, curve: PoseCurve, start: float = 0.0, end: float = 0.
 
     Args:
         task: "position", "position_pitch" or "planar", as in `task_line`.
-        curve: The curve of the tool pose. The task replaces the orientation of the curve.
+        curve: The curve of the tool pose. Only the position of the tool is used, because the task
+            prescribes its own orientation.
         start: Pitch or angle at the start [rad].
         end: Pitch or angle at the end [rad]. The pitch or angle is linear in s.
 

@@ -52,7 +52,7 @@ _MAX_GRID = 6000
 _FINEST = 1e-3
 """Step of the finest grid, relative to the parameter range."""
 _GAIN = 1e-3
-"""Minimum relative decrease of the cost. If the cost decreases less, the grid step is halved."""
+"""Minimum relative decrease of the cost. After a smaller decrease, the grid step is halved."""
 _STEP = 1.0
 """Maximum distance of the configurations at successive knots [rad or `unit_length`]."""
 _RANDOM = 1024
@@ -99,7 +99,7 @@ def resolve_redundancy(
         limits: "robot", None for no limits, or (n, 2) lower and upper limits.
 
     Returns:
-        The coordinates of all poses.
+        (m, n) coordinates of the robot at the m tool poses [rad or m].
 
     Raises:
         InputValueError: The robot has no redundancy parameters, or the path has no pose.
@@ -152,7 +152,7 @@ def parameter_curve(
 
 
 class _Blocked(Exception):
-    """Error for a knot that no sequence reaches from the previous knot."""
+    """Error if no configuration at a knot is within the maximum distance of the previous knot."""
 
     def __init__(self, knot: int) -> None:
         super().__init__(knot)
@@ -286,9 +286,11 @@ def _predecessors(
 ) -> tuple[IntArray, FloatArray]:
     """Return (predecessor (l,), cost (l,)) of the cheapest step to each vector (l, f).
 
-    With sqrt(cost / weight) as a further coordinate of `before`, the cheapest step is the shortest
-    step. A k-d tree finds this step without the distances of all pairs. If the shortest step is too
-    long, all vectors within the maximum distance are compared.
+    A step leads from a vector of `before` to a vector of `after`. If each vector of `before` gets
+    the additional coordinate sqrt(cost / weight), the shortest step is the cheapest step. A k-d
+    tree finds the shortest step without the distances of all pairs of vectors. If the shortest step
+    is longer than the maximum distance, all vectors of `before` within the maximum distance are
+    compared.
     """
     reached = np.flatnonzero(np.isfinite(cost))
     height = np.sqrt((cost[reached] - cost[reached].min()) / weight)
@@ -336,7 +338,10 @@ def _first_outside(path: JointPath, bounds: FloatArray) -> int:
 def _through(
     interpolation: Callable[..., Any], s: FloatArray, parameters: FloatArray
 ) -> Callable[..., FloatArray]:
-    """Return a curve that interpolates parameters at the knots s. One knot gives a constant."""
+    """Return a curve that interpolates parameters at the knots s.
+
+    The curve for a single knot is constant.
+    """
     if len(s) == 1:
         return lambda at, order=0: np.tile(parameters * float(order == 0), (len(at), 1))
     spline: Callable[..., FloatArray] = interpolation(s, parameters)

@@ -1,9 +1,9 @@
 """Motions: a robot on a curve with a time scaling.
 
-On a curve of the tool, the inverse solves each sample on the branch nearest to `q_seed`. The tool
-is on the curve up to rounding errors, also for coarse samples. Joint rates and accelerations follow
-from the Jacobian and its derivative, not from finite differences. Limits are not enforced, but
-`limit_violations` reports violations.
+For a curve of the tool, inverse kinematics gives the coordinates at each sample. The coordinates
+stay on the branch nearest to `q_seed`. The tool is on the curve up to rounding errors, also for
+coarse samples. Joint rates and accelerations follow from the Jacobian and its derivative, not from
+finite differences. Limits are not enforced, but `limit_violations` reports violations.
 """
 
 from __future__ import annotations
@@ -55,12 +55,12 @@ class Motion:
         fixed: Names or indices of joints that keep their values at q_seed, or a mapping of joints
             to values. The curve must be a curve of the tool pose. Fixed joints that are not
             redundancy parameters require an iteration.
-        redundancy: The treatment of redundant joints. With "fixed", redundancy parameters keep
-            their values at q_seed. With "minimum_norm", minimum-norm steps from q_seed in the
-            joints of the main chain solve each pose. With "global", the parameters minimize the
-            integral of the squared joint rates over the curve, as in `resolve_redundancy`. The
-            motion stays within the limits. With "global", the start configuration may differ from
-            q_seed.
+        redundancy: The method that selects values of redundant joints. With "fixed", redundancy
+            parameters keep their values at q_seed. With "minimum_norm", minimum-norm steps from
+            q_seed in the joints of the main chain solve each pose. With "global", the parameters
+            minimize the integral of the squared joint rates over the curve, as in
+            `resolve_redundancy`. The motion stays within the limits. With "global", the start
+            configuration may differ from q_seed.
 
     Raises:
         InputValueError: `redundancy` or `fixed` is not possible for the curve, the time scaling is

@@ -1,9 +1,9 @@
 """Time-optimal motion. At each moment, a rate or an acceleration is at its limit.
 
 The curve q(s) is sampled with its exact derivatives on a grid. Reachability analysis determines the
-fastest profile s(t) on this grid. Between the grid nodes, limits may be exceeded slightly. A ten
-times finer grid therefore measures the largest excess over a limit. The whole motion is slowed down
-until the motion satisfies all limits.
+fastest profile s(t) on this grid. Between the grid nodes, limits may be exceeded slightly. Limits
+are therefore checked at ten samples between two grid nodes. The whole motion is slowed down until
+the motion satisfies all limits.
 
 Source:
     H. Pham, Q.-C. Pham, A new approach to time-optimal path parameterization based on reachability
@@ -45,15 +45,16 @@ _CLOSEST = 1e-5
 """Minimum node spacing relative to the curve length. Between closer nodes, rounding errors of rates
 would look like accelerations."""
 _LOCAL = 1.01
-"""Maximum stretching factor without a finer grid."""
+"""Time factor of a sample above which its grid interval gets an additional node."""
 _HIDDEN = 1.0
 """Maximum height of a peak between two samples, relative to the difference of the samples."""
 _BEFORE = 1e-9
 """Distance of the last sample from the next node, relative to the time between nodes."""
 _NONE = 1e9
-"""Acceleration of the tool along its path that no motion reaches. The number means no limit."""
+"""Value for an unlimited acceleration of the tool along its path. No motion reaches this
+acceleration."""
 _MARGIN = 1e-5
-"""Relative margin of the duration for maxima between two samples."""
+"""Relative increase of the duration, because limits may be exceeded between the samples."""
 
 
 def time_optimal(
@@ -107,7 +108,7 @@ def time_optimal(
 
 
 def _with_nodes(s: FloatArray, further: FloatArray) -> FloatArray:
-    """Add the midpoints of the intervals that contain a length of `further`."""
+    """Add the midpoint of each interval between nodes s that contains a value of `further`."""
     parts = np.unique(np.clip(np.searchsorted(s, further) - 1, 0, len(s) - 2))
     wide = np.diff(s)[parts] > _CLOSEST * s[-1]
     middles = (s[parts] + s[parts + 1]) / 2

@@ -213,7 +213,7 @@ _POWERS: dict[str, tuple[float, ...]] = {
     "cubic": (0, 0, 3, -2),
     "quintic": (0, 0, 0, 10, -15, 6),
 }
-"""Coefficients for unit length and unit duration."""
+"""Polynomial coefficients of s(t), in ascending order, for unit length and unit duration."""
 
 
 def _single(
@@ -264,7 +264,7 @@ def _s_curve(length: float, limits: dict[str, float]) -> TimeScaling:
 def _by_jerk(
     length: float, widths: Sequence[float], values: Sequence[float], order: int
 ) -> TimeScaling:
-    """Return a time scaling from rest with piecewise constant derivative of some order."""
+    """Return a time scaling from rest whose `order`-th derivative is piecewise constant."""
     kept = [(w, j) for w, j in zip(widths, values, strict=True) if w > 0]
     state, rows = np.zeros(order), []
     for width, value in kept:

@@ -113,7 +113,7 @@ class Trajectory(StudyResult):
 
         Raises:
             InputValueError: The file cannot be read or belongs to a different robot, a column is
-                missing, a cell is not a number, or times are not ascending. The same error is
+                missing, a cell is not a number, or times are not ascending. InputValueError is also
                 raised if the file needs `robot`, but `robot` is None.
             ShapeError: The shapes of the arrays do not match the robot.
         """

@@ -1,10 +1,10 @@
 """Planar regions bounded by circular arcs, and regions swept by their rotation.
 
-Every border is computed from candidates. Candidates are arcs that contain the border. The candidate
-curves are divided at their intersections. A piece belongs to the border if the region lies on
-exactly one of its sides. A region rotates about a point by angles from a to b. The candidates are
-the border of the region rotated by a and by b, and circles about the point. The circles are tangent
-to the border or pass through its corners.
+The border of a region is computed from candidate arcs. The candidate arcs contain the border, and
+are divided at their intersections. A piece belongs to the border if the region lies on exactly one
+of its sides. A region rotates about a point by angles from a to b. The candidate arcs are the
+border of the region rotated by a and by b, and circles about the point. The circles are tangent to
+the border or pass through its corners.
 """
 
 from __future__ import annotations
@@ -37,7 +37,10 @@ tangent to arcs."""
 
 @dataclass(frozen=True, eq=False)
 class ArcRegion:
-    """A region bounded by arcs, a curve of arcs, or a point. A point is an arc of radius 0.
+    """A point set in the plane that circular arcs define.
+
+    The set is a region bounded by arcs, a curve that consists of arcs, or a point. A point is an
+    arc of radius 0.
 
     Attributes:
         arcs: The border arcs, with the region on their left.
@@ -248,7 +251,7 @@ def _crossings(
     """Return the angles (2, ..., k) of intersections of a circle with k circles.
 
     The first index selects the circle. The angles are NaN without an intersection. Tangent circles
-    do not count as crossing, because rounding errors would decide.
+    do not count as crossing, because rounding errors could create or remove their intersections.
     """
     step = centers - center
     d = np.hypot(step[:, 0], step[:, 1])

@@ -141,7 +141,7 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
     """Return the exact workspace of an arm whose joints move a point in a plane.
 
     Args:
-        robot: A serial arm of type A or B. An arm of type A has parallel revolute joints, and
+        robot: A serial arm of one of two types. An arm of type A has parallel revolute joints, and
             prismatic joints along their axes. An arm of type B has a vertical first axis, and all
             following axes are parallel and horizontal. Joints that do not move the point, such as a
             roll about the tool, are ignored.

@@ -162,7 +162,8 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
         """Return the integral of u a(u) from 0 to u."""
         return u * u / 2 * math.atan2(d, u) + d / 2 * (u - d * math.atan2(u, d)) if d else 0.0
 
-    # At u = turned, the overlap of the arcs of u and -u begins or ends.
+    # The variable `turned` is the value of u where the overlap of the arcs of u and -u begins or
+    # ends.
     turned = d / math.tan(abs(beyond) / 2) if beyond else math.inf
 
     def shared(u: float) -> float:

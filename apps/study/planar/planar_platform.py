@@ -146,7 +146,7 @@ class OrientationGrid(StudyResult):
     """The angles that a planar platform can have at each position.
 
     Attributes:
-        grid: The cells with the positions as centers.
+        grid: Grid of positions of the platform, which are the centers of the cells.
         angles: (k,) the angles [rad].
         possible: (nx, ny, k) whether each angle is possible at each position.
     """

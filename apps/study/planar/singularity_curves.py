@@ -85,7 +85,7 @@ def singularity_curves(
     Raises:
         MissingFunctionError: The robot is not a planar platform.
         InputValueError: The bounds are not in ascending order, or the resolution is below 2. If x
-            or y is None, the errors of `constant_orientation_workspace` are also possible.
+            or y is None, `constant_orientation_workspace` may raise further errors.
 
     Source:
         C. Gosselin, J. Angeles, Singularity analysis of closed-loop kinematic chains, 1990.

@@ -8,11 +8,12 @@ bounded by circles. The circles about the ends of the arc have radii a and b. Th
 have radii b - r, r + a and |r - a|. So circular arcs bound the total workspace.
 
 The border of the inclusive workspace also contains curves that are not circular, on which two legs
-reach their limits. The inclusive workspace is computed by squares. A square of half diagonal d is
-inside if all legs reach its center with a margin of d at one angle. The square is outside if, at
-each angle, some leg would have to be longer or shorter by more than d to reach the center. The
-inside test and the outside test have a closed form. A square that is neither inside nor outside is
-subdivided. The area of the remaining squares is the error.
+reach their limits. The inclusive workspace is computed by subdividing squares. A square with half
+diagonal d is inside the workspace if all legs reach its center at some angle phi with a margin of
+d. A square is outside the workspace if, at each angle, some leg would have to be longer or shorter
+by more than d to reach the center. The inside test and the outside test have a closed form. A
+square that is neither inside nor outside is subdivided. The area of the remaining squares is the
+error.
 """
 
 from __future__ import annotations

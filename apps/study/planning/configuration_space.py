@@ -55,8 +55,8 @@ class ConfigurationSpace:
         radii: (k,) radius of each of the k `bodies` [m].
         lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
-        checks: Index pairs to check. Each pair has a shape of the robot, and an obstacle or another
-            shape. The indices of obstacles precede the indices of shapes.
+        checks: Pairs of indices for collision checks. The first index is a shape of the robot. The
+            second index is an obstacle, or the number of obstacles plus the index of another shape.
         bounds: Bounds of the joint motion of a robot with loops.
     """
 
@@ -202,7 +202,10 @@ class ConfigurationSpace:
 
     @cached_property
     def _pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-        """Return (own shapes, other shapes or negative numbers of obstacles, common bodies)."""
+        """Return (shape, second shape, last body that moves both shapes) of each checked pair.
+
+        Negative numbers of the second shape are obstacles.
+        """
         own, others = np.array(self.checks).T
         others = others - len(self.obstacles)
         common = [

@@ -89,7 +89,10 @@ class Hulls:
         return np.split(self._corners(self.skeleton.poses_from_configuration(z)), self._ends[:-1])
 
     def shapes(self, radii: FloatArray) -> list[Any]:
-        """Return the coal shape of each hull with radii (hulls,), or None for struts."""
+        """Return a shape of the library coal for each hull with radii (hulls,).
+
+        A strut has None instead of a shape.
+        """
         with requires("chasles[planning]"):
             import coal  # noqa: PLC0415
 
@@ -289,14 +292,15 @@ def joined(bones: Skeleton) -> list[set[str]]:
 
 
 def _rounded(corners: FloatArray, radius: float) -> Any:
-    """Return the rounded hull of corners (m, 3) as a coal shape."""
+    """Return the rounded hull of corners (m, 3) as a shape of the library coal."""
     with requires("chasles[planning]"):
         import coal  # noqa: PLC0415
 
     points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     for corner in corners:
         points.append(corner)
-    # coal searches the farthest corner along edges. The search is exact if all edges are listed.
+    # The library coal searches the farthest corner of a shape along edges. The search is exact if
+    # all edges are listed.
     for face in combinations(range(len(corners)), 3):
         faces.append(coal.Triangle(*face))
     made = coal.Convex(points, faces)
