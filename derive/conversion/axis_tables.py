@@ -6,7 +6,7 @@ rotation and translation along the tool axis:
 
     T_0_ee = step_0 motion_1 step_1 ... motion_n step_n rest.
 
-Each step is the product
+A step from an axis to the next axis is a product of four motions:
 
     step = Rz(turn) Tz(shift) Tx(a) Rx(alpha).
 
@@ -36,8 +36,8 @@ from ..model.tolerances import EVALUATION_DIGITS
 from .number_text import digits_for, rounded
 
 _RIGHT = math.pi / 2 + 1e-9
-"""Maximum rotation (radian) from the x axis to the common normal. For a larger rotation, the
-opposite direction of the normal is used."""
+"""Maximum rotation (radian) from the x axis to the common normal. If the rotation exceeds a right
+angle, the opposite direction of the normal is used."""
 
 
 @dataclass(frozen=True)
@@ -222,8 +222,8 @@ def _stepped(own: Any, original: Any, line: AxisLine, is_line: bool) -> tuple[Ax
         a, alpha = -a, -alpha if alpha != sp.pi else alpha
     step = AxisStep(_turned(turn), found.shift, a, alpha)
     own = own * pose_in_digits(step.along + step.across, {})
-    # Without this correction, rounding errors would add up. Parallel axes would then intersect at a
-    # distant point.
+    # Each step corrects the rounding errors of the steps before it. Without the correction, the
+    # rounding errors would add up, and parallel axes would intersect at a distant point.
     off = own**-1 * original
     x, y = (off[0, 3], off[1, 3]) if is_line else (0, 0)
     return step, own * _small(off[0, 2], off[1, 2], x, y)

@@ -1,8 +1,8 @@
 """Writes exact numbers for robot files and URDF.
 
 The reader of robot files replaces decimals that look rounded by exact values
-(:mod:`~chasles.derive.description.noise`). The writer therefore writes such decimals as fractions
-with denominator 3, which the reader does not change.
+(:mod:`~chasles.derive.description.noise`). The writer therefore writes decimals that look rounded
+as fractions with denominator 3. The reader does not change fractions with denominator 3.
 """
 
 import math
@@ -41,14 +41,14 @@ _PLAIN = 6
 def digits_for(size: float) -> int:
     """Returns the number of significant digits for a table with lengths up to ``size`` (meter).
 
-    Lengths of 10 m or more need more than 17 digits. The angles of the table then need more digits
-    too.
+    Lengths of 10 m or more need more than 17 digits. The angles of a table have as many digits as
+    its lengths.
     """
     return max(DIGITS, _PLACES + 1 + math.floor(math.log10(max(size, 1.0))))
 
 
 def rounded(value: sp.Expr, digits: int = DIGITS) -> sp.Expr:
-    """Returns a decimal, rounded if it has too many digits. Other numbers stay as they are."""
+    """Rounds a decimal to ``digits`` digits. Numbers that are not finite decimals do not change."""
     places = decimal_places(value)
     if not places or _digits(value, places) <= digits:
         return value
@@ -130,7 +130,7 @@ def _guarded(value: sp.Expr) -> str:
     count = max(DIGITS, _digits(value, decimal_places(value) or 0))
     triple = Decimal(nearest(3 * value, count))
     digits = triple.scaleb(count - 1 - triple.adjusted()).to_integral_value()
-    # If the numerator were a multiple of 3, the fraction would be a finite decimal.
+    # A fraction is a finite decimal if its numerator is a multiple of the denominator 3.
     step = Decimal(0) if int(digits) % 3 else Decimal("0.1")
     return f'"{_decimal_text((digits + step).scaleb(triple.adjusted() - count + 1))}/3"'
 

@@ -93,8 +93,8 @@ def _rotations(
 ) -> Iterator[tuple[float, int, int]]:
     """Yields the rotations (deviation, axis, steps) that map an original point to another point.
 
-    Rotations by right angles preserve the decimals of the original point. The deviation of these
-    rotations is therefore at most the noise.
+    Rotations by right angles preserve the decimals of the original point. The deviation of a
+    rotation by right angles is therefore at most the noise.
     """
     here, there = tuple(map(float, point)), tuple(map(float, original))
     for axis in _AXES:

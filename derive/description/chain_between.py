@@ -1,12 +1,12 @@
 """Finds the chain between any two links of a tree.
 
 The path leads from the base link up to the common ancestor, and then down. On the way up, the
-joints are inverted. The inverse of a joint with T_parent_link = before * motion(q) * after has the
-pose
+joints are inverted. A joint has the pose T_parent_link = before * motion(q) * after. The inverted
+joint has the inverse pose:
 
     T_link_parent = inverse(after) * motion(-q) * inverse(before).
 
-The name, the value and the limits of the coordinate stay the same.
+The inverted joint keeps the name, the value and the limits of the joint coordinate.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -82,8 +82,10 @@ def between(robot: Described, base: str | None, tip: str | None, file: str) -> D
 
     Args:
         robot: The description, with the numbers of the file.
-        base: A link, the base frame or the tool frame. None stands for the base frame.
-        tip: A link, the base frame or the tool frame. None stands for the tool frame.
+        base: A link, the base frame or the tool frame. If ``base`` is None, the chain starts at the
+            base frame.
+        tip: A link, the base frame or the tool frame. If ``tip`` is None, the chain ends at the
+            tool frame.
         file: File name for error messages.
 
     Returns:

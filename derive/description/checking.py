@@ -26,8 +26,8 @@ from .toml_lines import table_of
 MAX_ERRORS = 100
 """Maximum number of errors that are reported per file."""
 _UNITS = {"length": "mm", "angle": "rad"}
-"""An unknown length unit is replaced by mm, and an unknown angle unit by rad. With these units,
-numbers of any size are plausible.
+"""An unknown length unit is replaced by mm, and an unknown angle unit by rad. In millimeters and
+radians, numbers of any size are plausible.
 """
 _MISSING = {"axis": [0, 0, 1], "length": 1, "mass": 1, "pitch": 1, "retracted": 1, "value": 1}
 """Values for missing required fields."""
@@ -43,7 +43,8 @@ class Finding:
         severity: "error" if the robot cannot be derived, "warning" for numbers that are probably
             wrong, "note" for assumed and snapped values.
         where: File, line and field of the finding, if known.
-        message: The expected and the found value, or a remark.
+        message: Text of the error, warning or note. The text of an error states the expected value
+            and the value in the file.
     """
 
     severity: Severity
@@ -74,7 +75,7 @@ def checked(
             if errors:
                 return errors, None
         with warnings.catch_warnings():
-            # A note already states the changed numbers.
+            # The notes of the robot already list all numbers that the reader changed.
             warnings.simplefilter("ignore")
             robot = read(source, base=base, tip=tip, group=group, arguments=arguments)
     except DescriptionError as error:
@@ -164,7 +165,7 @@ class _Repairs:
             keys = keys[:-1]
         value = self._value(keys, error)
         if keys in self.values and value in (None, self.values[keys]):
-            # Without a harmless value, the whole table is removed.
+            # If no replacement value avoids the error, the whole table is removed.
             keys, value = keys[:-1], None
             if keys in self.values:
                 return False
@@ -196,7 +197,7 @@ class _Repairs:
         try:
             table_of(text)
         except tomllib.TOMLDecodeError:
-            # The table already has a field with the suggested name.
+            # The text is invalid TOML if the table already has a field with the suggested name.
             return False
         changed, self.text = text != self.text, text
         return changed

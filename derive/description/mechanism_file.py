@@ -77,7 +77,7 @@ class MechanismFile(RobotFile):
     of_lines: ClassVar = {}
 
     def described(self) -> Mechanism:
-        """The robot. Its type depends on the file."""
+        """The robot with loops that the file describes."""
         return self.mechanism()
 
     def mechanism(self) -> Mechanism:

@@ -1,11 +1,12 @@
 """Recognizes exact values behind rounded or noisy numbers.
 
-Three cases are distinguished. A *noisy* number is a short decimal with stray distant digits, such
-as 0.20249999999999999, or 6.1e-17 next to lengths of a meter. A *rounded angle* is a multiple of 15
-degrees that is rounded to the written decimal places, such as 1.5708. For example, 1.570796325 is
-half of the rounded pi 3.14159265. A *rounded direction* is a unit vector, such as (0.7071068,
-0.7071068, 0). The exact components are cosines of multiples of 15 degrees, or the direction is a
-diagonal of a cube. Exact numbers such as pi/2, sqrt(2)/2 or 0.2025 do not change.
+chasles distinguishes noisy numbers, rounded angles and rounded directions. A *noisy* number is a
+short decimal with stray distant digits, such as 0.20249999999999999, or 6.1e-17 next to lengths of
+a meter. A *rounded angle* is a multiple of 15 degrees that is rounded to the written decimal
+places, such as 1.5708. For example, 1.570796325 is half of the rounded pi 3.14159265. A *rounded
+direction* is a unit vector, such as (0.7071068, 0.7071068, 0). The exact components are cosines of
+multiples of 15 degrees, or the direction is a diagonal of a cube. Exact numbers such as pi/2,
+sqrt(2)/2 or 0.2025 do not change.
 """
 
 import math
@@ -27,7 +28,8 @@ Number = TypeVar("Number", float, sp.Expr)
 
 _PI = Fraction(str(sp.N(sp.pi, EVALUATION_DIGITS)))
 _STEPS = (sp.pi / 12, sp.pi / 2)
-"""Angle steps: a rounded angle becomes a multiple of pi/12 or of pi/2. The step pi/12 comes first.
+"""Angle steps: a rounded angle becomes a multiple of pi/12 or of pi/2. Multiples of pi/12 are
+tested first.
 """
 _PLACES_OF_PI = 4
 """Minimum number of decimal places of a rounded pi. 3.14 is too inaccurate for a real joint."""
@@ -68,8 +70,8 @@ def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
 
     A single-precision number with the digits of a double, such as 0.20000000298023224, is first
     shortened. A decimal d is accepted if it differs from the value by at most ``tolerance``, and by
-    at most its last place divided by ``NOISE_GAP``. The three digits of the value after the last
-    place of d are then 000 or 999.
+    at most its last place divided by ``NOISE_GAP``. So the digits 000 or 999 follow the last place
+    of d in the value.
 
     Args:
         value: A number. A number that is not a finite decimal is returned unchanged.
@@ -102,7 +104,9 @@ def single_precision(number: Fraction) -> Fraction:
 
 
 def exact_angle(value: sp.Expr) -> sp.Expr:
-    """Returns the exact value (radian) of a rounded angle. Noise of other angles is removed.
+    """Returns the exact value (radian) of a rounded angle.
+
+    Noise is removed from an angle that is not a rounded multiple of pi/12.
 
     A decimal becomes a multiple of pi/12 if rounding or truncating this multiple gives the decimal.
     The decimal must have enough places: an arbitrary angle may match with a probability of at most
@@ -161,7 +165,9 @@ def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
 
 
 def exact_direction(vector: Vector) -> Vector:
-    """Returns the exact value of a rounded direction. Noise of other vectors is removed.
+    """Returns the exact value of a rounded direction.
+
+    Noise is removed from a vector that is not a rounded direction.
 
     A decimal vector is normalized and compared with the vectors of :func:`exact_directions`. Each
     component must agree within one unit of the last written place, or within ``NOISE`` times the

@@ -1,10 +1,10 @@
 """Bounds the pose difference between two robots with the same joints.
 
 The pose of a link is ``T = before * motion(q) * after``. The same pose is ``T = exp([S] q) M`` with
-the screw axis S of the joint and the pose M at zero. Each of these two forms gives bounds for the
-translation and rotation error of a link, and the smaller bound is used. The pose error is bounded
-by the sum of the link bounds. A rotation bound is multiplied by the largest distance from the link
-to the tool. The sum of the link bounds holds for all joint values within the limits.
+the screw axis S of the joint and the pose M at zero. Each of the two forms of the pose gives bounds
+for the translation and rotation error of a link. The smaller bound is used. The pose error is
+bounded by the sum of the link bounds. A rotation bound is multiplied by the largest distance from
+the link to the tool. The sum of the link bounds holds for all joint values within the limits.
 """
 
 from collections.abc import Iterator, Mapping

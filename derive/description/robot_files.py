@@ -82,14 +82,15 @@ def read(
         arguments: Argument values of a xacro file, each as ``name:=value``.
         conventions: The conventions that a robot file may use. The default is all conventions of
             chasles.
-        exact: Whether the numbers of the file are used exactly. If False, noise is removed, and
-            rounded angles, directions and arrangements become exact. The field ``cleaning`` of the
-            robot lists all changed numbers.
+        exact: Whether the numbers of the file are used exactly. If ``exact`` is False, noise is
+            removed, and rounded angles, directions and arrangements become exact. The field
+            ``cleaning`` of the robot lists all changed numbers.
 
     Returns:
         The robot, in meters and radians. The result is a Mechanism if the file has closed loops,
-        actuated joints or parent bodies. Otherwise, the result is a SerialRobot. If several tips
-        are possible, ``notes`` states the selected tip.
+        actuated joints or parent bodies. The result is a SerialRobot if the file has no closed
+        loops, actuated joints or parent bodies. If several tips are possible, ``notes`` states the
+        selected tip.
 
     Raises:
         DescriptionError: The file or its parent file cannot be read, is invalid or has an

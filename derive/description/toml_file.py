@@ -212,7 +212,7 @@ class TomlFile:
         return x, y, z
 
     def number(self, keys: Keys, kind: ParameterKind) -> sp.Expr:
-        """Reads an expression with parameters, in meter or radian. A missing field is 0."""
+        """Reads an expression (meter or radian), or returns 0 for a missing field."""
         value = self.at(keys)
         if value is None:
             return sp.Integer(0)
@@ -270,7 +270,7 @@ class TomlFile:
                 )
 
     def _scales(self, expression: sp.Expr, kind: ParameterKind) -> bool:
-        """Whether the units of an expression are consistent. The test scales all lengths."""
+        """Whether the units of an expression are consistent, tested with scaled lengths."""
         lengths = [s for s in expression.free_symbols if self.kinds[s.name] == "length"]
         if not lengths:
             return True
@@ -308,7 +308,7 @@ class TomlFile:
         return value
 
     def robot_name(self) -> str:
-        """Reads the name of the robot. All generated names start with it."""
+        """Reads the name of the robot, with which all generated names start."""
         name = self.name(("name",))
         try:
             check_robot_name(name)
@@ -368,7 +368,8 @@ class TomlFile:
         Args:
             keys: The path to the value.
             expected: A valid value, in words.
-            shown: The value in the message. The default is the value at the path ``keys``.
+            shown: The value that the error message shows. The default is the value at the path
+                ``keys``.
         """
         value = self.at(keys) if shown is ... else shown
         if value is None and shown is ...:

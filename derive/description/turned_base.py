@@ -32,8 +32,8 @@ two orientations with three angles each. Each angle has an error of half a unit 
 _FINE = 10**20
 """Steps per radian. An angle in rotated axes is rounded to a step before it is simplified."""
 _UPRIGHT = 1e-3
-"""Minimum cosine of the pitch. If the cosine is smaller, roll and yaw count as rotations about the
-same axis.
+"""Minimum cosine of the pitch. If the cosine of the pitch is smaller, roll and yaw count as
+rotations about the same axis.
 """
 _GUARD = 2
 """Number of additional decimal places of coordinates in the list of changes."""
@@ -45,14 +45,14 @@ class TurnedBase:
 
     Attributes:
         owner: The joint or closure whose frame has the orientation of the rotated axes.
-        turn: The rotation of the axes.
+        turn: The orientation of the rotated axes.
         matrix: The rotation as a matrix (4, 4).
         angle: Rounding error of relative angles (radian).
         length: Rounding error of coordinates in the rotated axes (meter).
-        lengths: Lengths of rods and of bodies other than the base. A rounded coordinate of a base
-            frame may be replaced by one of these lengths.
-        angles: Angles of bodies other than the base. A rounded angle of a base frame may be
-            replaced by one of these angles.
+        lengths: Lengths of rods and of bodies other than the base. A length from ``lengths`` may
+            replace a rounded coordinate of a base frame.
+        angles: Angles of bodies other than the base. An angle from ``angles`` may replace a rounded
+            angle of a base frame.
     """
 
     owner: str

@@ -28,7 +28,8 @@ class Neighbours:
 
     Attributes:
         joint: The joint.
-        before: The preceding moving joint. None stands for the z axis of the base frame.
+        before: The preceding moving joint. If ``before`` is None, the preceding axis is the z axis
+            of the base frame.
         line: The joint axis in the frame of the preceding joint.
         frame: Pose (4, 4) of the joint frame in the frame of the preceding joint, in high
             precision.
@@ -74,9 +75,9 @@ class Neighbours:
 
         The first rows are shifts along the common normal and its perpendicular, divided by the arm
         length. The last two rows are rotations about the common normal and its perpendicular. For a
-        prismatic axis, the array has only the two rows of rotations. The position of a preceding
-        prismatic axis is arbitrary, so its perpendicular shifts count as parameters. The result is
-        None if the convention cannot describe the axis.
+        prismatic axis, the result contains the two rows of rotations only. The position of a
+        preceding prismatic axis is arbitrary, so its perpendicular shifts count as parameters. The
+        result is None if the convention cannot describe the axis.
         """
         found = self.fit(convention)
         if found is None:

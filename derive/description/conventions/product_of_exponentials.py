@@ -30,7 +30,7 @@ def _corrections(kind: JointKind) -> Placement:
 
 
 def _uncorrected(line: AxisLine) -> Fitted:  # noqa: ARG001
-    """Fits the axis without corrections."""
+    """Returns a fit with shift and tilt 0, because point and direction define the axis exactly."""
     return fitted({})
 
 

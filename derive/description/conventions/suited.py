@@ -2,8 +2,8 @@
 
 If consecutive axes are not parallel, the modified Denavit-Hartenberg parameters are complete and
 minimal. If consecutive axes are nearly parallel, the common normal is discontinuous, so Hayati's
-parameters are used. If consecutive axes nearly coincide, both conventions fail, so a full pose
-describes the joint.
+parameters are used. If consecutive axes nearly coincide, the parameters of Denavit-Hartenberg and
+Hayati fail, so a full pose describes the joint.
 """
 
 from collections.abc import Sequence
@@ -53,9 +53,9 @@ def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Conventi
 def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
     """Returns the robot with each joint in a suitable convention.
 
-    The tool pose, coordinates, limits and couplings do not change. The link frames follow the new
-    conventions. Fixed joints become part of the links. Multiples of 15 degrees and numbers with
-    fewer than 25 digits stay exact.
+    The tool pose, coordinates, limits and couplings do not change. The conventions of the joints
+    determine the new link frames. Fixed joints become part of the links. Multiples of 15 degrees
+    and numbers with fewer than 25 digits stay exact.
 
     Args:
         robot: A serial robot. Named parameters are replaced by their values.

@@ -102,7 +102,7 @@ class KinematicTree:
         )
 
     def root_of(self, link: str) -> str:
-        """Returns the root above a link. In a cycle, the link itself is returned."""
+        """Returns the root above a link, or the link itself if its parents form a cycle."""
         start = link
         for _ in self.links:
             if link not in self.joint_to:

@@ -1,9 +1,9 @@
 """Computes roll, pitch and yaw of a rotation. The result is accurate near gimbal lock.
 
 Let w, x, y, z be the unit quaternion of Rz(yaw) Ry(pitch) Rx(roll). Then w + y and x - z are the
-cosine and the sine of (roll - yaw)/2, multiplied by cos(pitch/2) + sin(pitch/2). Likewise, w - y
+cosine and the sine of (roll - yaw)/2, multiplied by cos(pitch/2) + sin(pitch/2). The numbers w - y
 and x + z are the cosine and the sine of (roll + yaw)/2, multiplied by cos(pitch/2) - sin(pitch/2).
-The formulas need no square root of a small difference.
+The angles are accurate because the formulas contain no square root of a small difference.
 """
 
 from typing import Any
@@ -19,7 +19,7 @@ Angles = tuple[mp.mpf, mp.mpf, mp.mpf]
 def of_quaternion(w: Any, x: Any, y: Any, z: Any) -> Angles:
     """Returns the angles of a quaternion (w, x, y, z) of any length.
 
-    At gimbal lock, only the sum or difference of roll and yaw is determined. Yaw is then 0.
+    At gimbal lock, only the sum or difference of roll and yaw is determined, and yaw is set to 0.
     """
     up, down = mp.hypot(w + y, x - z), mp.hypot(w - y, x + z)
     difference, total = 2 * mp.atan2(x - z, w + y), 2 * mp.atan2(x + z, w - y)

@@ -40,8 +40,8 @@ def group_ends(file: Path, tree: KinematicTree, group: str) -> tuple[tuple[str, 
 def srdf_in_folder(file: Path) -> Path | None:
     """Returns the SRDF file in the folder of a file.
 
-    An SRDF file with the same name is preferred. Otherwise, the folder must contain exactly one
-    SRDF file.
+    An SRDF file with the name of ``file`` is preferred. If no SRDF file has this name, the folder
+    must contain exactly one SRDF file.
     """
     stem = file.name.split(".")[0]
     there = sorted(path for path in file.parent.glob("*.srdf*") if path.is_file())

@@ -41,7 +41,8 @@ if TYPE_CHECKING:
     from yaml import Node
 
 LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
-"""Names of the links in the YAML file. Each entry is a pose in the preceding link."""
+"""Names of the links in the YAML file. The entry of a link is its pose in the frame of the
+preceding link."""
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 DELTAS = ("theta", "d", "a", "alpha")
 NEARLY_PARALLEL = (1, 2)

@@ -1,11 +1,11 @@
 """Evaluates xacro expressions without Python's ``eval``. A file can therefore not run commands.
 
-Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``. A file could then call any Python
-function. Here, Python only parses the expression. The evaluator supports numbers, strings, lists,
-tuples, dictionaries, operators, comprehensions and the documented functions of xacro. The evaluator
-rejects ``lambda``, ``type``, ``vars``, ``str.format`` and names that start with an underscore. No
-accepted symbol may call a rejected function. For example, ``map`` is rejected because it can call
-any function.
+Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``, so that a file can call any Python
+function. In chasles, Python only parses the expression. The evaluator supports numbers, strings,
+lists, tuples, dictionaries, operators, comprehensions and the documented functions of xacro. The
+evaluator rejects ``lambda``, ``type``, ``vars``, ``str.format`` and names that start with an
+underscore. No accepted symbol may call a rejected function. For example, ``map`` is rejected
+because it can call any function.
 """
 
 import ast
@@ -83,7 +83,8 @@ def replaced(module: Any, **values: Any) -> Iterator[None]:
     finally:
         for name in values:
             # If the module had no attribute of this name, the replaced function was a built-in
-            # function. Deleting the replacement restores the built-in function.
+            # function. Deleting the function that replaces a built-in function restores the
+            # built-in function.
             if name in before:
                 setattr(module, name, before[name])
             else:

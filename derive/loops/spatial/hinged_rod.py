@@ -1,8 +1,9 @@
 """Solves a hinge before the ball of a PRS or RRS leg. The body of the hinge acts like a rod.
 
 The ball has a constant distance from a point of the hinge axis. The joint before the hinge may keep
-both points in the plane of the hinge. A ball-ended leg between the points then determines this
-joint. If both points are known, the direction to the ball gives the hinge angle.
+the ball and this point in the plane of the hinge. A rod with ball ends between ball and point then
+determines the joint before the hinge. If ball and point are known, the direction from the point to
+the ball gives the hinge angle.
 
 Source:
     Tsai, Robot Analysis, 1999, ch. 3, for the legs of platforms.
@@ -39,8 +40,9 @@ class HingedRod:
         center: A frame at the point of the axis that is nearest to the ball, with the axes of the
             joint.
         tip: The vector from the axis to the ball at zero, in the axes of the joint.
-        rod: The ball-ended rod from the axis to the ball. The value is None if the previous joint
-            moves out of the plane of the hinge. The rod length then does not close the loop.
+        rod: The ball-ended rod from the axis to the ball. The value is None if the rod length does
+            not close the loop, because the joint before the hinge moves out of the plane of the
+            hinge.
     """
 
     closure: Closure

@@ -46,8 +46,8 @@ class Telescope:
         foot: The frame of the foot, at the fixed point or on the fixed axis of the revolute joints.
         is_hinge: Whether a single hinge rotates the slide. The hinge axis is the z axis of the foot
             frame.
-        tip: The vector from the foot to the ball at zero travel. For a hinge, this vector is normal
-            to the hinge axis.
+        tip: The vector from the foot to the ball at zero travel. For a hinge, the vector `tip` is
+            normal to the hinge axis.
         direction: Direction of the slide in the axes of the foot frame.
     """
 
@@ -69,7 +69,7 @@ class Telescope:
         return next((telescope for telescope in found if telescope is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves the slide if foot and ball are known. The revolute joints stay unknown."""
+        """Solves the prismatic joint, but no revolute joint, if foot and ball are known."""
         return TelescopeTravel.use(legs, self)
 
 

@@ -211,7 +211,7 @@ def _are_equal(numbers: Sequence[sp.Expr], others: Sequence[sp.Expr]) -> bool:
 
 @dataclass(frozen=True)
 class _Meeting:
-    """The two intersections of three spheres. The sign of a square root selects one of them.
+    """The two intersections of three spheres. The sign of a square root selects an intersection.
 
     The vectors u and v point from the first center to the second and third center, and w is u x v.
     At the intersection p, p . u = alpha and p . v = beta. These equations give n = alpha (v x w) +

@@ -68,8 +68,8 @@ class TurningLeg(LegStep):
         angle = terms.solved_angle(c, s)
         legs.known.loops.setdefault(angle, rate_of_first(found, c, s))
         legs.known.values[joint.name] = joint.direction * angle
-        # The margin refers to the whole leg. If the leg does not close, its squared projection is
-        # negative.
+        # The margin is relative to the squared length of the whole leg. If the leg does not close,
+        # the squared projection of the leg is negative.
         margin = let(found.margin * let(flat / reach.square))
         legs.known.steps.append(
             cls(

@@ -73,8 +73,8 @@ class UniversalJoint:
     def of(cls, legs: Legs, loop: Loop) -> "UniversalJoint | None":
         """Returns the universal joint before the ball of a closure, or None.
 
-        A pin through the center of the joint acts like a ball, as in a spherical linkage. In this
-        case, a second point on the axis of the pin determines the direction of the axis.
+        A pin through the center of the joint acts like a ball, as in a spherical linkage. A second
+        point on the axis of the pin determines the direction of the pin axis.
         """
         pins = (_of_pin(legs, points) for points in pin_ends(legs, loop))
         ends = [*ball_ends(legs, loop), *(end for end in pins if end is not None)]

@@ -1,7 +1,8 @@
 """Joint equalities of a MuJoCo model as couplings between the joints of a robot with loops.
 
 An equality states y - y0 = a0 + a1 (x - x0). Joints outside the robot are eliminated from the
-equations, because they carry no part of the robot. Such a joint may be a motor.
+equations, because they carry no part of the robot. For example, the joint of a motor may be outside
+the robot.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -44,8 +45,8 @@ def joint_couplings(
         tree: The joints of the robot.
 
     Raises:
-        DescriptionError: Equalities contradict each other, or one joint is the only choice for two
-            couplings.
+        DescriptionError: Equalities contradict each other, or two equalities can only be solved for
+            one joint.
     """
     inside = {joint.name for joint in tree}
     rows = [_row(*law) for law in laws]

@@ -134,7 +134,7 @@ def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
     Args:
         file: The model file or an included file.
         by: The model.
-        seen: The checked files. The function adds ``file`` to this list.
+        seen: The checked files, to which the function adds ``file``.
     """
     seen.append(file)
     # MuJoCo reads every file as UTF-8 and ignores the declared encoding.

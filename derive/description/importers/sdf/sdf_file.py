@@ -262,7 +262,8 @@ class SdfFile:
     def _joints(self, joint: TreeJoint) -> Iterator[Joint]:
         """Yields a joint.
 
-        A fixed joint follows if the joint frame is not the frame of its child.
+        If the joint frame differs from the frame of the child link, a fixed joint to the child link
+        follows.
         """
         element = self.joints.get(joint.name)
         if element is None or joint.kind == "fixed":
