@@ -155,7 +155,7 @@ def test_check_reports_changed_missing_and_stale_files(arm, tmp_path):
 
 
 def test_check_names_folders_without_a_description(arm, tmp_path, monkeypatch):
-    """Only a check of all robots reports this error.
+    """Only a check of all robots reports folders without a description.
 
     The test therefore uses a folder with one robot in place of the shipped robots.
     """

@@ -1,6 +1,6 @@
 """Functions in a separate process obey time and memory limits.
 
-The caller raises the errors of these functions.
+An error in the separate process is raised again in the calling process.
 """
 
 from functools import partial

@@ -342,7 +342,7 @@ def arguments(name, function, n):
 
 @cache
 def closed_states(name, n):
-    """Returns all possible arguments at closed configurations."""
+    """Returns the arguments of all robot functions by name, at closed configurations."""
     r, m = robot(name), model(name)
     q, z = far_from_dead_points(name, n, seed=31)
     q, z = q[on_the_branch(name, q, q)], z[on_the_branch(name, q, q)]

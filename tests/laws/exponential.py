@@ -59,9 +59,9 @@ def log_so3(R: Matrix) -> Matrix:
     the angle pi. At pi (s is zero; for Floats, up to rounding error) both signs of the axis are
     possible. The first nonzero component of the returned axis is positive.
 
-    A symbolic rotation is assumed to be neither the identity nor a rotation by pi. For a rotation
-    about a fixed axis, the result is regular at these angles, too. For example, the logarithm of a
-    rotation about z by q is (0, 0, atan2(sin q, cos q)).
+    A symbolic rotation is assumed to be neither the identity nor a rotation by pi. For a symbolic
+    rotation about a fixed axis, the result is also regular at the angles 0 and pi. For example, the
+    logarithm of a rotation about z by q is (0, 0, atan2(sin q, cos q)).
 
     Args:
         R: (3, 3) rotation. Orthogonality is assumed.

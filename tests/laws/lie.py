@@ -1,7 +1,7 @@
 """Functions on SO(3), SE(3) and their algebras.
 
-The compiler needs few of these functions (`chasles.derive.terms.lie`). Many tests use the functions
-that the compiler does not need as oracles.
+The compiler needs few of these functions (`chasles.derive.terms.lie`). All other functions are
+oracles of tests.
 """
 
 from chasles.derive.terms.lie import (

@@ -47,7 +47,7 @@ def vector(*entries: float) -> Matrix:
 
 
 def rotation_vectors(angles: list[float]) -> list[Matrix]:
-    """Returns every axis at every angle."""
+    """Returns the rotation vectors for all pairs of an angle and an axis in `AXES`."""
     return [vector(*(angle * a for a in axis)) for angle in angles for axis in AXES]
 
 

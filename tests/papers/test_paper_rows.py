@@ -1,4 +1,4 @@
-"""All rows of the paper tables hold, are on the pages, and fail with changed digits."""
+"""Each row of the paper tables agrees with its verdict, and fails with a changed digit."""
 
 import importlib
 import re

@@ -84,7 +84,8 @@ def built(tmp_path_factory):
     settings = os.environ | settings
     run("bash", "-ec", examples(PAGE, "")[0], cwd=folder, env=settings)
     prefix = f"-DCMAKE_PREFIX_PATH={folder / '.local'}"
-    # GCC compiles the installed package. Clang takes a tenth of the time for the fetched packages.
+    # GCC compiles the installed package. Clang compiles the fetched packages in a tenth of GCC's
+    # time.
     settings |= {"CC": COMPILER or "gcc", "CFLAGS": "-O0"}
     run("cmake", "-S", ".", "-B", "consumer", prefix, cwd=folder, env=settings)
     run("cmake", "--build", "consumer", cwd=folder)

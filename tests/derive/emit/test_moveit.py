@@ -192,7 +192,7 @@ def test_seed_selects_the_solution_and_its_full_turns(plugin):
         np.testing.assert_allclose(found.search(pose, row + 0.01)[0], row, atol=1e-9)
     turned = q - 2 * np.pi * np.array([1, 0, 0, 0, 0, 1])
     np.testing.assert_allclose(found.nearest(pose, turned + 0.1)[0], turned, atol=1e-9)
-    beyond = q + 2 * np.pi * np.array([1, 0, 0, 0, 0, 1])  # violates the joint limits
+    beyond = q + 2 * np.pi * np.array([1, 0, 0, 0, 0, 1])  # outside the joint limits
     rows = found.all_solutions(pose, beyond)[0]
     assert np.abs(rows - q).max(axis=1).min() <= 1e-9
     assert found.nearest(pose, q * np.nan) == (None, NO_SOLUTION)

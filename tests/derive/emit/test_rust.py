@@ -39,7 +39,7 @@ POSE_ERROR = 1e-9
 """Largest pose error of a solution."""
 PAGE = "how-to/rust.md"
 CALLED = {"sin", "cos", "sqrt", "atan2", "memcpy", "memset"}
-"""C functions that the code without Rust's standard library calls."""
+"""C functions that a crate calls if it is built without Rust's standard library."""
 NEAREST = """\
 "ik_nearest" => while let Some(x0) = take::<{size}>(&mut source) {{
     let (q_seed, lower) = (take(&mut source).unwrap(), take::<N>(&mut source).unwrap());

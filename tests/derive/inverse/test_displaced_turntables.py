@@ -18,7 +18,7 @@ SEEDS = range(2)
 TRUE = 1e-8
 """A solution with a larger pose error (meter, or rotation matrix entry) is wrong."""
 SAME = 1e-6
-"""Two solutions count as equal if their difference (radian) is smaller."""
+"""Two solutions count as equal if their difference (radian) is below 1e-6."""
 REGULAR = 1e-5
 """Minimum singular value (meter or radian per radian) of the tested configurations."""
 

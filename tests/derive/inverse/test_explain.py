@@ -230,8 +230,9 @@ def test_command_line_explains_and_writes_nothing(tmp_path, monkeypatch):
 
 
 def general_arm(last):
-    """Returns an arm without a closed form. Axes 5 and 6 are parallel at a distance of ``last``
-    meters.
+    """Returns an arm without a closed form.
+
+    Axes 5 and 6 are parallel, and their distance is ``last`` (meter).
     """
     rows = [(0.3, 0.1, -90), (0.05, 0.4, 20), (0.02, 0.1, 70), (0.4, 0.05, -60), (0.1, last, 0)]
     joints = "".join(

@@ -107,7 +107,7 @@ def test_nearly_spherical_wrists_are_detected(name, meet):
 
 
 def matrix(target):
-    """Evaluates a target as a displacement (4, 4)."""
+    """Returns the displacement (4, 4) of the tool from its home pose to a target pose."""
     T = np.eye(4)
     T[:3, :3] = np.array(target.axes, float).T
     T[:3, 3] = np.array(target.position, float) - T[:3, :3] @ np.array(target.home, float)

@@ -35,7 +35,7 @@ def message(name):
 
 
 def main(names):
-    """Returns the number of wrong articles."""
+    """Returns the number of robot articles whose formulas are wrong."""
     from tests.support.derivations import NAMES, ROBOTS
 
     shelf = sorted(path.stem for path in (ROBOTS / "shelf").glob("*.toml"))

@@ -1,6 +1,7 @@
 """Printed steps of serial arms in loops, evaluated at closed configurations.
 
-The configurations come from Newton's method on a NumPy model, which knows no arm.
+The configurations come from Newton's method on a NumPy model of the loops. The NumPy model does not
+solve the loops as serial arms.
 """
 
 from functools import cache

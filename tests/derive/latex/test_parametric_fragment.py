@@ -128,7 +128,7 @@ def step(kind, axis, values):
 
 
 def first_row(sagging, places):
-    """Returns the first symbols of a table of base parameters."""
+    """Returns the symbols in the first row of the table of base-frame parameters."""
     base = [one for one in sagging.geometry.parameters if one.joint == "base"]
     printer = Printer({one.symbol: f"p_{{{one.symbol.name[1:]}}}" for one in base}, {})
     table = parameter_table([base[k] for k in places], printer)

@@ -19,7 +19,7 @@ CHAIN = "R/RLP/RxrxR"
 
 
 def count_read_back(found, texts):
-    """Counts the agreeing solutions of an article."""
+    """Counts the solutions of the printed formulas that agree with the derived inverse."""
     assert not without_formula(found, texts)
     return read_back(found, texts=texts)
 

@@ -196,7 +196,7 @@ def test_solved_configurations_close_all_loops(name):
 
 @pytest.mark.parametrize("name", BUILDERS)
 def test_newton_from_reference_converges_to_the_solved_branch(name):
-    """Newton's method starts at the described configuration."""
+    """Newton's method starts at the reference of the robot description."""
     h = hybrid(name)
     given = dict(h.mechanism.reference)
     model = Model(BUILDERS[name]())
@@ -333,7 +333,7 @@ def test_class_iii_mechanism_has_only_a_closed_form_inverse():
 
 
 def test_undriven_parts_stay_open_without_blocking_other_loops():
-    """A pendulum without a drive on the coupler is undetermined and named in the report."""
+    """The forward solution lists the joints of an undriven pendulum on the coupler as open."""
     whole = four_bar()
     loose = Joint("loose", "revolute", before=at("1/2"), link="pendulum", parent="coupler")
     second = Joint("second", "revolute", before=at("1/2"), link="bob", parent="pendulum")
@@ -353,7 +353,7 @@ def test_reference_is_converted_through_drive_with_named_radius():
 
 
 def test_parallelogram_angles_are_solved_without_square_root():
-    """Vectors identify arms that are equal and parallel for all parameter values."""
+    """The vector equations show that two arms are equal and parallel for all parameter values."""
     L, M = (Parameter(name, value) for name, value in (("L", "6/5"), ("M", "1/2")))
     l, m = L.symbol, M.symbol  # noqa: E741
     mechanism = Mechanism(

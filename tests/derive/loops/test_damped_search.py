@@ -1,4 +1,4 @@
-"""The damped search if the damping is smaller than the rounding errors of the matrix."""
+"""The damped search continues if the damping is smaller than the rounding errors of the matrix."""
 
 import numpy as np
 

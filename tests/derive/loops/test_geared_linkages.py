@@ -1,4 +1,4 @@
-"""Linkages with gears, racks and planetary stages agree with Newton closures."""
+"""Linkages with gears, racks and planetary stages agree with a model closed by Newton's method."""
 
 import numpy as np
 import pytest
@@ -24,12 +24,13 @@ FUNCTIONS = (
     "ik",
 )
 SEEDS = {4: "rack", 37: "gears_between_passive_joints", 548: "gears_between_passive_joints"}
-"""Families by seed: a linkage in closed form, and two iterated linkages. In one, a coupled joint
-passes half a turn."""
+"""Families by seed: a linkage with a closed form, and two linkages without a closed form.
+
+In the linkage of seed 548, a coupled joint passes half a turn."""
 
 
 def compare_gravity(robot, linkage):
-    """Compares gravity forces with differences of the potential energy of Newton closures."""
+    """Compares gravity forces with differences of the potential energy at closed configurations."""
     model, gravity = Model(linkage.mechanism), np.array([1.0, -9.0, 3.0])
     masses = [
         PointMass(joint.link, 0.5 + k, [0.1 * k, -0.2, 0.05])

@@ -260,7 +260,8 @@ def assert_exact(library):
 def test_other_compiler_flags_give_exact_results(flags, sources, arm_sources):
     """Batches and other functions only have to compile without a warning.
 
-    `compiled_quickly` and the installed robots test other optimization levels.
+    Other tests compile robots at other optimization levels: with `compiled_quickly`, and for the
+    package.
     """
     assert_exact(compiled(arm_sources, "avx2", *flags, program="gcc", batches=False))
     run_compiler(sources, "avx2", FASTEST, "-fsyntax-only", *flags)

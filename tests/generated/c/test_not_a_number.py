@@ -25,7 +25,10 @@ def inputs_behind(program):
 
 
 def arguments(robot, function, rng):
-    """Returns arguments near the reference, or an angle or a length without reference."""
+    """Returns arguments near the reference.
+
+    Without a reference, an argument is a random angle or length.
+    """
     reference = getattr(robot, "reference", None)
     known = {}
     if reference is not None:

@@ -111,7 +111,7 @@ def test_scalar_code_gives_the_same_values_on_arm(name, tmp_path):
     (T,) = here(robot, "fk", q)
     given = [q[:, k] for k in inverse.role.fixed]
     if not given:
-        # Redundancy parameters such as the swivel angle have functions.
+        # The robot has functions that compute redundancy parameters such as the swivel angle.
         given = [here(robot, item.name, q)[0] for item in inverse.inputs[1:]]
     expected = here(robot, inverse.name, T, *given)
     found = evaluated(program, manifest, inverse.name, T, *given)

@@ -1,4 +1,7 @@
-"""Robots have only supported attributes. Errors suggest a similar attribute."""
+"""A robot has only the attributes that its joints and loops support.
+
+The error for a missing attribute suggests a similar attribute.
+"""
 
 import re
 
@@ -156,8 +159,9 @@ def test_branches_of_loops_have_labels(name, function, method):
 
 
 ALONE = {"swivel"}
-"""Functions that exist only for one family of arms. If a robot lacks one of these functions, the
-error suggests no substitute."""
+"""Functions that exist only for one family of arms.
+
+If a robot lacks a function in `ALONE`, the error suggests no substitute."""
 
 
 @pytest.mark.parametrize("name", ["ur5e", "four_bar", "excavator", "delta", "stewart_gough"])

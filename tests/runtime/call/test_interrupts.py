@@ -42,7 +42,10 @@ def test_interrupt_stops_batch_early(threads):
 
 ROWS = 100_000
 CHECKS = 80
-"""Number of signals that a call must handle before it ends; each call can handle at least 97."""
+"""Number of signals that a call must handle before it ends.
+
+A call of this size can handle at least 97 signals.
+"""
 
 
 class Stopped(Exception):

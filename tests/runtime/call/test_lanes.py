@@ -126,7 +126,10 @@ def assert_close(got, expected):
 
 
 def alone(function, *row):
-    """Returns the results of a single call, or of a batch of one for an open loop."""
+    """Returns the results of a single call.
+
+    If a loop is open, the input is a batch with one row.
+    """
     try:
         return call(function, *row)
     except chasles.OutOfReachError:

@@ -51,7 +51,8 @@ def test_freed_result_buffer_is_reused(arm, q, expected):
     assert address(again) == place
     np.testing.assert_array_equal(again, expected)
     del again
-    # A slightly smaller result reuses the freed block. A much smaller result gets new memory.
+    # A result that is 2 % smaller than the freed block reuses it. A result of twice the size gets
+    # new memory.
     fewer = arm.fk(q[: N * 98 // 100])
     assert address(fewer) == place
     del fewer

@@ -58,8 +58,10 @@ def library(displaced_arm, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def are_all(library):
-    """Returns a function that counts the elimination orders that reach the verdict `verdict` on
-    solutions."""
+    """Returns a function that counts the elimination orders with a given verdict.
+
+    Each elimination order judges whether a set of solutions is complete.
+    """
     function = library.count_verdicts
 
     def asked(T, q, verdict=COMPLETE):

@@ -225,7 +225,7 @@ def test_path_ends_at_the_limit_of_a_coupled_joint(arm):
 
 
 def test_path_starts_within_the_limits_of_joints(tmp_path):
-    """A full turn of an unlimited motor towards the seed would exceed the limit of `level`."""
+    """A full motor turn towards the seed would violate the limit of the joint `level`."""
     palletizer = compiled(read_text(PALLETIZER), tmp_path)
     towards = np.array([6, 0, 6, 6])
     for row in palletizer.random_q(50):

@@ -1,7 +1,7 @@
 """Micrometer- and kilometer-sized robots have the solutions of a meter-sized robot.
 
-Scaling all lengths scales positions and prismatic joints. Revolute joints and the validity of slots
-do not change.
+Scaling all lengths scales positions and prismatic joints. Scaling all lengths does not change
+revolute joint values or valid solution slots.
 """
 
 from pathlib import Path
@@ -77,7 +77,7 @@ def test_ik_solutions_are_scale_invariant(family):
     assert 0.1 < wanted.valid.mean() < 1
     for factor, arm in family.items():
         found = arm.ik(resized(T, factor))
-        # A pose at the limit of validity may count as valid or invalid.
+        # A solution whose residual is close to the tolerance may be valid or invalid.
         border = np.abs(wanted.residual / wanted.tolerance - 1) < BORDER
         np.testing.assert_array_equal(found.valid | border, wanted.valid | border)
         np.testing.assert_allclose(

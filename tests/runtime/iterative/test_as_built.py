@@ -40,7 +40,7 @@ def drawn(seed):
 def built(tmp_path_factory):
     """Returns the as-built robot and its description.
 
-    The campaign `as_built` tests every single error and many random lengths.
+    The campaign `as_built` tests errors of one length or axis, and of all lengths and axes.
     """
     robot = drawn(94)
     folder = tmp_path_factory.mktemp("built")
@@ -113,8 +113,10 @@ def test_loops_with_tilted_joint_use_refined_nominal_inverse():
 
 
 def test_solution_near_dead_point_is_found(built):
-    """The margin of the loop is 1.5e-5. Too long steps would open the loops, and too short steps
-    would not converge."""
+    """The margin of the loop is 1.5e-5.
+
+    Newton steps that are too long would open the loops, and steps that are too short would not
+    converge."""
     robot, _ = built
     q = np.array([-0.82292224, -0.47466385, -3.10882504, 0.70505359, 0.0415733, 0.11240639])
     assert 1e-5 < robot.margin(q).min() < 2e-5
@@ -168,7 +170,7 @@ def test_non_parallel_pins_are_rejected_with_deviation():
 
 
 def test_following_motor_is_not_a_loop_joint(tmp_path, monkeypatch):
-    # As serial arms, the loops of the gantry have a closed form.
+    # The loops of the gantry would have a closed form if they were solved as serial arms.
     monkeypatch.setattr(arm_step, "with_arms", lambda loops: loops)
     gantry = tilted(read(ROBOTS / "bricklaying_gantry.toml"), "y_second")
     write(gantry, tmp_path, functions=["fk", "passive", "configuration"], languages=["c"])

@@ -86,7 +86,7 @@ def test_closure_minimizes_weighted_sum_of_squares(drawn):
             gtol=1e-15,
         )
         np.testing.assert_allclose(z[free], found.x, atol=1e-9)
-        # These loops do not close exactly, so closure errors remain.
+        # Loops in the least-squares sense do not close exactly, so closure errors remain.
         assert 1e-5 < np.abs(gaps(z)).max() < 0.1
 
 

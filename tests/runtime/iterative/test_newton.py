@@ -134,8 +134,8 @@ def test_newton_keeps_branch_far_outside_limits(robot):
     reached = np.isfinite(expected).all(-1)
     assert 15 < reached.sum() < 60
     np.testing.assert_allclose(z[reached], expected[reached], atol=1e-9)
-    # Newton's method finds no solution beyond a singularity. One solution is allowed, because a
-    # step may cross a singularity.
+    # Newton's method finds no solution beyond a singularity. The test allows one solution beyond a
+    # singularity, because a step may cross the singularity.
     assert np.isfinite(z[~reached]).all(-1).sum() <= 1
 
 

@@ -42,7 +42,10 @@ The campaign ``memory`` runs all functions.
 SUFFIXES = ("", "_branch", "_rows", "_batch")
 """Suffixes of the C function names that belong to one generated function."""
 UNUSED = "-Wno-unused-function"
-"""The vector code refers to functions that are not tested. The compiler drops these functions."""
+"""Option for vector code, which refers to functions that are not tested.
+
+The compiler drops the functions that are not tested.
+"""
 FUNCTION = re.compile(r"^(?:static )?void (\w+)\(.*?^}\n", re.MULTILINE | re.DOTALL)
 
 

@@ -1,4 +1,4 @@
-"""Limits of loops that cannot close, and text reports on mechanisms."""
+"""Reports on mechanisms, such as actuator limits at which the loops cannot close."""
 
 import re
 from dataclasses import replace
@@ -57,8 +57,8 @@ def test_note_states_share_of_limits_in_which_loops_close():
     )
     message = limits_of(solved(replace(robot, parameters=short)))
     part = float(re.match(r"limits: the loops close in (\d+) % of 500 random", message[0]).group(1))
-    # The loops close if the elbows are at most both coupler lengths apart (360 mm). A grid of elbow
-    # angles gives the fraction of configurations with closed loops.
+    # The loops close if the distance of the elbows is at most the sum of the two coupler lengths,
+    # 360 mm. A grid of elbow angles gives the fraction of configurations with closed loops.
     left, right = np.meshgrid(np.linspace(1.9, 3.1, 400), np.linspace(0, 1.25, 400))
     apart = 0.2 + 0.2 * np.exp(1j * right) - 0.2 * np.exp(1j * left)
     assert part < 50
@@ -79,7 +79,7 @@ def test_explanation_of_underactuated_mechanism_raises_error():
         str(explain(replace(robot, actuated=("left",))))
 
 
-# --- specified counts ---
+# --- links and joints as numbers ---
 
 
 def test_kutzbach_matches_textbook_counts():

@@ -1,4 +1,4 @@
-"""Error messages for an open loop that another loop causes."""
+"""Error messages for a loop that cannot close because of a second loop."""
 
 import re
 from dataclasses import replace

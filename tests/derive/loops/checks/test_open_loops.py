@@ -341,7 +341,7 @@ def test_error_states_mismatch_of_actuators_and_freedoms(name):
     for robot, words in cases:
         text = message(robot)
         model = Model(robot)
-        # The message lists the unknown joints that move in the oracle.
+        # The message names the robot and its number of actuated coordinates.
         assert f"robot {robot.name!r} has " in text
         assert f"{len(robot.actuated)} actuated coordinate" in text
         assert words in text

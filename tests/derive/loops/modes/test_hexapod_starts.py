@@ -99,7 +99,7 @@ def test_monodromy_paths_permute_the_found_poses():
 
 
 def test_start_poses_are_independent_of_rounding(monkeypatch):
-    """Disturbed rounding errors may change the order of the paths, but not the results."""
+    """Random errors of rounding size may change the order of the paths, but not the start poses."""
     from chasles.derive.loops.modes import hexapod_starts
 
     generator = np.random.default_rng(3)

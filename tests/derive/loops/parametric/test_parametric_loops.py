@@ -31,8 +31,8 @@ SLIDERS = {
     "x": (ALONG_X, near(("crank", 1), ("elbow", -1), ("cross", 3))),
     "y": (ALONG_Y, near(("crank", 1), ("elbow", "3/4"), ("cross", "15/4"))),
 }
-"""Rotation of a slider's axes, and a reference configuration, keyed by the axis normal to the
-plane."""
+"""For each direction of the plane normal: the rotation of the slider's axes, and a reference
+configuration."""
 
 
 def closed(loops, functions, w, p):
