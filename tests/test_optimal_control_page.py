@@ -33,7 +33,7 @@ FIELDS = {
         "regularize_method",
     },
 }
-"""The fields of acados that the page may set."""
+"""Fields of acados objects that the examples on the optimal-control page may set."""
 
 
 class Fields:
@@ -96,7 +96,7 @@ def runge_kutta(model, h):
 
 
 def between(problem, lower, value, upper):
-    """Adds the constraint that a value lies between two bounds, or equals both."""
+    """Adds the constraint lower <= value <= upper, or value = lower if both bounds are equal."""
     lower, upper = np.asarray(lower), np.asarray(upper)
     if np.array_equal(lower, upper):
         problem.subject_to(value == lower)

@@ -12,8 +12,8 @@ from tests.support.pages import DOCS, PAGES, ROOT, anchors, links, prose, text
 NAVIGATION = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:\n")[2]
 README = "../README.md"
 LONG = ("reference/", "explanation/", "papers", "performance.md", "architecture.md", "robots.md")
-"""Reference pages, which may be long. All other pages must be short, because they are read from top
-to bottom."""
+"""Reference pages, which may be long. Pages that are not listed here must be short, because
+they are read from top to bottom."""
 MAX_WORDS = 1500
 MAX_SENTENCE = 35
 

@@ -127,9 +127,9 @@ def imports(path: Path) -> list[tuple[int, str, list[str]]]:
 
 @cache
 def imported_modules(root: Path) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
-    """Maps each module of derive, contract, runtime or apps to its imports within this part.
+    """Maps each module in the folder `root` to the modules of `root` that it imports.
 
-    The `__init__` file of the part is omitted, because the file imports names of all packages
+    The file `root/__init__.py` is omitted, because `root/__init__.py` imports names of all packages
     lazily.
     """
     known = modules(root)
@@ -249,8 +249,8 @@ def names_read(tree: ast.Module) -> Iterator[str]:
     def read(step: ast.FunctionDef) -> Iterator[str]:
         nodes = [node for part in step.body for node in ast.walk(part)]
         named = [node for node in nodes if isinstance(node, ast.Name | ast.Attribute)]
-        # Names are sorted by their end position, which is the order in the source. For example, `a`
-        # precedes `b` in `a.b`.
+        # The end positions of the syntax nodes give the order of the names in the source. For
+        # example, `a` precedes `b` in `a.b`.
         named.sort(key=lambda node: (node.lineno, node.end_lineno, node.end_col_offset))
         for node in named:
             name = node.id if isinstance(node, ast.Name) else node.attr
@@ -327,7 +327,7 @@ def imports_of_chasles(half: str) -> Iterator[tuple[Path, str, str, list[str]]]:
 
 
 def parts_of_chasles(module: str, names: list[str]) -> set[str]:
-    """Returns the modules directly below `chasles`, or the names of `chasles`, in an import."""
+    """Returns what an import from `chasles` needs: top-level modules, or names of the package."""
     return {module.split(".", maxsplit=1)[0]} if module else set(names)
 
 

@@ -2,7 +2,7 @@
 
 `python kernels.py FOLDER SYSTEM MACHINE` has the names of the platform in Python.
 
-A kernel depends on the platform by its name and by the compiler's target only.
+The platform determines only the file name of a kernel and the target of the compiler.
 """
 
 import platform

@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 MINGW = "x86_64-w64-mingw32-gcc"
 """C compiler for Windows; the continuous integration does not install this compiler."""
 FLAGS = ("-fsyntax-only", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror")
-# The headers of Python and NumPy describe this machine. The first macro skips Python's pyconfig.h.
+# The macro Py_PYCONFIG_H skips Python's pyconfig.h, which describes this machine and not Windows.
 WINDOWS = ("-DPy_PYCONFIG_H", "-include", ROOT / "tests/platforms/pyconfig.h")
 BYTE_ORDER = "#define __LITTLE_ENDIAN 1234\n#define __BIG_ENDIAN 4321\n#define __BYTE_ORDER 1234\n"
 """The part of endian.h that NumPy reads. Windows does not have this header."""

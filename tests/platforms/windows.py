@@ -35,7 +35,7 @@ def run_in_wine(*command):
     env = {**os.environ, "WINEPREFIX": str(BUILD / "prefix"), "WINEDEBUG": "-all"}
     env |= {"CC": "", "CHASLES_CFLAGS": "", "CHASLES_CACHE": ""}
     words = ["wine", *map(str, command)]
-    # Python for Windows cannot use a terminal or a file of Linux, but a pipe.
+    # Under Wine, Python for Windows can write to a pipe, but not to a terminal or a file of Linux.
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     with subprocess.Popen(words, env=env, text=True, errors="replace", **pipes) as process:
         for line in process.stdout:
@@ -54,7 +54,7 @@ def build_wheel(zig, version, python, headers, builder):
     subprocess.run(["tar", "-x"], cwd=SOURCE, input=archive, check=True)
     for kernel in KERNELS.glob("*/*.so"):
         shutil.copy(kernel, SOURCE / "generated" / kernel.parent.name)
-    # The builder's own headers describe Linux. The first macro skips its pyconfig.h.
+    # The Python for Linux has a pyconfig.h for Linux. The macro Py_PYCONFIG_H skips this file.
     own = f"-I{headers} -DPy_PYCONFIG_H -include {HERE / 'pyconfig.h'}"
     python_library = ("--libraries", f"python{version}", "--library-dirs", python)
     run(
@@ -72,7 +72,8 @@ def install(python, version, *wheels):
     """Unpacks the wheels next to a copy of CPython for Windows."""
     shutil.rmtree(SITE, ignore_errors=True)
     shutil.copytree(python, SITE)
-    # Wine 8 does not have the functions that this module calls. Python replaces the module.
+    # Wine 8 does not have the functions that _wmi.pyd calls. Without _wmi.pyd, Python uses other
+    # functions.
     (SITE / "_wmi.pyd").unlink(missing_ok=True)
     (SITE / f"python{version}._pth").write_text(f"python{version}.zip\n.\nLib\n")
     for wheel in wheels:
