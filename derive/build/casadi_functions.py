@@ -26,8 +26,8 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
             ``casadi.jacobian`` and ``casadi.jtimes`` compute Jacobians and rates from the function.
 
     Returns:
-        The CasADi function, with one matrix output. Its inputs are the robot arguments that affect
-        the output.
+        The CasADi function, with one matrix output. The inputs of the CasADi function are the robot
+        arguments that affect the output.
 
     Raises:
         UnknownRobotError: The folder has no ``.casadi`` file.

@@ -39,7 +39,8 @@ class Job:
         suffix: Suffix of the robot's name if one file describes several robots.
         calibration: Factory calibration file of a UR arm.
         exact: Whether to use the file's values exactly as written.
-        fixed: Joints with fixed values in ``ik``. If empty, the derivation chooses these joints.
+        fixed: Joints with fixed values in ``ik``. If ``fixed`` is empty, the derivation chooses
+            the fixed joints.
         parametric: Whether to derive the parametric functions too.
         detail: Level of detail of the robot's LaTeX article: full, brief or none.
         time_limit: Time limit of the derivation in seconds. 0 means no limit.
@@ -154,7 +155,10 @@ def _expanded(file: Path, job: Job) -> tuple[str, list[Path]]:
 
 
 def write_sources(job: Job, to: Path) -> None:
-    """Writes the hash and path of every source file. The runtime uses this list as a cache key."""
+    """Writes the hash and path of every source file.
+
+    The runtime uses these hashes as a cache key.
+    """
     folder = job.file.parent.resolve()
     lines = [
         f"{hashlib.sha256(read_bytes(file)).hexdigest()} {os.path.relpath(file, folder)}\n"

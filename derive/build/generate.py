@@ -35,7 +35,8 @@ def files(
     Args:
         description: The robot, from :func:`~chasles.derive.read` or built in Python.
         functions: The functions to derive; all by default.
-        fixed: Joints with fixed values in ``ik``. If empty, the derivation chooses these joints.
+        fixed: Joints with fixed values in ``ik``. If ``fixed`` is empty, the derivation chooses
+            the fixed joints.
         parametric: Whether to derive the parametric functions too, such as ``fk_p``.
         languages: The languages to write, see :func:`write`.
 
@@ -116,7 +117,8 @@ def write(
         folder: The folder of the robot, usually named after the robot. The folder is created if
             necessary.
         functions: The functions to derive; all by default.
-        fixed: Joints with fixed values in ``ik``. If empty, the derivation chooses these joints.
+        fixed: Joints with fixed values in ``ik``. If ``fixed`` is empty, the derivation chooses
+            the fixed joints.
         parametric: Whether to derive the parametric functions too, such as ``fk_p``.
         languages: The languages to write: "c", "casadi", "python", "latex" and "casadi_c", or an
             :class:`~chasles.derive.emit.emitter.Emitter`. The Python files call the generated C.

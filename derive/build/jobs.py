@@ -59,8 +59,8 @@ def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path |
 
     Args:
         job: Options that all robots of the file share.
-        tips: Tip links of the robots. If empty, the SRDF groups or the link tree of the file define
-            the tip links.
+        tips: Tip links of the robots. If ``tips`` is empty, the SRDF groups or the link tree of the
+            file define the tip links.
         groups: Names of SRDF groups.
         srdf: Path of the SRDF file. If None, the SRDF file next to the robot file is read.
 

@@ -26,8 +26,9 @@ INSIDE = 0.15
 WITHOUT_LENGTH = 0.55
 """Barrel length of a cylinder with retracted length 0, as a fraction of the reference length."""
 DETOUR = 1.6
-"""Maximum length of a link drawn along the common normal of two axes. The unit is the length of the
-straight link. Longer links are drawn straight.
+"""Maximum length of a link drawn along the common normal of two axes.
+
+The length is a multiple of the length of the straight link. Longer links are drawn straight.
 """
 APART = 0.08
 """Maximum shift of a symbol that overlaps another symbol, as a fraction of the robot size."""
@@ -403,7 +404,8 @@ def _feet(p: Array, u: Array, q: Array, v: Array) -> list[Array]:
     """Returns the end points of the common normal of two lines.
 
     Line 1 passes through the point p with direction u, and line 2 through the point q with
-    direction v. If the lines are parallel, the common normal passes through the point q.
+    direction v. If line 1 and line 2 are parallel, the common normal passes through the point q of
+    line 2.
     """
     c = float(u @ v)
     s2 = 1 - c * c

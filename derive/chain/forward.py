@@ -1,9 +1,11 @@
 """Forward kinematics of a chain: group axes, link poses and joint levers.
 
-The groups of parallel axes are defined in :mod:`chasles.derive.chain.groups`. Group g+1 has the
-axes of group g after the last rotation and the tilt of group g. Horner's scheme transforms a point
-p from the tool to the base. In the axes of group g, station k has the rotation angle phi_k. The
-vector reach_k is constant, and lever_k follows from the next lever:
+The groups of parallel axes are defined in :mod:`chasles.derive.chain.groups`. A group of parallel
+axes ends with a tilt. The last joint rotation and the tilt of a group turn the axes of the group
+into the axes of the next group. Horner's scheme transforms a point p from the tool to the base. In
+the axes of group g, station k has the rotation angle phi_k. The vector reach_k to the next joint
+axis is constant. The vector lever_k from joint axis k to the tool follows from reach_k and the next
+lever:
 
     lever_k = Rz(phi_k) reach_k + lever_(k+1),    lever_last = Rz(phi_last) (reach + Rx(alpha) p').
 

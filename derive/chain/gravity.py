@@ -1,7 +1,8 @@
 """Gravity torques of a chain with point masses, and their derivatives.
 
 Joint k has the screw (v_k; omega_k) in the base frame. Joint k carries the mass M_k, whose first
-moment about the base origin is c_k. The gravity vector g causes the torque tau_k of joint k:
+moment about the base origin is c_k. The torque tau_k of joint k is the scalar product of the
+gravity vector g and a moment vector w_k:
 
     w_k = M_k v_k + omega_k x c_k, tau_k = g . w_k.
 

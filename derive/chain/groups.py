@@ -8,9 +8,9 @@ the sum of their joint angles:
 
 A *group* consists of consecutive parallel axes between two tilts. All axes of a group are along the
 z axis of the group frame. A *station* consists of the angle phi of one revolute joint and the
-translation to the next joint axis. This translation is the *reach* of the station. The reach
-rotates with the angle phi. Antiparallel axes stay in one group and have the sign -1. Rotations by
-constant right angles only permute the axes, so they need no operations.
+translation to the next joint axis. The translation of a station is the *reach* of the station. The
+reach rotates with the angle phi. Antiparallel axes stay in one group and have the sign -1.
+Rotations by constant right angles only permute the axes, so they need no operations.
 """
 
 from collections.abc import Callable, Sequence
@@ -250,8 +250,8 @@ class _Builder:
     Attributes:
         groups: The finished groups.
         stations: The stations of the last group, which is not finished yet.
-        turned: Sum of the joint values in the last group. The value of a joint axis opposite to the
-            group axis is subtracted.
+        turned: Sum of the joint values in the last group. The joint value is negated if the joint
+            axis is opposite to the group axis.
         offset: Sum of the constant angles in the last group.
         unsettled: Constant angle after the last joint that the angle of the last station does not
             contain yet.
@@ -320,7 +320,7 @@ class _Builder:
     def _settle(self) -> None:
         """Adds the constant angles after the last joint to the angle of the last station.
 
-        The vectors of the last station are rotated back by the sum of these constant angles.
+        The vectors of the last station are rotated back by the sum of the added constant angles.
         """
         c, s = self.terms.cos_sin(-self.unsettled)
         settled = replace(self.stations[-1], angle=self._angle())

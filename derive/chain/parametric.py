@@ -2,7 +2,7 @@
 
 Each elementary motion that depends on q or on a parameter is one joint of an extended chain.
 Therefore, the Jacobian of the extended chain contains the screw of every motion. Motion m has the
-value v_m and the screw S_m. The Jacobians are two sums:
+value v_m and the screw S_m. The Jacobians J_q and J_p are sums over the motions m:
 
     J_q = sum_m S_m dv_m/dq,    J_p = sum_m S_m dv_m/dp,
 
@@ -163,7 +163,10 @@ class Parametric:
         return found
 
     def _rate(self, value: sp.Expr, variable: sp.Symbol) -> sp.Expr:
-        """Returns dv_m/dx. If x is a coordinate, the change of the gravity torques is included."""
+        """Returns the derivative of a motion value v_m with respect to a coordinate or parameter.
+
+        The derivative with respect to a coordinate includes the change of the gravity torques.
+        """
         rate = sp.diff(value, variable)
         if self.torques is None:
             return rate

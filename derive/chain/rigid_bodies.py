@@ -1,6 +1,6 @@
 """Numeric tree of a robot's rigid bodies: joints, struts and tip frame.
 
-A body on a joint has the following pose in the base frame:
+The pose of a body in the base frame follows from the pose of its parent body:
 
     T_0_body = T_0_parent * placement * motion(ratio * z[coordinate] + offset)
 
@@ -168,8 +168,8 @@ class RigidBodies:
         (a, A), (b, B) = self.end(strut.a), self.end(strut.b)
         displacement = (self.poses[b] @ B)[:3, 3] - (self.poses[a] @ A)[:3, 3]
         parts = np.abs(self.poses[a][:3, :3].T @ displacement)
-        # In planar mechanisms, an end frame may define only a point. The z axis of such a frame is
-        # in the plane of the mechanism.
+        # In planar mechanisms, an end frame may define only a point. The z axis of an end frame
+        # that defines only a point is in the plane of the mechanism.
         length = max(float(np.linalg.norm(displacement)), 1e-300)
         along = abs(displacement @ self.poses[a][:3, :3] @ A[:3, 2]) / length
         is_pin = strut.ends == "pin" and along < PIN_ACROSS

@@ -1,14 +1,15 @@
 """Conversion between controller readings and true coordinates.
 
 A calibration identifies drive gains, periodic drive errors and joint compliance together with the
-geometry. All other functions use the true coordinates q. Two functions relate the coordinates q to
-the controller readings r:
+geometry. All other functions use the true coordinates q. The functions
+``coordinates_from_readings`` and ``readings_from_coordinates`` relate the coordinates q to the
+controller readings r:
 
     T = fk(coordinates_from_readings(r)),
     r = readings_from_coordinates(q), where q is one of ik(T).
 
-Newton's method computes the reading of each drive. The start value is r = q / gain, and the
-convergence is quadratic. Springs couple the drives. The readings are therefore computed several
+Newton's method computes the reading of each drive. Newton's method starts at r = q / gain and
+converges quadratically. Springs couple the drives. The readings are therefore computed several
 times, each time with the joint deflections at the previous readings.
 """
 

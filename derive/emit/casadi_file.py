@@ -25,8 +25,8 @@ OF_GEOMETRY = "parametric pose"
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Returns the file for ``casadi.Function.load``, keyed by its name.
 
-    The file contains the function that :func:`joined` returns. CasADi prints its own graph, so the
-    argument for the programs is ignored.
+    The file contains the function that :func:`joined` returns. CasADi prints its own graph, so this
+    function ignores the programs of the derivation.
     """
     function = joined(derivation)
     if function is None:

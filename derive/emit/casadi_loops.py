@@ -15,7 +15,8 @@ from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
 """Number of points between the reference and the coordinates. Each search starts at the previous
-solution. With eight points, every shipped robot stays on its branch within its limits.
+solution. With eight points between the reference and the coordinates, every shipped robot stays on
+its branch within its limits.
 """
 OPTIONS = {
     "error_on_fail": False,

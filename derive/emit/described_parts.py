@@ -54,7 +54,8 @@ def _lines(hybrid: SolvedLoops) -> Iterator[str]:
     first = 1 + len(mechanism.joints)
     for k, loop_joint in enumerate(mechanism.loop_joints):
         yield from _loop_joint(mechanism, loop_joint, first + 2 * k)
-    # Drives of passive coordinates are omitted. Robots with iterated loops have none.
+    # Drives of passive coordinates are omitted. Robots with iterated loops have no drives of
+    # passive coordinates.
     for drive in (d for d in mechanism.drives if d.name in mechanism.actuated):
         yield from ("", "[[drives]]", f"name = {json.dumps(drive.name)}")
         yield from (f'kind = "{drive.kind}"', f"joint = {json.dumps(drive.joint)}")

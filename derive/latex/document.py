@@ -68,8 +68,9 @@ _OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
     "singularities": ("Singular configurations", singularities_of_coupled),
     "example": ("Worked example", example_of_coupled),
 }
-"""Fragments of a coupled serial robot. These fragments replace the fragments of the same name for
-its chain.
+"""Fragments of a coupled serial robot.
+
+A coupled fragment replaces the fragment with an equal name for a serial robot without couplings.
 """
 _DRAWING = "drawing"
 """Name of the LaTeX fragment with the figure of the robot."""
@@ -228,7 +229,7 @@ def _has_legs(derivation: Derivation) -> bool:
 def _has_poses(derivation: Derivation) -> bool:
     """Whether the article prints a separate inverse of the main chain.
 
-    Some poses then determine all joints of the main chain.
+    If the separate inverse exists, some poses determine all joints of the main chain.
     """
     hybrid = derivation.hybrid
     if hybrid is None or not hybrid.forward.open:

@@ -89,7 +89,7 @@ def _independent(
 
 
 def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Condition]:
-    """Yields sets with one factor from each product."""
+    """Yields sets of factors. If all factors of a set are 0, every product is 0."""
     if not products:
         yield tuple(sorted(chosen, key=str))
         return
@@ -126,7 +126,7 @@ def _parts(expression: sp.Expr) -> list[sp.Expr]:
 def _exists(factors: Sequence[sp.Expr], q: Sequence[sp.Symbol]) -> bool:
     """Whether factors have a common zero.
 
-    Newton's method with minimum-norm steps searches for the common zero.
+    Newton's method with minimum-norm steps searches for a configuration at which all factors are 0.
     """
     return next(roots(factors, q, STARTS), None) is not None
 

@@ -18,7 +18,7 @@ MAX_SUMMED = 12
 MAX_TERMS = 100
 """Maximum number of terms of a polynomial to factor.
 
-Factorization then takes at most one second.
+SymPy factors a polynomial with 100 terms in at most one second.
 """
 
 
@@ -208,7 +208,7 @@ def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
         alone = alone[2:]
         used -= 1
     if used > budget and alone and single:
-        # The factors single[0] and alone[0] contain the half angle. The product of single[0] and
-        # alone[0] does not contain the half angle.
+        # Two factors contain an odd power of the tangent of the half angle. The product of the two
+        # factors contains only even powers, so the half angle drops out.
         return [*even, *pairs, sp.expand(single[0] * alone[0]), *alone[1:]]
     return [*even, *pairs, *single, *alone]

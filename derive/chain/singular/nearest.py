@@ -146,7 +146,7 @@ def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray:
 def _equations(J: FloatArray, y: FloatArray, *, is_tall: bool) -> tuple[FloatArray, FloatArray]:
     """Returns (residuals, derivatives) of the equations for singularity.
 
-    The residuals have shape (m, e).
+    The residuals have shape (configurations, equations).
     """
     D = _slopes(J)
     if is_tall:

@@ -28,7 +28,8 @@ class ScrewRing:
         cosines: Symbols for the cosines of the coordinates.
         sines: Symbols for the sines of the coordinates.
         slides: Symbols of the prismatic coordinates.
-        ring: The ring of polynomials in all these symbols.
+        ring: The ring of polynomials in the symbols for constants, cosines, sines and prismatic
+            coordinates.
     """
 
     def __init__(
@@ -147,8 +148,8 @@ class ScrewRing:
 
         Args:
             polynomial: A polynomial as an element of the ring.
-            sums: Angle sums, keyed by the index of a coordinate. The cosine and sine of this sum
-                replace the cosine and sine of the coordinate.
+            sums: Angle sums, keyed by the index of a coordinate. The cosine and sine of an angle
+                sum replace the cosine and sine of the coordinate with its index.
         """
         known = dict(self.meanings)
         for k, q in enumerate(self.q):

@@ -53,7 +53,7 @@ class _Configuration:
     def off_plane(self, point: FloatArray, i: int, other: FloatArray) -> float:
         """Returns the distance of a point from a plane, divided by the size of the arm.
 
-        The plane contains the axis of joint i and the direction ``other``.
+        The plane contains the axis of joint i and is parallel to the direction vector ``other``.
         """
         normal = np.cross(self.directions[i], other)
         away = abs(float((point - self.points[i]) @ normal))

@@ -2,7 +2,7 @@
 
 Frame and reference point change neither the rank nor the determinant of the Jacobian (Murray, Li
 and Sastry 1994, 3.4). A frame in the middle of the chain gives the Jacobian small blocks. A
-reference point where joint axes intersect also gives small blocks.
+reference point at the intersection of joint axes gives the Jacobian small blocks, too.
 """
 
 import math
@@ -26,8 +26,9 @@ NOTHING = 1e-9
 """Jacobian entries below this value count as 0, for lengths of about one meter."""
 SEED = 20
 TRIES = 3
-"""Number of random configurations. A Jacobian entry that is 0 in all these configurations counts as
-always 0.
+"""Number of random configurations.
+
+A Jacobian entry that is 0 at all TRIES random configurations counts as always 0.
 """
 
 
@@ -85,10 +86,10 @@ def minors(
     """Returns the largest square submatrices of a Jacobian, in frames that give small blocks.
 
     There is one submatrix if the Jacobian has as many nonzero rows as joints. If the robot has more
-    joints than nonzero rows, each submatrix omits joints. Each submatrix then has its own frame and
-    reference point. If the robot has fewer joints than nonzero rows, each submatrix omits rows.
-    Submatrices that omit rows share the frame and reference point for which their largest block is
-    smallest. Submatrices that are singular in every configuration are omitted.
+    joints than nonzero rows, each submatrix omits joints. Each submatrix that omits joints has its
+    own frame and reference point. If the robot has fewer joints than nonzero rows, each submatrix
+    omits rows. Submatrices that omit rows share the frame and reference point for which their
+    largest block is smallest. Submatrices that are singular in every configuration are omitted.
 
     Args:
         robot: A serial robot.

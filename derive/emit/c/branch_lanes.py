@@ -1,7 +1,7 @@
 """Generates C that computes the branches of one pose in parallel.
 
-``<robot>.c`` includes ``<robot>_branches.h`` if the compiler supports AVX2 or AVX-512. Otherwise
-plain C computes the branches in sequence.
+``<robot>.c`` includes ``<robot>_branches.h`` if the compiler supports AVX2 or AVX-512. Without AVX2
+and AVX-512, plain C computes the branches in sequence.
 """
 
 from collections.abc import Sequence

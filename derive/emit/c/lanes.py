@@ -64,8 +64,8 @@ def kernel(
         program: The program.
         loads: The lines that load the inputs into named variables.
         size: Sizes of the inputs and outputs in doubles.
-        alike: Angles with equal values in lanes 2 k and 2 k + 1. One call computes two of these
-            angles: even lanes compute the first angle, odd lanes the second angle.
+        alike: Angles with equal values in lanes 2 k and 2 k + 1. One call computes two angles of
+            ``alike``: even lanes compute the first angle, odd lanes the second angle.
     """
     first = offsets(size.outputs)
     writer = _Writer(program)
@@ -178,7 +178,7 @@ class _Writer:
         operation, operands = statement.operation, statement.operands
         if operation in _EXTREMES and any(isinstance(o, Constant) for o in operands):
             # The instruction returns its second argument if the first argument is NaN. The constant
-            # is therefore the second argument.
+            # is the second argument, so the result for NaN is the constant.
             first, second = sorted(operands, key=lambda o: isinstance(o, Constant))
             value = f"LANES_{_EXTREMES[operation]}({self.number(first)}, {self._name(second)})"
             return [f"  const lanes {name} = {value};"]

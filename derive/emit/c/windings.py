@@ -115,7 +115,8 @@ def _only(row: Sequence[sp.Expr]) -> tuple[int, sp.Expr]:
 def _alone(k: int, L: sp.Matrix, C: sp.Matrix) -> int:
     """Returns the only coordinate that a full turn of joint k changes, or -1.
 
-    The result is -1 if the changed coordinate also depends on another independent joint.
+    The result is -1 if joint k changes several coordinates, or if an independent joint other than
+    joint k also changes the coordinate.
     """
     moved = [i for i in range(L.rows) if L[i, k] != 0]
     if len(moved) > 1 or any(L[moved[0], j] != 0 for j in range(L.cols) if j != k):

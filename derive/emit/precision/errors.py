@@ -40,7 +40,7 @@ class Errors:
     """Errors of a function in single precision.
 
     Attributes:
-        bounds: Error bound of each output. None if no error was measured.
+        bounds: Error bound of each output. The bound is None if no error was measured.
         solutions: Number of regular inverse solutions in double precision.
         missed: Number of regular inverse solutions that single precision misses.
     """

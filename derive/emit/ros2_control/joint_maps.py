@@ -31,7 +31,7 @@ def has_maps(derivation: Derivation) -> bool:
 
 
 def map_files(derivation: Derivation, inverse: Signature, package: str) -> dict[str, str]:
-    """Returns the header and the example, keyed by path. Empty if a conversion is missing.
+    """Returns the header and the example, keyed by path. Returns {} if a conversion is missing.
 
     Args:
         derivation: The derivation of the robot.

@@ -18,7 +18,10 @@ _KEYWORDS = (
 CONSTANTS = ("N", "SOLVED", "COORDINATE_NAMES", "COORDINATE_UNITS", "COORDINATE_LIMITS")
 """Names of constants in the crate."""
 RESERVED = frozenset([*_KEYWORDS.split(), *CONSTANTS])
-"""Names that a Rust argument must not have. Such names get a trailing underscore."""
+"""Names that a Rust argument must not have.
+
+An argument with a reserved name gets a trailing underscore.
+"""
 _TEMPLATES = {
     Operation.SIGN: "if {0} < 0.0 {{ -1.0 }} else if {0} > 0.0 {{ 1.0 }} else {{ {0} }}",
     Operation.SELECT: "if {0} {{ {1} }} else {{ {2} }}",

@@ -63,7 +63,7 @@ class CoupledPage:
 
     @cached_property
     def merged(self) -> Page | None:
-        """The printed chain without dependent joints. None if all joints are independent.
+        """The printed chain without dependent joints. Returns None if all joints are independent.
 
         The symbols must differ from the symbols of the robot's chain.
         """

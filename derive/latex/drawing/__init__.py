@@ -65,8 +65,8 @@ def drawing(
     name and an arrow show each coordinate and its positive sense. The label of a geared motor is
     next to the joint that the motor moves. Loops are numbered in the order of
     :func:`chasles.derive.loops.model.planes.loops`. Planar loops are viewed along their normal.
-    Other mechanisms are viewed obliquely from above, without perspective. The picture is at most
-    140 mm wide and 110 mm high, including labels.
+    Mechanisms that are not planar are viewed obliquely from above, without perspective. The picture
+    is at most 140 mm wide and 110 mm high, including labels.
 
     Args:
         mechanism: The description.
@@ -99,8 +99,8 @@ def drawing(
 def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
     r"""Draws a serial robot with its joint axes, base frame and tool frame.
 
-    A planar arm is viewed along its axes. Other arms are viewed obliquely from above, without
-    perspective. A name and an arrow show each coordinate and its positive sense.
+    A planar arm is viewed along its axes. Arms that are not planar are viewed obliquely from above,
+    without perspective. A name and an arrow show each coordinate and its positive sense.
 
     Args:
         robot: The description.
@@ -109,7 +109,7 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
     Returns:
         A ``tikzpicture`` that needs :data:`PREAMBLE`. The text is the same on every machine.
     """
-    # The picture shows no motors. Labels of a coupled robot therefore name its joints.
+    # The picture shows no motors, so the labels of a coupled robot name its joints.
     letter = r"\theta" if robot.couplings else "q"
     moving = [joint.name for joint in robot.moving]
     members = DrawnMembers(

@@ -1,4 +1,4 @@
-"""Integer points on paper. The layout is therefore exact and reproducible."""
+"""Integer points on paper. Integer coordinates make the layout exact and reproducible."""
 
 import math
 from collections.abc import Sequence

@@ -27,8 +27,8 @@ of eight rounds.
 """
 _LEVEL = 5.9
 """Number of reached cells, among a cell and its eight neighbors, on the outline of the region. The
-region covers half of an outermost cell on average. The outline therefore passes through the middle
-of the outermost cells.
+region covers half of an outermost cell on average. With this number of cells, the outline passes
+through the middle of the outermost cells.
 """
 _MIN = 12.0
 """Minimum area of a boundary polygon, in cells."""
@@ -71,7 +71,7 @@ class ToolPosition:
         upper: Highest value of each coordinate (n,).
         size: The robot's size (meter).
         upright: Index of the coordinate that rotates the robot about a vertical axis, and a point
-            on the axis. None if no coordinate rotates the robot about a vertical axis.
+            on the axis. The value is None if no coordinate rotates the robot about a vertical axis.
     """
 
     at: Callable[[Array], Array]
@@ -142,7 +142,7 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
     stays in a coordinate plane, the region lies in this plane. Angles without limits cover one
     revolution. The samples are multiples of square roots of primes and fill the coordinate box.
     Further samples near the boundary of the region make its outline accurate. Cell sizes are not
-    simple fractions of lengths. Rounding errors of the machine therefore do not change the result.
+    simple fractions of lengths, so rounding errors of the machine do not change the result.
 
     Args:
         skeleton: The bodies of a serial robot.
@@ -171,8 +171,8 @@ def box(
             length and False for an angle.
 
     Returns:
-        The ranges. None if a prismatic coordinate has no limits or there are more than twelve
-        coordinates.
+        The ranges. The result is None if a prismatic coordinate has no limits or there are more
+        than twelve coordinates.
     """
     own = []
     for slides, low, high in coordinates:

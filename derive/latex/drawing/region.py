@@ -158,8 +158,8 @@ def reached_by_loops(
 ) -> ToolRegion | None:
     """Returns the region that the tool of a robot with loops reaches within the actuator limits.
 
-    Configurations with open loops are excluded. The region is otherwise computed as in
-    :func:`~chasles.derive.latex.drawing.reached.reached`.
+    Configurations with open loops are excluded. Apart from this exclusion, the region is computed
+    as in :func:`~chasles.derive.latex.drawing.reached.reached`.
 
     Args:
         mechanism: The description.
@@ -168,7 +168,7 @@ def reached_by_loops(
         functions: The functions of the robot, which include ``fk`` and ``margin``.
 
     Returns:
-        The region. None if the region is unknown or ``fk`` has no closed form.
+        The region. The result is None if the region is unknown or ``fk`` has no closed form.
     """
     named = {function.name: function for function in functions}
     ends = [

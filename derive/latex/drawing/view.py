@@ -21,7 +21,7 @@ def view(
 
     If all planar loops have parallel planes, the picture shows this plane. The z axis of the base
     points upwards if the plane contains it. Planar robots without loops are also drawn in their
-    plane. All other robots are viewed obliquely from above.
+    plane. Robots that are not planar are viewed obliquely from above.
 
     Args:
         mechanism: The description.

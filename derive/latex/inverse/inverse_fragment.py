@@ -25,7 +25,8 @@ MINUS = "$-$"
 def inverse(page: Page) -> str:
     """Prints the solution steps.
 
-    If there are none, the fragment states how far the axes are from a solvable structure.
+    If the arm has no solution steps, the fragment states how far the axes are from a solvable
+    structure.
     """
     return written(page, page.inverse, {})
 
@@ -135,7 +136,7 @@ def arm_steps(page: Page, inverses: Inverses, first: int) -> tuple[str, PrintedT
 
     Args:
         page: The symbols of the arm.
-        inverses: Its only task, ``ik``.
+        inverses: The inverse of the arm, whose only task is ``ik``.
         first: Number of the first step.
     """
     classification = inverses.classification
@@ -205,7 +206,7 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
     """Returns how many steps at the start of a task are equal to the steps of an earlier task.
 
-    The number is 0 if a step that is not equal uses a term from an equal step.
+    The number is 0 if a step that differs from the earlier task uses a term from an equal step.
     """
     own, other = _anonymous(page, task), _anonymous(page, earlier)
     same = [a == b for a, b in zip(own, other, strict=False)]
