@@ -35,8 +35,8 @@ def pytest_addoption(parser):
 def pytest_collection_finish():
     """Excludes all imported modules from garbage collection.
 
-    After the exclusion, a full garbage collection takes milliseconds instead of 0.4 s. Tests for
-    leaks need dozens of collections.
+    After the exclusion, a full garbage collection takes milliseconds instead of 0.4 s. A test for
+    memory leaks needs dozens of garbage collections.
     """
     # At its first draw, Hypothesis searches all objects for references. Before the first test,
     # there are few objects.
@@ -48,8 +48,8 @@ def pytest_collection_finish():
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session):
-    # At the end of a session, pytest collects garbage ten times. Frozen objects make these
-    # collections fast.
+    # At the end of a session, pytest collects garbage ten times. Freezing all objects makes the ten
+    # garbage collections fast.
     gc.freeze()
     if session.config.getoption("all_tools") and missing(session.config):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED

@@ -5,9 +5,9 @@ measured at 60 configurations with noise of 0.02 mm and 0.05 mrad. The measureme
 positions of three targets, or positions with 5 mm outliers in 5 % of the rows.
 
 The mean error at validation configurations must decrease by a factor of 20, with all frames
-unknown. If the Cramer-Rao bound (`noise_bound.py`) does not allow this reduction, another limit
-applies. The error must then be at most 1.1 times a reference error. An efficient estimator exceeds
-the reference error with probability ``LEVEL``.
+unknown. If the Cramer-Rao bound (`noise_bound.py`) does not allow a reduction by 20, the error must
+be at most 1.1 times a reference error. An efficient estimator exceeds the reference error with
+probability ``LEVEL``.
 
 The axis intervals must contain the true values in 95 of 100 arms. The base frame is known, because
 an identified base frame shifts all axes equally. The intervals of an arm are correlated, so their
@@ -17,11 +17,11 @@ independent derivatives. M is the number of redundant measurements. ``z^T R^-1 z
 distribution with k and M degrees of freedom. Fisher's method combines the probabilities of all
 arms, separately for too narrow and too wide intervals.
 
-A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``. The probability of such a
-failure is below 1e-6, even for measurements with outliers. With outliers, the F distribution is
-approximate. On six-axis arms, wrong standard deviations with 90 % or 98.6 % coverage fail 98 of 100
-trials. A coverage of 92 % fails one of four trials, and a coverage of 98 % three of four. A long
-campaign measures the coverage of the intervals directly.
+A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``, which is below 1e-6. Even
+for measurements with outliers, a correct program fails a trial with a probability below 1e-6. With
+outliers, the F distribution is approximate. On six-axis arms, wrong standard deviations with 90 %
+or 98.6 % coverage fail 98 of 100 trials. A coverage of 92 % fails one of four trials, and a
+coverage of 98 % three of four. A long campaign measures the coverage of the intervals directly.
 
 Odd trials test warnings on arms, a delta and other robots with loops. The measuring devices of the
 trials cover all kinds of measurements. Measurements are few or many, exact or noisy, with and
@@ -54,7 +54,7 @@ from .tracker import ARMS
 
 ROBOTS = (*ARMS, "bricklaying_gantry")
 JUDGED = (*ROBOTS, "delta", "four_bar", "five_bar", "excavator", "slider_crank", "well_manipulator")
-"""Robots of the warning trials."""
+"""Robots in the odd trials, which test warnings."""
 DRAWS = 40
 """Number of random arms per trial."""
 SIGMA = 2e-5, 5e-5
@@ -67,8 +67,9 @@ FALL = 20
 NEAR = 1.1
 """Maximum ratio of an efficient estimator's error to the error at the Cramer-Rao bound."""
 LEVEL = 1e-8
-"""Probability that a correct program fails the error test of an arm, or the test of one side of the
-intervals."""
+"""Probability that a correct program fails one test.
+
+A trial tests the error of each arm, and tests for too narrow and too wide intervals."""
 REACH = 2.5
 """Maximum coordinate [rad or m] of a robot without limits, or with wider limits."""
 

@@ -26,8 +26,8 @@ class Campaign:
     Attributes:
         name: The command-line name.
         summary: The property that each trial checks, as one sentence.
-        trial: Function that runs one trial. Its argument is the trial number, which seeds all
-            random values.
+        trial: Function that runs one trial. The argument of the function is the trial number, which
+            seeds all random values.
     """
 
     name: str

@@ -36,7 +36,7 @@ def check_jacobians(seed: int) -> None:
     generator = random.Random(seed)
     chain = random_chain(generator, generator.randint(1, 12))
     robot = chain.robot()
-    # One frame per chain saves time.
+    # To save time, each chain is tested with one of the Jacobian frames.
     name = tuple(FRAMES)[seed % len(FRAMES)]
     wanted = ("fk", "link_poses", f"jacobian_{name}", f"jacobian_{name}_dot")
     functions = dict(

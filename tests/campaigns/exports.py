@@ -146,7 +146,11 @@ def in_octave(robot: chasles.Robot, folder: Path, rng: np.random.Generator) -> l
 
 
 def difference(found: np.ndarray, expected: np.ndarray) -> float:
-    """Returns the largest difference. Unequal NaN or infinite values count as infinite."""
+    """Compares two arrays.
+
+    Returns the largest relative difference. If only one of two values is NaN or infinite, the
+    result is infinite.
+    """
     is_same = (found == expected) | (np.isnan(found) & np.isnan(expected))
     relative = np.abs(found - expected) / np.maximum(1, np.abs(expected))
     return float(np.max(np.nan_to_num(relative, nan=np.inf), where=~is_same, initial=0.0))

@@ -1,7 +1,7 @@
 """Random linkages with gears, racks and planetary stages between their joints.
 
-Newton closures of the description give the expected poses, joint values, Jacobians and
-accelerations.
+The expected poses, joint values, Jacobians and accelerations come from loops that Newton's method
+closes.
 """
 
 import tempfile
@@ -37,7 +37,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(number: int) -> tuple[Errors, str]:
-    """Derives and loads a linkage. Returns its errors and its family."""
+    """Derives and loads a linkage. Returns the errors and the family of the linkage."""
     linkage = geared_linkage(number)
     derivation = derive(linkage.mechanism)
     with tempfile.TemporaryDirectory() as folder:

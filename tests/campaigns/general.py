@@ -54,7 +54,7 @@ LANGUAGES = emitters_of(("c", "python"))
 
 @dataclass(frozen=True)
 class Judged:
-    """A loaded arm whose description verifies its solutions.
+    """A compiled arm. The description of the arm verifies the solutions.
 
     The attribute `robot` is the description, and `arm` is the compiled robot.
     """
@@ -210,7 +210,7 @@ def loaded(
 
 
 def violations(regular: int, lost: int, none: int, wrong: int, may_lose: float = 0) -> list[str]:
-    """Describes error counts above the allowed number ``may_lose``."""
+    """Describes the failures of an arm. Up to ``may_lose`` lost configurations are no failure."""
     found = {"lost": lost * (lost > may_lose), "without a solution": none, "wrong": wrong}
     return [f"{count} {name}, {regular} regular" for name, count in found.items() if count]
 

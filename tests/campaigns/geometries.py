@@ -32,7 +32,7 @@ from .general import apart, configurations
 SHIM = Path(__file__).parents[1] / "support" / "native" / "any_arm.c"
 PATTERNS = tuple(map("".join, product(LINKS, repeat=5)))
 STRIDE = 9
-"""Stride between the axis patterns of a trial; this number of trials covers all patterns."""
+"""Stride between the axis patterns of a trial. Nine consecutive trials cover all patterns."""
 POSES = 1000
 """Number of random configurations per arm; one third as many are at multiples of 90 degrees."""
 SLOTS = 16

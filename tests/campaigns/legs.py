@@ -32,7 +32,7 @@ INPUTS = 200
 REACH = {"rad": 0.5, "m": 0.08}
 """Maximum difference between a coordinate and its reference value."""
 FOLLOWED = 20
-"""Number of inputs that Newton's method follows from the reference."""
+"""Number of inputs at which the results are compared with Newton's method from the reference."""
 AGREE = 1e-9
 """Maximum difference from Newton's method (relative to the size, or radian)."""
 KINDS = LEG_KINDS | MACHINE_KINDS | GUIDED_KINDS

@@ -2,8 +2,8 @@
 loops.
 
 Coordinates span twice the limit range. If a robot reports closed loops, all values must satisfy the
-loop equations. Otherwise, all values must be NaN. For platforms, the actuators are solved from
-random poses.
+loop equations. If a robot reports open loops, all values must be NaN. For platforms, the actuators
+are solved from random poses.
 """
 
 import tomllib

@@ -37,7 +37,7 @@ class Finding:
 
     Attributes:
         mutant: The mutant.
-        cleaning: Summary of the snapped numbers.
+        cleaning: Summary of the numbers that noise removal snapped to exact values.
         excess: Maximum pose difference, divided by the stated pose error; values above 1 are wrong.
         kept: Whether the mutant keeps the structure and the solution method.
         missed: Description of the violated structural conditions.
@@ -51,7 +51,7 @@ class Finding:
 
     @property
     def is_good(self) -> bool:
-        """Tests whether poses are accurate and a changed structure is explained."""
+        """Whether the poses are accurate, and a message explains a changed structure."""
         return self.excess <= 1 and (self.kept or bool(self.missed))
 
     def __str__(self) -> str:
@@ -181,7 +181,10 @@ def pose(robot: SerialRobot, q: Sequence[float]) -> np.ndarray:
 
 
 def matrix(placement: Placement, more: float = 0.0) -> np.ndarray:
-    """Returns a placement (4, 4), with the angle ``more`` added to its angles."""
+    """Returns a placement (4, 4).
+
+    The angle ``more`` is added to each rotation angle of the placement.
+    """
     T = np.eye(4)
     for motion in placement:
         step = np.eye(4)

@@ -170,7 +170,9 @@ class Solved:
 def numbered(
     a: np.ndarray, b: np.ndarray, usual: np.ndarray, *, eliminates: bool = True
 ) -> Platform:
-    """Returns the parameters of a platform whose rod lengths differ by up to 20 % from ``usual``.
+    """Returns the parameters of a platform.
+
+    The rod lengths differ from the lengths ``usual`` by up to 20 %.
 
     Without elimination, path tracking solves platforms with double joints.
     """

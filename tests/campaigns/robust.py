@@ -24,7 +24,10 @@ from tests.support.generators.round_arms import round_arm
 from .campaign import Campaign, Outcome
 
 READ, DERIVED, ARMS = 200, 2, 6
-"""Numbers per trial: mutated files to read, mutated files to derive, random arms to derive."""
+"""Numbers of tests per trial.
+
+A trial reads 200 mutated files, derives 2 mutated files, and derives 6 random arms.
+"""
 READ_SECONDS, DERIVE_SECONDS = 40.0, 200.0
 """Time limits for reading and deriving."""
 KEPT = Path(__file__).parents[2] / "build" / "robust"

@@ -134,7 +134,7 @@ def _next(tallies: dict[str, Tally], started: Counter[str], *, is_over: bool) ->
         return new[0]
     if is_over:
         return None
-    # A running trial counts with the mean duration of the finished trials.
+    # The time of a running trial is assumed to be the mean duration of the finished trials.
     return min(tallies, key=lambda name: _expected(tallies[name], started[name]))
 
 

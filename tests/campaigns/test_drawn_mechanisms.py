@@ -17,7 +17,7 @@ from tests.support.oracles.multi_start import Multistart
 
 INPUTS = 3
 FIRST = 520
-"""Seed of the random numbers for a mechanism of the first family."""
+"""Random seed of the first mechanism family, four-bar. Each later family adds one to the seed."""
 SAMPLE = ("Watt", "slider-crank", "boom", "palletizer", "RSUR")
 """A six-bar linkage, an actuated slider, cylinders, parallelograms and a spatial loop."""
 MAPS = (
@@ -45,7 +45,7 @@ def test_mechanism_branches_match_multi_start_newton(family, tmp_path):
 
 
 def maps_of(mechanism, folder):
-    """Derives only the maps of a mechanism."""
+    """Derives only the functions in MAPS for a mechanism, and loads the mechanism."""
     known = makers(solved(mechanism))
     write(mechanism, folder, functions=[name for name in MAPS if name in known], languages=C_ALONE)
     return chasles.load(folder)

@@ -13,8 +13,8 @@ from tests.support.generators.random_arms import long_arm, random_arm, sliding_a
 PATTERNS = ["//////", "/=/==/", "==x/=/", "x/x=//"]
 """Axis patterns.
 
-In the second pattern (three parallel axes after two other axes), elimination orders with a pair of
-parallel axes miss a third of the poses.
+The second pattern has three parallel axes after two other axes. For this pattern, an elimination
+order that pairs parallel axes misses a third of the poses.
 """
 
 

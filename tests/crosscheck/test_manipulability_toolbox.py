@@ -14,7 +14,10 @@ PARTS = {"all": "all", "linear": "trans", "angular": "rot"}
 
 
 def models():
-    """Returns the arms of the Robotics Toolbox. The tool of its panda is removed."""
+    """Returns the arms of the Robotics Toolbox.
+
+    The toolbox model of panda is used without a tool.
+    """
     panda = rtb.models.DH.Panda()
     panda.tool = np.eye(4)
     return {"puma560": rtb.models.DH.Puma560(), "panda": panda}
@@ -40,7 +43,7 @@ def test_manipulability_measures_match_robotics_toolbox(name, components):
 
 
 def test_manipulability_gradient_matches_robotics_toolbox():
-    """The toolbox's `jacobm` is the gradient for all components and a regular matrix J J^T."""
+    """`jacobm` of the toolbox uses all six twist components and needs a regular matrix J J^T."""
     oracle, robot = models()["puma560"], chasles.load("puma560")
     checked = 0
     for q in np.random.default_rng(1).uniform(-np.pi, np.pi, (POSES, 6)):

@@ -73,7 +73,7 @@ def test_turntable_position_inverse_moves_fourth_joint_if_needed():
     assert found.valid.any(axis=1).all()
     bent = np.abs(found.q[..., 3]).max(axis=1) > 1e-6
     assert 0 < bent.sum() < 1000
-    # Joint 4 is 0 if the arm can then reach the pose.
+    # If the arm reaches a position with joint 4 at 0, `ik_position` sets joint 4 to 0.
     q[:, 3] = 0
     assert not case.found(q).q[..., 3].any()
 

@@ -16,7 +16,10 @@ from tests.support.oracles.screws import screws_of
 from tests.support.tolerances import LIMIT, PRINTED_9
 
 SIZES = {"planar_3rrr_170"}
-"""Size variants of generated robots, which the tests of the generated robot also cover."""
+"""Shelf robots that differ from a generated robot only in size.
+
+The tests of the generated robot cover the size variants.
+"""
 SHELF = [file for file in sorted((ROBOTS / "shelf").glob("*.toml")) if file.stem not in SIZES]
 REFERENCE = json.loads(Path(__file__).with_name("shelf_poses.json").read_text(encoding="utf-8"))
 WIDEST = 1.0

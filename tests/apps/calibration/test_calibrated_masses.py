@@ -1,4 +1,7 @@
-"""Calibrated robot files of mechanisms keep the masses. MuJoCo gives the forces that hold them."""
+"""Calibrated robot files of mechanisms keep the masses.
+
+MuJoCo gives the actuator forces that hold the masses.
+"""
 
 import numpy as np
 

@@ -20,7 +20,7 @@ def loader(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def twin(tmp_path_factory):
-    """A loader machine with two lift cylinders for one degree of freedom."""
+    """A loader (a bucket on a lift arm) with two lift cylinders for one degree of freedom."""
     return _written(tmp_path_factory.mktemp("two"), TWIN)
 
 

@@ -1,4 +1,4 @@
-"""Ghosts of assembly modes have the correct leg lengths."""
+"""The drawn assembly modes of a platform have the correct leg lengths."""
 
 import numpy as np
 import pytest

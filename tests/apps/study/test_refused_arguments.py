@@ -49,7 +49,7 @@ def moving(curve=None):
 
 
 def among(first, second=None, third=None):
-    """Returns three positions. By default, the first and the second position are equal."""
+    """Returns three points. By default, the first and the second point are equal."""
     return [first, first if second is None else second, [1, 1, 1] if third is None else third]
 
 

@@ -71,10 +71,12 @@ def test_gravity_forces_are_the_gradient_of_the_potential_energy(number):
 
 
 def test_gravity_forces_of_an_exechon_are_the_gradient_of_its_potential_energy():
-    """Newton closures of the description give the potential energy. An Exechon is overconstrained.
+    """NumPy computes the potential energy from loops that Newton's method closes.
 
-    The skeleton of a description is at its reference, so each configuration is the reference of its
-    own description.
+    An Exechon is overconstrained.
+
+    A skeleton shows the reference configuration of a description. The test therefore makes a
+    description for each configuration, with this configuration as the reference.
     """
     rng = np.random.default_rng(3)
     drawn = drawn_legs("exechon", 1)
@@ -96,7 +98,10 @@ def test_gravity_forces_of_an_exechon_are_the_gradient_of_its_potential_energy()
 
 
 def lifted(model, masses, q, u):
-    """Returns the work of the weights, from closures of a description in NumPy."""
+    """Returns the work of the weights.
+
+    Newton's method in NumPy closes the loops of the description.
+    """
     poses = model.poses(q, model.closed(q, u))
     return sum(mass.mass * GRAVITY @ (poses[mass.link] @ [*mass.at, 1])[:3] for mass in masses)
 

@@ -1,4 +1,4 @@
-"""Tests the pages of many robots: ``python tests/apps/view/show_all.py FOLDER N [PICTURES]``.
+"""Tests the HTML pages of many robots: ``python tests/apps/view/show_all.py FOLDER N [PICTURES]``.
 
 The robots are the shipped robots, the arms derived on first use, the robot files of a folder and N
 random mechanisms. Each page must load without console messages. The script moves all sliders, and

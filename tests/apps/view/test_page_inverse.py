@@ -117,7 +117,7 @@ def test_dragged_tool_respects_limits_at_local_minimum(page):
 
 
 def weighted(robot, q, T, size):
-    """Returns the tool error that the page minimizes in a position drag."""
+    """Returns the tool error that the page minimizes while a user drags the tool position."""
     from scipy.spatial.transform import Rotation
 
     found = robot.fk(q)

@@ -1,7 +1,7 @@
 """As-built robots with loops: lengths and axes differ slightly from the design.
 
-The trials alternate between four kinds: board installers with length errors, driven arms, shipped
-robots with a single error, and shipped robots with rounded numbers.
+The trials alternate between four kinds: the robot board_installer with length errors, driven arms,
+shipped robots with a single error, and shipped robots with rounded numbers.
 """
 
 from ..campaign import Campaign, Outcome

@@ -1,4 +1,6 @@
-"""As-built board installers: every length of the pantograph and the parallelograms has an error.
+"""As-built copies of board_installer.
+
+Every length of the pantograph and the parallelograms has an error.
 
 The loops must close, and ``ik`` must recover every configuration. ``ik`` must also find every
 solution to which Newton's method converges from a nominal solution of the same branch.
@@ -39,8 +41,8 @@ class Judged:
     Attributes:
         closure: The largest closure error of the loops (meter).
         lost: Number of configurations that ``ik`` does not recover.
-        fewer: Number of true solutions that only another iteration finds. The iteration
-            starts from nominal solutions on the branch of the true loops.
+        fewer: Number of true solutions that ``ik`` misses and Newton's method in this module finds.
+            Newton's method starts from nominal solutions on the branch of the true loops.
     """
 
     closure: float
@@ -106,8 +108,9 @@ def _leads_to(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> bool:
 
 
 def _error(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the tool's pose error (meter, sine) and the Jacobian. The error is infinite out of
-    reach.
+    """Returns the tool's pose error (meter, sine) and the Jacobian.
+
+    If the loops cannot close, the error is infinite.
     """
     (here,), (J,) = robot.fk_jacobian_mixed(q[None])
     if not (np.isfinite(here).all() and np.isfinite(J).all()):

@@ -1,7 +1,7 @@
 """Robots with loops and rounded decimals, half of them on a rotated base.
 
 A shipped robot is written with 4 to 12 decimal places. The rounded robot must have the closed-form
-steps of the exact robot. Its loops must close up to rounding errors.
+steps of the exact robot. The loops of the rounded robot must close, except for rounding errors.
 """
 
 from dataclasses import dataclass, field
@@ -34,7 +34,7 @@ class Judged:
     """Error measures of a robot with rounded numbers.
 
     Attributes:
-        lost: 1 if the closed form differs from the exact robot.
+        lost: 1 if the closed-form steps of the exact and the rounded robot differ, otherwise 0.
         gap: Largest closure error of the rounded robot, in units of the last decimal place.
         forms: Closed-form steps of the robot with exact numbers, then of the robot with rounded
             numbers.
@@ -86,8 +86,10 @@ def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Ge
 
 
 def _form(robot: Mechanism) -> tuple[object, ...]:
-    """Returns (closed-form steps, joints without a closed form from the actuators, and from the
-    chain)."""
+    """Returns closed-form steps and two sets of joints without a closed form.
+
+    The first set has no closed form from the actuators, and the second set has no closed form from
+    the main chain."""
     found = forward(robot)
     steps = tuple(type(step).__name__ for step in found.steps)
     return steps, found.open, () if found.open else solved(robot).backward.open

@@ -1,10 +1,10 @@
 """Shipped robots with loops, each with an error in one or all of its lengths and axes.
 
 One length is 0.2 mm longer, one axis is rotated by 0.1 degrees, or all lengths and axes have an
-error. The loops must close around the reference. Otherwise the robot must report an open loop, and
-minimize the sum of squared closure errors. If the design has an inverse, the as-built inverse must
-recover the configurations. If the loops close, the main chain must determine the actuated
-coordinates.
+error. The loops must close around the reference. If the loops cannot close, the robot must report
+an open loop, and minimize the sum of squared closure errors. If the design has an inverse, the
+as-built inverse must recover the configurations. If the loops close, the main chain must determine
+the actuated coordinates.
 """
 
 import tempfile
@@ -79,7 +79,7 @@ def trial(number: int) -> Outcome:
 def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Judged:
     """Derives and tests a robot with a geometric error.
 
-    The built description has the error, and the design does not.
+    Only the mechanism `built` contains the error. The mechanism `design` has the exact geometry.
     """
     robot = chasles.load(design.name)
     has_ik = "ik" in robot.functions
@@ -107,7 +107,7 @@ def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Jud
 
 
 def _written(built: Mechanism, design: Mechanism, folder: str, *, has_ik: bool) -> chasles.Robot:
-    """Derives the tested functions that exist, and loads the robot."""
+    """Derives the functions of FUNCTIONS that the robot has, and loads the robot."""
     built, names = replace(built, nominal=design), FUNCTIONS if has_ik else FUNCTIONS[:-1]
     try:
         write(built, folder, functions=names, languages=C_ALONE)

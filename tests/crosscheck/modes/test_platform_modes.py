@@ -156,7 +156,8 @@ def test_elimination_agrees_with_continuation_for_double_joints(kind):
     assert platform.joined == (2 if kind == "3-6" else 1)
     others = platforms.Platform.from_buffer_copy(platform)
     others.joined = 0
-    # Without start paths, each mode that the elimination cannot determine is reported as unsure.
+    # Without start points for path tracking, each mode that the elimination cannot determine is
+    # reported as unsure.
     platform.starts = type(platform.starts)()
     counts, left = set(), 0
     for _ in range(100):

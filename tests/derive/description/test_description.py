@@ -336,7 +336,10 @@ def test_unit_check_rarely_divides_by_zero():
 
 
 MAX_CALLS_A_CHARACTER = 80
-"""Maximum number of function calls per character. The files of the test need up to half of it."""
+"""Maximum number of function calls per character.
+
+The test files need at most half of the maximum.
+"""
 
 
 def test_long_files_are_refused_in_linear_time():

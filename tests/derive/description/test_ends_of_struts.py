@@ -1,4 +1,4 @@
-"""Rods and cylinders with different joints at their ends, against equations between end frames."""
+"""Rods and cylinders with two different end joints satisfy equations between end frames."""
 
 import numpy as np
 import pytest

@@ -169,13 +169,13 @@ def test_length_that_repeats_distance_becomes_its_root():
 
 
 def test_mirrored_points_are_no_rounded_copies():
-    """The points of two rods are 14.8 degrees apart, close to 15 degrees."""
+    """Seen from the platform center, two rod ends are 14.8 degrees apart, close to 15 degrees."""
     x, y = R("0.239"), R("0.031")
     assert arranged([[(x, y, R(0)), (x, -y, R(0))]], NOISE) == {}
 
 
 def test_rounded_point_is_copy_of_nearest_original():
-    """Rotations of the first and of the second point match the third point.
+    """A rotated first point and a rotated second point nearly coincide with the third point.
 
     The first point, rotated by 120 degrees, is nearest to the third point.
     """

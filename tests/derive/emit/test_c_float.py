@@ -1,4 +1,4 @@
-"""C in single precision: errors, solutions, stack, called functions, and a Cortex-M4."""
+"""C in single precision has bounded errors, finds all regular solutions and runs on a Cortex-M4."""
 
 import ctypes
 import re

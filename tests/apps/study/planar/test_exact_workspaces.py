@@ -13,7 +13,7 @@ from chasles.study.planar.arc_regions import ArcRegion, swept
 from chasles.study.planar.meridian import meridian, swept_volume
 
 NEAR = 0.01
-"""Distance [m] from the boundary; many configurations reach a point that is farther inside."""
+"""Distance [m] from the workspace boundary. Many configurations reach a point farther inside."""
 
 
 def chains(count, seed=0):

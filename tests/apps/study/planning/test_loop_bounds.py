@@ -97,7 +97,8 @@ def test_bounds_of_geared_linkage_contain_its_motion(tmp_path):
             assert (around(z, bounds.turns) <= joints + 1e-9).all()
             certain += 1
     assert certain >= 15
-    # The gear pair is the last equation.
+    # The last closure equation belongs to the gear pair. A gear equation is linear, without
+    # curvature.
     assert not bounds.curvature[-1].any()
 
 
