@@ -141,7 +141,10 @@ NUMERATOR = "the paper prints 45.02/2.04 for 5.02/2.04"
 
 
 INPUTS = ("_x", "_y", "_time", "target", "lengths")
-"""Endings of the keys of printed items that are inputs of chasles, not results."""
+"""Endings of item keys.
+
+An item whose key has such an ending is an input of chasles, not a result.
+"""
 PARTS = "the value is counted in our parts list, which follows the paper"
 IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
 """For each set-up, the numbers of the drop spots whose printed r is correct except for its unit."""
@@ -163,8 +166,8 @@ def rows() -> list[Row]:
 def judged(printed: dict[str, Printed], key: str, ours: Any) -> Row:
     """Returns the row of a printed value.
 
-    If `CORRECTED` contains the key, the row is an erratum. For every other key, the printed value
-    must agree with our value.
+    If `CORRECTED` contains the key, the row is an erratum. If `CORRECTED` does not contain the key,
+    the printed value must agree with our value.
     """
     if key in CORRECTED:
         corrected, words, value = CORRECTED[key]
@@ -388,7 +391,7 @@ def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
         lost(
             printed["other_elbow"],
             found.q[1],
-            "the paper names this solution, but does not calculate it",
+            "the paper names the solution with the elbow below the line, but does not calculate it",
         ),
     ]
 

@@ -39,7 +39,7 @@ class Digit:
 def exemption(row: Row) -> str:
     """Returns why a changed digit of a row cannot change its verdict.
 
-    The result is "" if a change of any digit must change the verdict.
+    The result is "" if the row has no exemption: every changed digit must then change the verdict.
     """
     if row.source is None or row.source.value is None:
         return NOTHING
@@ -130,7 +130,7 @@ def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printe
 
 
 def _exponent(text: str, index: int) -> int:
-    """Returns the exponent k of a digit, which counts multiples of 10^k."""
+    """Returns k, where 10^k is the place value of the digit at an index of a decimal number."""
     point = text.find(".")
     if point < 0:
         return len(text) - 1 - index

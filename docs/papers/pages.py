@@ -39,7 +39,8 @@ MEANINGS = {
     "note. "
     "If the note states a cause, a computation with this mistake gives the printed value.",
     "one reading": "the printed value follows from one interpretation of the text, which the note "
-    "states. The paper does not state this interpretation, and other rows contradict it.",
+    "states. The paper does not state the interpretation in the note, and other rows contradict "
+    "the interpretation.",
     "not reproducible": "the printed value does not follow from the paper; the note lists what we "
     "tried.",
     "consistency": "an input of chasles is compared with the printed value, or one model is "
@@ -67,7 +68,8 @@ value at generic arguments."""
 CHANGED = """\
 A test changes each printed digit by the smallest step that exceeds the tolerance, and the verdict
 must then fail. This test does not apply to rows without a printed value, to words and equations
-without digits, and to wrong values of unknown cause. The second table counts these rows."""
+without digits, and to wrong values of unknown cause. The second table counts the rows without
+tested digits."""
 CONSISTENCY = """\
 ## Consistency
 

@@ -230,8 +230,8 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
     product = np.linalg.multi_dot(others)
     whole = first @ product
     note = (
-        "the correct product is A0 A1 ... A7 Aee, because the text states the position in the "
-        f"world frame. {CASE}"
+        "the correct product is A0 A1 ... A7 Aee. The product starts with A0, because the text "
+        f"states the position in the world frame. {CASE}"
     )
     return [
         erratum(

@@ -140,7 +140,10 @@ class Row:
 
 
 def _repeatable(verdict: Callable[..., Row]) -> Callable[..., Row]:
-    """Stores the verdict function in the row. Tests call it with changed digits of the value."""
+    """Stores the verdict function in the row.
+
+    Tests call the verdict function with changed digits of the printed value.
+    """
 
     @wraps(verdict)
     def judged(printed: Printed, *values: Any, **named: Any) -> Row:
@@ -340,7 +343,8 @@ def not_reproducible(
         f"{_number(_shown(value, printed, row.digits), row.digits)} {printed.unit} for {reading}"
         for reading, value in readings.items()
     ]
-    words = (f"other readings also differ: {', '.join(tried)}" if tried else "", note)
+    others = f"other interpretations of the paper do not give the printed value: {', '.join(tried)}"
+    words = (others if tried else "", note)
     return replace(row, note=_sentences(words))
 
 
@@ -399,7 +403,8 @@ def _row(printed: Printed, ours: Value, verdict: Verdict, note: str) -> Row:
 def _at_the_edge(value: Text | None, ours: Value, printed: Printed, digits: int) -> bool:
     """Tests whether our number, rounded for the table, differs by exactly the tolerance.
 
-    For such a rounded number, a reader could not see whether our number agrees.
+    If the rounded number differs by exactly the tolerance, a reader could not see whether our
+    number agrees.
     """
     if isinstance(ours, Finding | str):
         return False

@@ -155,8 +155,8 @@ def claims(printed: dict[str, Printed]) -> list[Row]:
             ),
             f"{READ} the smallest distance between points, for 100 points and steps 10 and 20. If "
             "the step is read as the largest distance between connected points, the layout of the "
-            "points does not depend on the step. No reading supports this claim and the claim on "
-            "the number of points",
+            "points does not depend on the step. No interpretation of the word step supports both "
+            "the claim on the layout and the claim on the number of points",
         ),
         in_one_reading(
             printed["fewer"],

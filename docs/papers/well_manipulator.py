@@ -131,7 +131,7 @@ def stage_rows(printed: dict[str, Printed]) -> list[Row]:
             printed["R_object"],
             at_the_object(),
             f"with the start angles of (63), R is {shown_mm(tool[5])}. Our value agrees after "
-            f"shifts of theta2, theta3, theta5 and theta7 by {shifts} deg. These shifts are within "
+            f"shifts of theta2, theta3, theta5 and theta7 by {shifts} deg. Each shift is within "
             f"half a unit of the last printed digit. A shift of half a unit moves R by up to "
             f"{1e3 * digits_of_start():.2f} mm",
         ),

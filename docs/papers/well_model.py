@@ -142,8 +142,8 @@ def model_rows(printed: dict[str, Printed]) -> list[Row]:
                 whole.subs(zeros) == 0,
                 f"with the rotation of the preceding joint, det(D^T D) is {plain(whole)}",
             ),
-            "the zeros of this determinant are the points of (7). With the parameters of (6) "
-            "alone, the determinant has no zero",
+            "the zeros of 8 sin(alpha)^2 are the discontinuous points of (7). With the parameters "
+            "of (6) alone, the determinant has no zero",
         ),
         agrees(
             printed["only_parallel"],
@@ -212,7 +212,7 @@ def equation_rows(printed: dict[str, Printed]) -> list[Row]:
                 max(map(abs, y)) < SMALL,
                 f"shifts of {1e3 * y[0]:.1f} mm and {1e3 * y[1]:.1f} mm along y",
             ),
-            Finding(max(tilt) < SMALL, "figure 1 and model (6) for systems 5 and 7"),
+            Finding(max(tilt) < SMALL, "systems 5 and 7 follow figure 1 and model (6)"),
             "For parallel axes, model (8) of figure 3 shifts a frame only along x and z, but (64) "
             "prints shifts along y for (25) and (33)",
         ),

@@ -102,7 +102,8 @@ def test_agreeing_value_cannot_be_marked_not_reproducible():
 
 def test_reading_that_agrees_refutes_not_reproducible():
     row = not_reproducible(ANGLE, 0.5, readings={"other elbow": 0.6})
-    assert row.note == "other readings also differ: 0.600 rad for other elbow"
+    others = "other interpretations of the paper do not give the printed value"
+    assert row.note == f"{others}: 0.600 rad for other elbow"
     with pytest.raises(Refuted):
         not_reproducible(ANGLE, 0.5, readings={"other elbow": 0.6, "in turns": 0.971})
     assert in_one_reading(ANGLE, 0.971, "in turns").verdict == "one reading"
