@@ -13,14 +13,14 @@ ACCUSING = (
 )
 """Phrases in warnings that concern the robot or the measurements.
 
-Warnings without these phrases concern the number of measurements.
+A warning that contains none of the phrases in ACCUSING concerns the number of measurements.
 """
 TOO_FEW = "do not determine"
 MAX_NOISE = 3.0
 """Maximum noise of correct measurements, relative to the stated noise.
 
-With two redundant values, more noise has a probability below 1e-6. The noise is not tested with
-only one redundant value.
+With two redundant values, more than three times the stated noise has a probability below 1e-6. The
+noise is not tested with only one redundant value.
 """
 MIN_SURPLUS = 2
 
@@ -33,8 +33,8 @@ class Verdict:
         accusations: The error message, or the warnings about the robot or the measurements.
         warnings: All warnings, including warnings about too few values.
         is_too_few: Whether the identification has fewer values than variables.
-        unexplained: Outlier rows, or more noise than stated. For a correct robot, the tuple is
-            empty.
+        unexplained: Messages about outlier rows, and about noise above the stated noise. For a
+            correct robot, `unexplained` is empty.
     """
 
     accusations: tuple[str, ...]

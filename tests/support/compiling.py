@@ -73,8 +73,8 @@ def deriving_only(*functions: str) -> Iterator[None]:
     """Context in which `chasles.load` derives few functions in this process.
 
     Robots with `parametric=True` get only the functions `IDENTIFICATION`, because all functions of
-    a six-axis arm take 8 s. Robots without `parametric=True` get the functions in `functions`. By
-    default, they get all functions.
+    a six-axis arm take 8 s. Robots without `parametric=True` get the functions in `functions`. If
+    `functions` is empty, robots without `parametric=True` get all functions.
     """
     load = chasles.load
     home = tempfile.TemporaryDirectory()

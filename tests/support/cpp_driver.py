@@ -6,8 +6,8 @@ import chasles
 from chasles.derive.emit.reserved import safe
 
 FUNCTIONS = {"fk", "fk_jacobian_mixed", "twist_mixed", "hessian_mixed", "ik", "chain", "actuators"}
-"""Functions that the programs compile. These functions return one result, several results, or
-solution slots."""
+"""Functions that the programs compile. The set has functions with one result, with several results,
+and with solution slots."""
 PUT = """\
 #include <cstdio>
 #include <cstring>

@@ -18,7 +18,8 @@ import chasles
 
 OWN = f"{Path(chasles.__file__).parent}/".encode()
 LOADS = 10
-"""Number of allocations during a load that fail in turn; a load makes hundreds of allocations."""
+"""Approximate number of tested allocations per call. One allocation fails in each repetition of the
+call. A call makes hundreds of allocations."""
 POSES = 20_000
 """Number of poses that are solved on two threads."""
 LIBRARY = ctypes.PyDLL(None)
@@ -57,7 +58,7 @@ def calls() -> dict[str, Callable[[], object]]:
 
 
 def ends(call: Callable[[], object]) -> Counter[str]:
-    """Returns how often the call ended in each way."""
+    """Returns the number of repetitions of a call with each result, such as "MemoryError"."""
     expected = call()
     found = Counter()
     number = allocations(call)

@@ -10,8 +10,8 @@ _ROUNDS = 3
 def assert_no_leaks(calls, watched, settle=gc.collect):
     """Repeats each call and compares references and allocated blocks.
 
-    A leak adds at least one memory block per call in each round. The smallest growth is compared,
-    because threads of earlier tests allocate blocks in some rounds.
+    A leak adds at least one memory block per call in each round. The check uses the smallest growth
+    of the block count, because threads of earlier tests allocate blocks in some rounds.
     """
     for call in calls:
         _repeat(call, 3, settle)

@@ -95,16 +95,16 @@ def difference_of_solutions(robot, inputs, found) -> tuple[float, int]:
 
 
 def _pose_by_pose(robot, inputs):
-    """Returns the solutions and residuals of the C.
+    """Returns the solutions and residuals of the C code, computed pose by pose.
 
-    MATLAB calls the C pose by pose, and the batch code sums in another order.
+    MATLAB calls the C code pose by pose. The C code for batches adds numbers in a different order.
     """
     solved = [robot.functions["ik"].ufunc(*row) for row in zip(*inputs, strict=True)]
     return np.array([q for q, _, _ in solved]), np.array([residual for _, residual, _ in solved])
 
 
 def missing_solutions(robot, inputs, found) -> int:
-    """Counts the solutions of the C that are missing, and the poses without a solution.
+    """Counts the solutions of the C code that `found` lacks, and the poses without a solution.
 
     Singular solutions do not count, because rounding selects one solution of a continuous family. A
     solution that does not reach its pose counts as missing.

@@ -13,7 +13,8 @@ from chasles.derive.model.placements import translation
 from chasles.derive.terms.casadi_graph import lower
 
 IN_TOOL_FRAME = ("fk_p", "jacobian_p", "identification_jacobian")
-"""Functions in the tool frame. A derivation in all frames takes three times as long."""
+"""Parametric functions that use the tool frame. A derivation for all frames takes three times as
+long as for the tool frame."""
 IN_CONVENTION = {convention.name: convention for convention in CONVENTIONS}
 
 

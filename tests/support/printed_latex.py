@@ -1,4 +1,4 @@
-""" "Evaluates the printed inverse of an article from its LaTeX text alone.
+"""Evaluates the printed inverse of an article from its LaTeX text alone.
 
 The file ``inverse.tex`` contains definitions ``name &= formula``. The file ``symbols.tex`` defines
 the short symbols. A recursive-descent parser evaluates each formula numerically.

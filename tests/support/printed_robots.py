@@ -121,7 +121,8 @@ BUILT = {
 }
 ROBOTS = [*NAMES, *BUILT]
 FUNCTIONS = ("fk", "jacobian_mixed", "jacobian_space")
-"""Functions that affect the article. Other functions are not derived, to save time."""
+"""Functions whose equations appear in the article. Other functions are not derived, to save
+time."""
 
 
 @cache

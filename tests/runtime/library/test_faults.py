@@ -1,6 +1,6 @@
 """Faults during compilation leave one error and no partial file.
 
-After the fault, the same command succeeds.
+After the fault, a second call of the interrupted command succeeds.
 """
 
 import os

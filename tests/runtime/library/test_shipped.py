@@ -15,8 +15,8 @@ DOMAINS = {
     "w": "configuration",
     "T": "pose",
 }
-"""Vector that each name of a first input represents. A first input with another name contains the
-components of a task."""
+"""Domain of a generated function, keyed by the name of its first input. A first input whose name is
+not a key contains the components of a task."""
 
 
 @pytest.fixture(params=NAMES)

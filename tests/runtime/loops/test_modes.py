@@ -85,8 +85,8 @@ def test_modes_accept_any_leading_dimensions(robot_and_rod):
 
 
 def test_modes_are_complete_for_symmetric_cranks(robot_and_rod):
-    # At these angles, the leading coefficient of the polynomial may vanish, and modes are
-    # symmetric.
+    # At multiples of 15 degrees, the leading coefficient of the polynomial may vanish, and modes
+    # are symmetric.
     robot, rod = robot_and_rod
     angles = np.radians(np.arange(0, 360, 15.0))
     q = angles[:, None] + planar.ANGLES

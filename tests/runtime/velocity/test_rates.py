@@ -70,7 +70,8 @@ def test_damping_follows_smallest_singular_value_formula(ur5e):
     along = np.einsum("Nij,Ni->Nj", u, V * row) * sigma / (sigma**2 + damping)
     expected = np.einsum("Nji,Nj->Ni", vt, along)
     np.testing.assert_allclose(found.qd, expected, rtol=0, atol=1e-9)
-    # Only the singular direction is damped. Normal to this direction, the solver attains the twist.
+    # Only the singular direction is damped. Normal to the singular direction, the solver attains
+    # the requested twist.
     missed = (found.twist - V) * row
     direction = found.singular_direction * row
     np.testing.assert_allclose(np.linalg.norm(direction, axis=-1), 1, rtol=1e-12)

@@ -143,7 +143,7 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
         twist = lost(arm, q) * 0.3 if rng.random() < 0.4 else twist
         poses, q0 = through(arm, q, twist, 4001)
         if not arm.ik(poses[::50]).valid.all():
-            continue  # On some branch, the arm cannot reach all poses of the path.
+            continue  # At least one branch of the inverse does not reach all poses of the path.
         dt, length = rng.choice([1e-3, 1e-2]), 0.5
         rate = rng.choice([RATE, 1.0])
         track = arm.track(poses, q0, dt, rate_limits=rate, characteristic_length=length)
@@ -277,7 +277,7 @@ def test_track_works_for_few_and_many_joints(tmp_path, n):
     track = robot.track(robot.fk_jacobian_mixed(q)[0], q0, 0.01, rate_limits=rate)
     assert_sound(robot, track, 0.01, rate)
     assert track.error[-1].max() < 1e-3
-    # The target is two steps at full speed away, so many joints saturate in the first step.
+    # Even at full speed, the target takes two steps. Many joints saturate in the first step.
     target = robot.fk_jacobian_mixed(q0 + 0.02 * rate)[0]
     cost, least, touched = costs(robot, q0, target, rate, 0.01, 1.0)
     assert cost <= least * (1 + 1e-3) + 1e-12

@@ -73,10 +73,10 @@ def crane(
 
     Args:
         order: The joints that move in a plane.
-        hand: Whether a fifth axis in the plane of the motion follows.
+        hand: Whether the arm has a fifth axis, in the plane of the motion.
         round_numbers: Whether lengths are round.
         seed: Number of the arm.
-        wrist: Whether two more axes follow that intersect and have any direction.
+        wrist: Whether the arm ends with two intersecting axes of random directions.
     """
     draw = random.Random(seed)
 

@@ -71,8 +71,8 @@ Value = Callable[[sp.Expr], sp.Expr]
 def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
     """Yields (error name, mechanism) for each single error.
 
-    An error makes a length 0.2 mm longer, or rotates a joint axis by 0.1 degrees. The mechanism
-    that is yielded last has all these errors.
+    An error makes a length 0.2 mm longer, or rotates a joint axis by 0.1 degrees. The last yielded
+    mechanism has all length errors and all axis errors.
     """
     lengths: list[sp.Expr] = []
 
@@ -101,7 +101,7 @@ def _longer(off: dict[int, sp.Rational]) -> Value:
 
 
 def _with_lengths(mechanism: Mechanism, of: Value) -> Mechanism:
-    """Returns a mechanism in which the function `of` replaces each length once."""
+    """Returns a mechanism with each length replaced by `of(length)`."""
     return replace(
         mechanism,
         joints=tuple(

@@ -18,7 +18,8 @@ def drawn_planes(seed):
     """Returns a platform and its kind.
 
     Args:
-        seed: Number of the platform. Consecutive numbers run through all kinds.
+        seed: Number of the platform. Successive numbers give platforms of successive kinds, so
+            every kind occurs.
     """
     rng = np.random.default_rng(seed)
     before, behind = KINDS[seed % len(KINDS)]

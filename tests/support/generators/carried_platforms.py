@@ -24,7 +24,8 @@ def drawn_platform(seed):
     """Returns a platform and the names of its joints before and behind it.
 
     Args:
-        seed: Number of the platform. Consecutive numbers run through all combinations of kinds.
+        seed: Number of the platform. Successive numbers give platforms with successive combinations
+            of joints, so every combination occurs.
     """
     kinds = [(kind, a, b) for kind in BEHIND for a in BEFORE for b in BEHIND[kind] if a or b]
     kind, before, behind = kinds[seed % len(kinds)]

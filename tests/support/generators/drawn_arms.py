@@ -220,7 +220,7 @@ def cases_of(robot: SerialRobot, found: Inverses | None = None) -> list[Derived]
 
     Args:
         robot: The robot.
-        found: The inverses of the robot; derived by default.
+        found: The inverses of the robot. By default, this function derives the inverses.
     """
     found = found or inverses(robot, _terms(robot))
     if found.polished is not None:

@@ -35,7 +35,8 @@ ATTEMPTS, ATTEMPTS_APART = 20, 100_000
 SCALE = sp.S.One
 """Scale of the lengths. Arms are a few decimeters long, so 0.5 mm is a manufacturing error."""
 Drive = Callable[[Sketch, str, str, Point], None]
-"""Function (sketch, body, other body, pin) that adds a drive. The pin connects both bodies."""
+"""Function (sketch, body, other body, pin) that adds a drive. The pin is the point at which a joint
+connects the body to the other body."""
 
 
 def _motor(s: Sketch, body: str, _on: str, _at: Point) -> None:

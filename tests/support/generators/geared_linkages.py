@@ -1,8 +1,8 @@
 """Random linkages with gears, racks and planetary stages between their joints.
 
-Lengths are whole millimeters. Newton's method closes the loops before the gears are added. The
-offsets of the gears then fit this configuration, rounded like in a handwritten file. Each seed
-determines one mechanism.
+Lengths are whole millimeters. Newton's method computes a configuration with closed loops before the
+gears are added. The gear offsets fit the configuration with closed loops, and are rounded like in a
+handwritten file. Each seed determines one mechanism.
 """
 
 import random
@@ -99,7 +99,7 @@ def _fitted(pair: Pair, at: Mapping[str, float]) -> Coupling:
 
 
 def _reversed_at_times(draw: random.Random, pair: Pair) -> Pair:
-    """Solves the equation of a gear for one of its leaders, in a half of all cases."""
+    """Solves the equation of a gear for one of its leaders, with probability 1/2."""
     joint, ratios = pair
     if draw.random() < 0.5:
         return pair
@@ -223,7 +223,7 @@ def spatial_linkage(s: Sketch) -> list[Pair]:
 
 
 def gears_without_loops(s: Sketch) -> list[Pair]:
-    """An arm whose joints follow each other and a shaft on the base."""
+    """An arm without loops. Gears couple two joints to other joints and to a shaft."""
     s.pin("shaft", BASE, s.point())
     one = s.pin("one", BASE, ORIGIN)
     two = s.pin("two", one, FAR, Rotation("x", sp.Rational(1, 2)))

@@ -188,8 +188,8 @@ def _universal(rng):
 def _elbows(rng):
     """Returns three URU legs.
 
-    Compared with a 3-UPU, a driven elbow replaces each prismatic joint. The elbow axis is parallel
-    to the inner axes.
+    Each leg has a driven elbow instead of the prismatic joint of a UPU leg. The elbow axis is
+    parallel to the inner axes of the universal joints.
     """
     base, top, height = rng.integers(300, 400), rng.integers(100, 200), 600
     upper, lower = rng.integers(360, 420, 2)

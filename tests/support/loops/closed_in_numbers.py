@@ -133,7 +133,8 @@ class Model:
     def followed(self, q, steps=12):
         """Follows the reference branch to q.
 
-        Returns the unknown joints and the minimum of ``held``.
+        Returns the unknown joints at q, and the minimum over the steps of the smallest singular
+        value of the loop Jacobian.
         """
         u, held = self.closed(self.q, self.u), np.inf
         for part in np.linspace(0, 1, steps + 1):

@@ -1,4 +1,4 @@
-"""Compares a linkage with gears with Newton closures and their differences."""
+"""Compares the functions of a geared linkage with loops closed by Newton's method."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,10 +19,10 @@ class Errors:
     """Largest errors of the functions of one linkage (radian, or meter).
 
     Attributes:
-        pose: Difference between ``fk`` and the pose by Newton closure.
-        joints: Difference of the full configuration.
-        jacobian: Difference of ``jacobian_mixed`` from differences of poses.
-        acceleration: Difference of ``acceleration_mixed`` from differences of Jacobians.
+        pose: Difference between ``fk`` and the tip pose after Newton's method closes the loops.
+        joints: Difference between ``configuration`` and the joint values of Newton's method.
+        jacobian: Difference between ``jacobian_mixed`` and finite differences of poses.
+        acceleration: Difference between ``acceleration_mixed`` and finite differences of Jacobians.
         closure: Residual of ``constraint`` at the full configuration.
         rates: Residual of ``constraint_D_z`` at the rates of the full configuration.
         back: Difference between q and the nearest branch of ``actuator_branches(chain(q))``.

@@ -40,7 +40,7 @@ def bounds(name):
 
 
 def random_q(name, n, seed=0, wider=0.0):
-    """Returns coordinates within limits that are widened by ``wider`` times the range."""
+    """Returns random coordinates (n, dof), up to ``wider`` times the range beyond the limits."""
     lower, upper = bounds(name)
     span = wider * (upper - lower)
     generator = np.random.default_rng([seed, zlib.crc32(name.encode())])

@@ -6,7 +6,7 @@ from tests.support.handwritten import planar
 
 
 def random_q(rng, n, rod):
-    """Returns random crank angles (n, 3). For half of them, the platform can be assembled."""
+    """Returns random crank angles (n, 3). The platform closes for the last half of the rows."""
     anywhere = rng.uniform(-np.pi, np.pi, (n - n // 2, 3))
     poses = rng.uniform([-0.3, -0.3, -np.pi], [0.3, 0.3, np.pi], (200 * n, 3))
     held = planar.cranks(poses, rod, rng.choice([-1.0, 1.0], (200 * n, 3)))

@@ -1,8 +1,8 @@
 /* Reports the instruction sets in the environment variable CHOSEN_SETS as available.
  *
- * This file is included before all other files, so it declares getenv itself. Files included after
- * it set macros that select the declarations in system headers. So this file must not include a
- * system header. */
+ * chosen_sets.h is included before all other files. Later files define macros that select the
+ * declarations in system headers. chosen_sets.h therefore includes no system header, and declares
+ * getenv itself. */
 extern char *getenv(const char *name);
 
 static inline int chosen_sets_have(const char *set)

@@ -24,8 +24,8 @@ extern void *__libc_realloc(void *, size_t);
 static _Thread_local const char *folder;
 static _Thread_local long seen, failing;
 
-/* Starts to count allocations by code in a folder from 0. Allocation n fails; no allocation fails
- * if n is negative. A NULL folder ends the counting. */
+/* Counts the following allocations by code in the folder `own`. The first allocation has the number
+ * 0. Allocation n fails; no allocation fails if n is negative. A NULL folder ends the counting. */
 void fail_allocation(const char *own, long n)
 {
     folder = NULL;

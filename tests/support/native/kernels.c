@@ -20,7 +20,7 @@
 #include "library/_kernel.h"
 
 #define MAX 16                       /* inputs and outputs of a function */
-#define LONGEST 40                   /* longest of the short batches */
+#define LONGEST 40                   /* largest number of rows of a short batch */
 #define LINE 8                       /* number of doubles in a cache line */
 #define STREAMED ((size_t)(4 << 20)) /* larger results use streaming stores */
 #define THREADS 4
@@ -44,8 +44,8 @@ static double input_value(size_t row, int argument, int k)
 
 enum { FROM_MALLOC, PAGE_BEHIND, PAGE_BEFORE };
 
-/* Rows of one operand in a memory block that is only slightly larger. Memory between and before the
- * rows must not change. */
+/* Rows of one operand. The memory block is only slightly larger than the rows. Memory between and
+ * before the rows must not change. */
 typedef struct {
     double *block, *first;
     size_t doubles;

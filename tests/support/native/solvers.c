@@ -17,7 +17,7 @@
 #include "velocity/native/damped_box.h"
 
 #define STARTS 64
-#define POSES 24 /* the last pose is not finite, the second-to-last pose is out of reach */
+#define POSES 24 /* the last pose is not finite; pose POSES - 2 is out of reach */
 #define THREADS 3
 #define STEPS 400
 #define TOLERANCE 1e-9
@@ -189,8 +189,8 @@ static void free_results(Results *results)
     free(results->restarts);
 }
 
-/* Checks that poses within reach are solved within the limits and the last two poses are not. The
- * test also checks that several threads give the same results as one thread. */
+/* Checks that all poses but the last two are solved within the limits. Also checks that several
+ * threads give the same results as one thread. */
 static void check_batch(const Arm *arm, const Task *task, const double *poses, const double *seeds)
 {
     Results alone = new_results(arm->n), together = new_results(arm->n);
@@ -313,7 +313,7 @@ static void check_damping(void)
 }
 
 /* Checks that the step scales with the twist and its bounds, and is finite without some bounds.
- * This function changes the bounds. */
+ * check_other_bounds changes `low` and `high`. */
 static void check_other_bounds(DampedBox *solver, const double *y, double *low, double *high)
 {
     int n = solver->n;

@@ -1,8 +1,9 @@
 """Minimizes the sum of squared closure errors of a mechanism.
 
 The oracle uses only the frames, closures and lengths of the description. SciPy's ``least_squares``
-starts at a nearby configuration. The sum of squares is flat near its minimum. Therefore, Newton's
-method on its gradient refines the solution of ``least_squares``. CasADi computes exact derivatives.
+starts at a nearby configuration. The sum of squares is flat near its minimum. Newton's method for a
+zero gradient of the sum of squares therefore refines the solution of ``least_squares``. CasADi
+computes exact derivatives.
 """
 
 from collections.abc import Sequence
@@ -30,7 +31,7 @@ class LeastGaps:
         Args:
             numbers: The numeric mechanism.
             names: Names of the configuration entries. Swing angles are ignored.
-            held: Names of the fixed values.
+            held: Names of the joints and cylinders that keep their values.
         """
         symbols = {name: ca.SX.sym(name) for name in names}
         members = {*numbers.joints, *numbers.cylinders}
@@ -42,7 +43,7 @@ class LeastGaps:
         self._at = ca.Function("gaps", [ca.vertcat(*symbols.values())], results)
 
     def least(self, z: np.ndarray) -> np.ndarray:
-        """Returns the free entries of z at the minimum of the sum, near a configuration z."""
+        """Returns the free entries of z at the smallest squared closure error near z."""
 
         def at(x: np.ndarray) -> np.ndarray:
             whole = z.copy()

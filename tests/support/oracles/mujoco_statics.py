@@ -26,7 +26,7 @@ PLANAR_PIN = np.eye(6)[[0, 1]]
 
 
 class Loads(NamedTuple):
-    """Loads as in `chasles.study.statics.StaticLoads`, and the largest residual."""
+    """The static loads of `chasles.study.statics.StaticLoads`, and the largest residual."""
 
     actuators: np.ndarray
     joints: np.ndarray

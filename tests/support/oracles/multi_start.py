@@ -171,7 +171,7 @@ class Multistart:
     # --- modes ---
 
     def modes(self, known: np.ndarray, names: Sequence[str]) -> list[list[dict[str, float]]]:
-        """Returns all configurations at known values.
+        """Returns all configurations of the mechanism for the known values of some joints.
 
         Args:
             known: (count, n) values (radian or meter).

@@ -29,8 +29,8 @@ def least_error(
     The error is the mean length of the vectors ``K dx``. For ``dx = A g`` with ``A A^T = C`` and
     standard normal numbers g, the Lipschitz constant of this error is at most the largest singular
     value of ``K A`` divided by the square root of the point count. A Lipschitz function of normal
-    numbers exceeds its mean by ``L sqrt(-2 ln chance)`` with a probability of at most ``chance``
-    (Borell; Tsirelson, Ibragimov and Sudakov).
+    numbers exceeds its mean by ``L sqrt(-2 ln chance)`` with a probability of at most ``chance``.
+    Borell proved this bound, and independently Tsirelson, Ibragimov and Sudakov.
 
     Args:
         robot: The robot, with parametric functions.

@@ -33,10 +33,12 @@ class Verdict:
 
     Attributes:
         poses: Number of targets, all reachable.
-        missed: Number of targets that no solution claimed as exact reaches.
+        missed: Number of targets without a solution that is claimed as exact and reaches the
+            target.
         unfound: Number of targets that no returned configuration reaches, including least-squares
             results.
-        wrong: Number of targets with a solution claimed as exact that does not reach the target.
+        wrong: Number of targets with a solution that is claimed as exact but does not reach the
+            target.
         lost: Number of targets whose generating coordinates are regular, but not among the
         solutions. None for sets of singular coordinates.
         worst: Largest residual of the solutions that reach their target [m or rad].

@@ -43,12 +43,11 @@ class Inverse:
 
     Attributes:
         name: The peer.
-        call: The timed function. The argument is a prepared pose, the result has the library's
-            type.
+        call: The timed function from a prepared pose to a result, which has a type of the library.
         read: Converts a result of `call` to joint values (k, n), and to k booleans that state
             whether the library claims that a solution is exact.
         prepare: Function from a pose (4, 4) to the pose expected by the other library.
-        batch: The same as `call` for several prepared poses (m, 4, 4), on one thread.
+        batch: Function that calls the library for several prepared poses (m, 4, 4), on one thread.
     """
 
     name: str
@@ -80,7 +79,7 @@ def answers(name: str, chain: Screws, T: np.ndarray, lock: int, values: np.ndarr
     If the other library cannot solve the whole arm, joint `lock` is fixed at values (m,).
 
     Raises:
-        Unsolved: The other library cannot solve the arm even with this joint fixed.
+        Unsolved: The other library cannot solve the arm even with joint `lock` fixed.
     """
     module = _imported(name)
     assert module is not None
@@ -114,7 +113,7 @@ def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
 
 
 def aligned(chain: Screws) -> Callable[[np.ndarray], np.ndarray]:
-    """Returns a function that rotates poses so that the tip axes at zero equal the base axes."""
+    """Returns a function that makes tip frames parallel to the base frame at joint values 0."""
     turn = np.eye(4)
     turn[:3, :3] = chain.home[:3, :3].T
     return lambda T: T @ turn
