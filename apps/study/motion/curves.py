@@ -2,8 +2,7 @@
 
 A curve is a function of the length s from its start. For tool curves, s is the path length of the
 tool origin [m], or the angle [rad] of a pure rotation. For curves of the coordinates, s increases
-from 0 to 1. The derivatives with respect to s are exact. Rates and accelerations are therefore
-exact.
+from 0 to 1. All derivatives with respect to s, rates and accelerations are exact.
 """
 
 from __future__ import annotations
@@ -182,8 +181,7 @@ def task_curve(task: Task, curve: PoseCurve, start: float = 0.0, end: float = 0.
 
     Args:
         task: "position", "position_pitch" or "planar", as in `task_line`.
-        curve: The curve of the tool pose. Only the position of the tool is used, because the task
-            prescribes its own orientation.
+        curve: The curve of the tool pose. The task prescribes a different orientation.
         start: Pitch or angle at the start [rad].
         end: Pitch or angle at the end [rad]. The pitch or angle is linear in s.
 
