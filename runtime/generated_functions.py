@@ -1,4 +1,4 @@
-"""The names of all generated functions. The stub file contains their types."""
+"""Names of all generated functions. The stub file contains the types of generated functions."""
 
 from __future__ import annotations
 

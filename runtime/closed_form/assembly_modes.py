@@ -58,8 +58,8 @@ class PlatformMethods(RobotFacts):
     def fk_all(self, q: ArrayLike, *, threads: int | Literal["all"] = 1) -> AssemblyModes:
         """Return the tool poses of all assembly modes of the platform.
 
-        At some singularities of type 2, the poses are not isolated. At these singularities, only
-        some modes are found, and `complete` is False.
+        At some singularities of type 2, the poses are not isolated. If the poses are not isolated,
+        only some modes are found, and `complete` is False.
 
         Args:
             q: (..., n) actuated coordinates [rad or m].

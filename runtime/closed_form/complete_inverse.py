@@ -37,9 +37,10 @@ class CompleteInverse:
     """An inverse for fixed joints that also solves degenerate structures of the other joints.
 
     At some values of a fixed joint, the axes next to it are parallel, at right angles or in a
-    plane. At such values of the fixed joint, formulas for oblique axes miss solutions. Newton's
-    method finds the missing solutions. Newton's method starts from the slots at the value of the
-    fixed joint, from the slots at a slightly different value, and from random revolute joints.
+    plane. If axes are parallel, perpendicular or coplanar, formulas for oblique axes miss
+    solutions. Newton's method finds the missing solutions. Newton's method starts from the slots at
+    the value of the fixed joint, from the slots at a slightly different value, and from random
+    revolute joints.
 
     Attributes:
         names: The fixed joints.
