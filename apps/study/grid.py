@@ -11,12 +11,13 @@ and z is exact for boxes and never negative. The points are too few if a random 
 misses many of the visited cells. With too few points, larger cells are used.
 
 Four errors remain. First, if the surface of the body is parallel to the faces of the cells, all
-lines leave the body at the same position within a cell. The excess volume of such a body is between
-0 and h times the area of the open faces. Open faces at such a surface are coplanar with the
-adjacent open faces. Second, the points may miss a cell that contains only a small corner of the
-body. A power law extrapolates the number of missed cells from a random half of the points. Third,
-if the body covers few cells, few lines determine by how much the visited cells extend beyond the
-body on average. Fourth, the products of the numbers c in the correction are exact only for boxes.
+lines leave the body at the same position within a cell. For a surface parallel to cell faces, the
+excess volume is between 0 and h times the area of the open faces. Open faces at a parallel surface
+of the body are coplanar with the adjacent open faces. Second, the points may miss a cell that
+contains only a small corner of the body. A power law extrapolates the number of missed cells from a
+random half of the points. Third, if the body covers few cells, few lines determine by how much the
+visited cells extend beyond the body on average. Fourth, the products of the numbers c in the
+correction are exact only for boxes.
 
 Source:
     L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for the area
