@@ -46,7 +46,7 @@ class TurnedBase:
     Attributes:
         owner: The joint or closure whose frame has the orientation of the rotated axes.
         turn: The orientation of the rotated axes.
-        matrix: The rotation as a matrix (4, 4).
+        matrix: The orientation of the rotated axes as a matrix (4, 4).
         angle: Rounding error of relative angles (radian).
         length: Rounding error of coordinates in the rotated axes (meter).
         lengths: Lengths of rods and of bodies other than the base. A length from ``lengths`` may
