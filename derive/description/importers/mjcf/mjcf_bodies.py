@@ -24,6 +24,7 @@ from ...conventions.urdf_origin import urdf
 from ...mechanism_file import PLATFORMS
 from ..identifiers import identifier
 from ..kinematic_tree import KinematicTree, TreeJoint, TreeJointKind
+from .mjcf_couplings import Equation, Law, joint_equations
 from .mjcf_model import CompiledModel, angle, direction, length, lengths, roll_pitch_yaw, snapped
 
 WORLD = "world"
@@ -34,21 +35,6 @@ KINDS: Mapping[int, JointKind] = {SLIDE: "prismatic", HINGE: "revolute"}
 BALL_FREEDOMS = 3
 ORIGIN = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 Quaternion = tuple[mp.mpf, mp.mpf, mp.mpf, mp.mpf]
-
-
-@dataclass(frozen=True)
-class Law:
-    """The coupling ``multiplier * leader + offset`` of a joint.
-
-    Attributes:
-        leader: Index of the leader, or -1 if the joint is constant.
-        multiplier: Motion of the joint per unit of the leader.
-        offset: Value of the joint if the leader is 0 (radian or meter).
-    """
-
-    leader: int
-    multiplier: sp.Expr
-    offset: sp.Expr
 
 
 @dataclass(frozen=True)
@@ -145,19 +131,11 @@ class Bodies:
             for k in range(self.arrays.nsite)
             if (name := self.model.named("mjOBJ_SITE", k))
         }
-        self._laws = tuple(_laws(model))
-        leaders = {follower: law for follower, law in self._laws if law.leader >= 0}
-        self.joints = tuple(self._all(leaders))
+        self.laws = tuple(self._laws())
+        names = [self.joint_name(k) for k in range(self.arrays.njnt)]
+        with_leader = [law for law in self.laws if law.leader]
+        self.joints = tuple(self._all({e.joint: e for e in joint_equations(with_leader, names)}))
         self.tree = _tree(self.joints)
-
-    def laws(self) -> Iterator[tuple[str, Law, str]]:
-        """Yields the follower, the equation and the leader of each linear joint equality.
-
-        The leader of an equality that fixes a joint is "".
-        """
-        for follower, law in self._laws:
-            leader = self.joint_name(law.leader) if law.leader >= 0 else ""
-            yield self.joint_name(follower), law, leader
 
     def release(self, ball: BodyJoint) -> None:
         """Replaces a ball joint by a free joint to the world, at the initial configuration."""
@@ -182,15 +160,15 @@ class Bodies:
         place = k - int(self.arrays.body_jntadr[body])
         return self.model.named("mjOBJ_JOINT", k) or f"{self.names[body]}_joint{place + 1}"
 
-    def _all(self, laws: Mapping[int, Law]) -> Iterator[BodyJoint]:
+    def _all(self, equations: Mapping[str, Equation]) -> Iterator[BodyJoint]:
         for body in range(1, self.arrays.nbody):
-            yield from self._of_body(body, laws)
+            yield from self._of_body(body, equations)
         for k, name in self.sites.items():
             parent = self.names[int(self.arrays.site_bodyid[k])]
             at, turned = self.arrays.site_pos[k], self.arrays.site_quat[k]
             yield _mounted(parent, name, at, turned)
 
-    def _of_body(self, body: int, laws: Mapping[int, Law]) -> Iterator[BodyJoint]:
+    def _of_body(self, body: int, equations: Mapping[str, Equation]) -> Iterator[BodyJoint]:
         """Yields the joints of a body.
 
         The last joint is a fixed joint from the last joint anchor to the body origin, if these
@@ -206,7 +184,7 @@ class Bodies:
             ends_at_body = k == first + count - 1 and not next_anchor.any()
             child = name if ends_at_body else f"{name}_{k - first + 1}"
             at = at + _rotated(turned, next_anchor - anchor)
-            yield self._moving(k, link, child, at, turned, laws)
+            yield self._moving(k, link, child, at, turned, equations)
             link, at, turned, anchor = child, np.zeros(3), _UNTURNED, next_anchor
         if link != name:
             at = at + _rotated(turned, -anchor)
@@ -219,7 +197,7 @@ class Bodies:
         child: str,
         at: np.ndarray,
         turned: Quaternion,
-        laws: Mapping[int, Law],
+        equations: Mapping[str, Equation],
     ) -> BodyJoint:
         kind = int(self.arrays.jnt_type[k])
         name = self.joint_name(k)
@@ -234,7 +212,7 @@ class Bodies:
         else:
             at = at + _rotated(turned, -reference * self.arrays.jnt_axis[k])
         rpy, notes = snapped(roll_pitch_yaw(turned))
-        coupling, leader = self._coupling(k, laws)
+        equation = equations.get(name)
         return BodyJoint(
             name,
             parent,
@@ -244,8 +222,8 @@ class Bodies:
             rpy=rpy,
             axis=axis,
             limits=self._limits(k),
-            coupling=coupling,
-            leader=leader,
+            coupling=equation.coupling if equation else None,
+            leader=next(iter(equation.ratios), "") if equation else "",
             notes=_of_joint(name, notes),
         )
 
@@ -256,23 +234,20 @@ class Bodies:
         lower, upper = (exact(value) for value in self.arrays.jnt_range[k])
         return lower, upper
 
-    def _coupling(self, k: int, laws: Mapping[int, Law]) -> tuple[Coupling | None, str]:
-        """Returns the equation of a coupled joint and the name of its leader.
-
-        If the leader is also coupled, its equation is inserted.
-        """
-        multiplier, offset, leader = sp.S.One, sp.S.Zero, k
-        for _ in laws:
-            if leader not in laws:
-                break
-            law = laws[leader]
-            offset, multiplier = offset + multiplier * law.offset, multiplier * law.multiplier
-            leader = law.leader
-        if leader == k:
-            return None, ""
-        name = self.joint_name(leader)
-        own = identifier(self.joint_name(k))
-        return Coupling(own, ((identifier(name), multiplier),), offset), name
+    def _laws(self) -> Iterator[Law]:
+        """Yields the active linear equalities y - y0 = a0 + a1 (x - x0) of joints."""
+        arrays, eq = self.arrays, self.model.mujoco.mjtEq.mjEQ_JOINT
+        start = {k: length(arrays.qpos0[arrays.jnt_qposadr[k]]) for k in range(arrays.njnt)}
+        for k in range(arrays.neq):
+            if int(arrays.eq_type[k]) != int(eq) or not arrays.eq_active0[k]:
+                continue
+            follower, leader = int(arrays.eq_obj1id[k]), int(arrays.eq_obj2id[k])
+            a0, a1, *bent = (length(value) for value in arrays.eq_data[k][:5])
+            name, offset = self.joint_name(follower), start[follower] + a0
+            if leader < 0:
+                yield Law(name, "", sp.S.Zero, offset)
+            elif not any(bent):
+                yield Law(name, self.joint_name(leader), a1, offset - a1 * start[leader])
 
 
 def _tree(joints: Sequence[BodyJoint]) -> KinematicTree:
@@ -301,21 +276,6 @@ def _mounted(parent: str, child: str, at: np.ndarray, turned: Sequence[float]) -
 
 def _of_joint(name: str, notes: Iterable[str]) -> tuple[str, ...]:
     return tuple(f"joint {name}: {note}" for note in notes)
-
-
-def _laws(model: CompiledModel) -> Iterator[tuple[int, Law]]:
-    """Yields the active linear couplings y - y0 = a0 + a1 (x - x0) of joints."""
-    arrays, eq = model.arrays, model.mujoco.mjtEq.mjEQ_JOINT
-    start = {k: length(arrays.qpos0[arrays.jnt_qposadr[k]]) for k in range(arrays.njnt)}
-    for k in range(arrays.neq):
-        leader = int(arrays.eq_obj2id[k])
-        if int(arrays.eq_type[k]) == int(eq) and arrays.eq_active0[k]:
-            follower = int(arrays.eq_obj1id[k])
-            a0, a1, *bent = (length(value) for value in arrays.eq_data[k][:5])
-            if leader < 0:
-                yield follower, Law(leader, sp.S.Zero, start[follower] + a0)
-            elif not any(bent):
-                yield follower, Law(leader, a1, start[follower] + a0 - a1 * start[leader])
 
 
 # --- quaternions whose scalar comes first ---

@@ -1,28 +1,71 @@
-"""Joint equalities of a MuJoCo model as couplings between the joints of a robot with loops.
+"""Joint equalities of a MuJoCo model as equations between joints, in a form without redundancy.
 
-An equality states y - y0 = a0 + a1 (x - x0). Joints outside the robot are eliminated from the
-equations, because they carry no part of the robot. For example, the joint of a motor may be outside
-the robot.
+An equality states y - y0 = a0 + a1 (x - x0). Gauss-Jordan elimination converts the equalities to
+one equation for each dependent joint. The result does not depend on the order of the equalities.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
 
 from ....model.errors import DescriptionError
 from ....model.robot import Coupling
+from ....model.tolerances import SAME_EQUATION
 from ..identifiers import identifier
-from .mjcf_bodies import BodyJoint, Law
+
+
+@dataclass(frozen=True)
+class Law:
+    """A linear joint equality: follower = multiplier * leader + offset.
+
+    Attributes:
+        follower: Name of the coupled joint.
+        leader: Name of the leader, or "" if the joint is constant.
+        multiplier: Motion of the follower per unit of the leader.
+        offset: Value of the follower if the leader is 0 (radian or meter).
+    """
+
+    follower: str
+    leader: str
+    multiplier: sp.Expr
+    offset: sp.Expr
+
+
+@dataclass(frozen=True)
+class Equation:
+    """The value of a dependent joint: the sum of ratio * joint, plus the offset.
+
+    Attributes:
+        joint: Name of the dependent joint.
+        ratios: Ratios of the independent joints by name.
+        offset: Value of the joint if all independent joints are 0 (radian or meter).
+    """
+
+    joint: str
+    ratios: Mapping[str, sp.Expr]
+    offset: sp.Expr
+
+    @property
+    def coupling(self) -> Coupling:
+        """The equation as a coupling between joints of a robot."""
+        ratios = tuple((identifier(name), ratio) for name, ratio in self.ratios.items())
+        return Coupling(identifier(self.joint), ratios, self.offset)
 
 
 @dataclass(frozen=True)
 class _Row:
-    """A linear equation: the sum of factor * joint is equal to ``value``."""
+    """A linear equation: the sum of factor * joint is equal to ``value``.
+
+    Attributes:
+        factors: The nonzero factors by joint name.
+        value: The right side (radian or meter).
+        joints: Names of the joints in the equalities from which the equation follows.
+    """
 
     factors: Mapping[str, sp.Expr]
     value: sp.Expr
-    follower: str
+    joints: frozenset[str]
 
     def without(self, name: str, other: "_Row") -> "_Row":
         """Eliminates a joint by means of another equation."""
@@ -30,61 +73,86 @@ class _Row:
             return self
         part = self.factors[name] / other.factors[name]
         names = dict.fromkeys((*self.factors, *other.factors))
-        found = {n: self.factors.get(n, 0) - part * other.factors.get(n, 0) for n in names}
+        found = {
+            n: _difference(self.factors.get(n, sp.S.Zero), part * other.factors.get(n, sp.S.Zero))
+            for n in names
+        }
         kept = {n: factor for n, factor in found.items() if factor != 0}
-        return _Row(kept, self.value - part * other.value, self.follower)
+        return _Row(kept, self.value - part * other.value, self.joints | other.joints)
 
 
-def joint_couplings(
-    laws: Iterable[tuple[str, Law, str]], tree: Sequence[BodyJoint]
-) -> tuple[Coupling, ...]:
-    """Returns the couplings between the joints of a robot.
+def joint_equations(laws: Iterable[Law], names: Sequence[str]) -> tuple[Equation, ...]:
+    """Returns one equation for each dependent joint, in the order of the names.
+
+    Joints without a place in ``names`` depend on the named joints if possible. Of the named joints,
+    followers depend on other joints, and later joints depend on earlier joints.
 
     Args:
-        laws: The follower, the equation and the leader ("" without a leader) of each equality.
-        tree: The joints of the robot.
+        laws: The equalities in any order.
+        names: Names of joints, from the base.
+    """
+    solved, _ = _reduced(laws, names)
+    order = [*names, *(name for name in solved if name not in names)]
+    return tuple(_equation(name, solved[name]) for name in order if name in solved)
+
+
+def check_agreement(laws: Iterable[Law], names: Sequence[str]) -> None:
+    """Raises an error if no positions of the named joints satisfy all equalities.
 
     Raises:
-        DescriptionError: Equalities contradict each other, or two equalities can only be solved for
-            one joint.
+        DescriptionError: The equalities do not have a common solution.
     """
-    inside = {joint.name for joint in tree}
-    rows = [_row(*law) for law in laws]
-    for name in dict.fromkeys(name for row in rows for name in row.factors):
-        if name not in inside:
-            solved = next(row for row in rows if name in row.factors)
-            rows = [row.without(name, solved) for row in rows if row is not solved]
-    return tuple(_couplings([row for row in rows if row.factors or row.value != 0]))
+    _, left = _reduced(laws, names)
+    for row in left:
+        if row.joints & {*names}:
+            raise DescriptionError(
+                f"no joint positions satisfy all equalities of {', '.join(sorted(row.joints))}; "
+                "correct or delete one of these equalities"
+            )
 
 
-def coupled_groups(laws: Iterable[tuple[str, Law, str]]) -> list[set[str]]:
+def _reduced(
+    laws: Iterable[Law], names: Sequence[str]
+) -> tuple[Mapping[str, _Row], Sequence[_Row]]:
+    """Returns the equation of each dependent joint, and the equations without a solution."""
+    # The sorted equalities give the same digits in each order, even if some of them differ by
+    # rounding errors only.
+    ordered = sorted(laws, key=str)
+    rows, followers = [_row(law) for law in ordered], {law.follower for law in ordered}
+    columns = [*sorted({name for row in rows for name in row.factors} - {*names})]
+    columns += [name for name in reversed(names) if name in followers]
+    columns += [name for name in reversed(names) if name not in followers]
+    solved: dict[str, _Row] = {}
+    for name in columns:
+        pivot = next((row for row in rows if name in row.factors), None)
+        if pivot is not None:
+            rows = [row.without(name, pivot) for row in rows if row is not pivot]
+            solved = {n: row.without(name, pivot) for n, row in solved.items()} | {name: pivot}
+    return solved, [row for row in rows if abs(row.value) > SAME_EQUATION]
+
+
+def coupled_groups(laws: Iterable[Law]) -> list[set[str]]:
     """Returns the names of joints that equalities connect, directly or through other joints."""
     groups: list[set[str]] = []
-    for follower, _, leader in laws:
-        joined = [group for group in groups if group & {follower, leader}]
-        merged = {follower, leader}.union(*joined) - {""}
+    for law in laws:
+        joined = [group for group in groups if group & {law.follower, law.leader}]
+        merged = {law.follower, law.leader}.union(*joined) - {""}
         groups = [group for group in groups if group not in joined] + [merged]
     return groups
 
 
-def _row(follower: str, law: Law, leader: str) -> _Row:
-    factors = {follower: sp.S.One} | ({leader: -law.multiplier} if leader else {})
+def _row(law: Law) -> _Row:
+    factors = {law.follower: sp.S.One} | ({law.leader: -law.multiplier} if law.leader else {})
     kept = {name: factor for name, factor in factors.items() if factor != 0}
-    return _Row(kept, law.offset, follower)
+    return _Row(kept, law.offset, frozenset(factors))
 
 
-def _couplings(rows: Iterable[_Row]) -> Iterator[Coupling]:
-    """Yields one coupling per equation. Each joint is the left side of at most one coupling."""
-    taken: set[str] = set()
-    for row in rows:
-        names = sorted(row.factors, key=lambda name: name != row.follower)
-        own = next((name for name in names if name not in taken), None)
-        if own is None:
-            raise DescriptionError(
-                f"joint {row.follower!r} is in several equalities that contradict or repeat each "
-                "other; delete one of them"
-            )
-        taken.add(own)
-        factor = row.factors[own]
-        ratios = [(identifier(n), -f / factor) for n, f in row.factors.items() if n != own]
-        yield Coupling(identifier(own), tuple(ratios), row.value / factor)
+def _difference(a: sp.Expr, b: sp.Expr) -> sp.Expr:
+    """Returns a - b, or zero if the numbers are equal except for rounding errors."""
+    return sp.S.Zero if abs(a - b) <= SAME_EQUATION * max(abs(a), abs(b)) else a - b
+
+
+def _equation(name: str, row: _Row) -> Equation:
+    own = row.factors[name]
+    ratios = {other: -factor / own for other, factor in row.factors.items() if other != name}
+    return Equation(name, ratios, row.value / own)

@@ -23,7 +23,7 @@ from ....model.robot import Coupling
 from ....model.tolerances import COMPILED_DECIMALS
 from ..identifiers import identifier
 from .mjcf_bodies import FREE_WORDS, ORIGIN, Bodies, BodyJoint
-from .mjcf_couplings import coupled_groups, joint_couplings
+from .mjcf_couplings import Equation, check_agreement, coupled_groups, joint_equations
 from .mjcf_model import CompiledModel, length, lengths, roll_pitch_yaw
 
 MAX_CONNECTS = 2
@@ -86,7 +86,7 @@ class ModelLoops:
         found: list[_Equality] = []
         left = list(self.equalities)
         around = {e.name: {joint.name for joint in self._around(e)} for e in self.equalities}
-        geared = coupled_groups(self.bodies.laws())
+        geared = coupled_groups(self.bodies.laws)
         moving = moving.union(*(group for group in geared if group & moving))
         while meeting := [e for e in left if moving & around[e.name]]:
             found += meeting
@@ -107,9 +107,11 @@ class ModelLoops:
         """Raises an error if a joint of the robot has an unsupported coupling.
 
         Raises:
-            DescriptionError: A joint of the robot has an unsupported coupling.
+            DescriptionError: A joint of the robot has an unsupported coupling, or no joint
+                positions satisfy all equalities.
         """
         by_name = {joint.name: joint for joint in joints}
+        check_agreement(self.bodies.laws, [*by_name])
         self.model.drives.check_tendons(by_name)
         for k in range(self.arrays.neq):
             if not self._is(k, "mjEQ_JOINT") or not self.arrays.eq_active0[k]:
@@ -131,12 +133,9 @@ class ModelLoops:
         return int(self.arrays.eq_obj2id[k]) < 0 or not any(self.arrays.eq_data[k][2:5])
 
     def couplings(self, tree: Sequence[BodyJoint]) -> tuple[Coupling, ...]:
-        """Returns the couplings between the joints of a tree with loops.
-
-        Raises:
-            DescriptionError: The equalities of the joints contradict each other.
-        """
-        return joint_couplings(self.bodies.laws(), tree)
+        """Returns the couplings between the joints of a tree with loops."""
+        inside = {joint.name for joint in tree}
+        return tuple(e.coupling for e in self._equations(tree) if e.joint in inside)
 
     def motors(self, tree: Sequence[BodyJoint]) -> tuple[Drive, ...]:
         """Returns the hinges outside the robot's tree that move a joint of the tree by an actuator.
@@ -145,18 +144,18 @@ class ModelLoops:
         """
         inside, moved = {joint.name for joint in tree}, self.model.drives.joints
         turning = {joint.name for joint in self.bodies.joints if joint.kind == "revolute"}
-        found: list[Drive] = []
-        for joint in self.bodies.joints:
-            rule, leader = joint.coupling, joint.leader
-            if rule is None or rule.offset != 0 or (joint.name in inside) == (leader in inside):
-                continue
-            ((_, ratio),) = rule.ratios or (("", sp.S.Zero),)
-            own, motor = (joint.name, leader) if joint.name in inside else (leader, joint.name)
-            is_new = identifier(motor) not in [drive.name for drive in found]
-            if ratio != 0 and own not in moved and motor in moved and motor in turning and is_new:
-                ratio = ratio if own == joint.name else 1 / ratio
-                found.append(Drive(identifier(motor), identifier(own), ratio))
-        return tuple(found)
+        return tuple(
+            Drive(identifier(e.joint), identifier(joint), 1 / ratio)
+            for e in self._equations(tree)
+            for joint, ratio in e.ratios.items()
+            if e.joint in (turning & {*moved}) - inside
+            and joint in inside.difference(moved)
+            and e.offset == 0
+        )
+
+    def _equations(self, tree: Sequence[BodyJoint]) -> tuple[Equation, ...]:
+        """Returns the equations of dependent joints, with joints of the tree as leaders."""
+        return joint_equations(self.bodies.laws, [joint.name for joint in tree])
 
     def actuated(self, tree: Sequence[BodyJoint]) -> tuple[str, ...]:
         """Returns the joints and motors with an actuator, in the order of the actuators.

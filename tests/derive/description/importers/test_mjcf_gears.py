@@ -1,5 +1,7 @@
 """Joint equalities and ball joints in MJCF models with loops agree with MuJoCo."""
 
+from itertools import permutations
+
 import numpy as np
 import pytest
 
@@ -129,7 +131,7 @@ GEAR = '<joint joint1="{a}" joint2="{b}" polycoef="{c} {r} 0 0 0"/>'
             + '<joint joint1="link" polycoef=".02 0 0 0 0"/>',
             "left",
             "second",
-            ["crank", "link"],
+            ["link", "crank"],
         ),
     ],
     ids=["cranks", "passive joints", "shaft outside", "gear train"],
@@ -149,15 +151,67 @@ def test_joint_equality_in_loops_matches_mujoco(path, bodies, equalities, motor,
             "joint 'right' is coupled to 'left' by equality 'cam'; a follower's value is linear",
         ),
         (
-            2 * '<joint joint1="right"/>',
-            "joint 'right' is in several equalities that contradict or repeat each other",
+            GEAR.format(a="right", b="left", c=0.1, r=2)
+            + GEAR.format(a="left", b="right", c=0, r=0.5)
+            + '<joint joint1="link"/>',
+            "no joint positions satisfy all equalities of left, right; correct or delete one",
         ),
     ],
-    ids=["cam", "repeated"],
+    ids=["cam", "contradiction"],
 )
 def test_unsupported_joint_equality_is_refused_by_name(path, equalities, words):
     text = FIVE_BAR.format(bodies="", equalities=equalities, motor="left")
     assert words in wrong(path, text, tip="tool")
+
+
+def test_order_of_joint_equalities_does_not_change_the_robot(path):
+    # All equalities hold at these values. MuJoCo counts positions from ``ref`` = 0.2 of left.
+    values = {"left": 0.3, "right": 0.7, "link": -0.6, "coupler": 0.05}
+    equalities = (
+        GEAR.format(a="right", b="left", c=0.5, r=2),
+        GEAR.format(a="link", b="right", c=0.1, r=-1),
+        '<joint joint1="right" polycoef=".7 0 0 0 0"/>',
+        GEAR.format(a="link", b="shaft", c=-0.9, r=3),
+        GEAR.format(a="left", b="shaft", c=0, r=1),
+    )
+    found = set()
+    for ordered in permutations(equalities):
+        text = FIVE_BAR.format(bodies=SHAFT, equalities="".join(ordered), motor="coupler")
+        found.add(read_model(path, text, "world", "tool").couplings)
+    (couplings,) = found
+    # The five equations have rank four, and one of them determines the shaft.
+    assert [c.joint for c in couplings] == ["left", "right", "link"]
+    for c in couplings:
+        follows = sum(ratio * values[name] for name, ratio in c.ratios) + c.offset
+        assert abs(follows - values[c.joint]) < 1e-12
+
+
+def test_order_of_joint_equalities_does_not_change_a_chain(path):
+    arm = """<mujoco model="arm"><compiler angle="radian"/><worldbody>{}</worldbody>
+    <equality>{}</equality></mujoco>"""
+    bodies = "".join(
+        f'<body name="{name}" pos=".1 0 0"><joint name="{name}"/><geom size=".01"/>'
+        for name in "abcd"
+    )
+    equalities = (
+        GEAR.format(a="b", b="a", c=0, r=2),
+        GEAR.format(a="b", b="c", c=0.1, r=1),
+        GEAR.format(a="a", b="b", c=0, r=0.5),
+    )
+    model = mujoco.MjModel.from_xml_string(arm.format(bodies + 4 * "</body>", "".join(equalities)))
+    data = mujoco.MjData(model)
+    data.qpos[:] = 0.2, 0.4, 0.3, 0.7
+    mujoco.mj_kinematics(model, data)
+    robots = [
+        read_model(path, arm.format(bodies + 4 * "</body>", "".join(ordered)), "world", "d")
+        for ordered in permutations(equalities)
+    ]
+    assert {robot.couplings for robot in robots} == {robots[0].couplings}
+    # Only c and d are not the first joint of an equality.
+    assert [c.name for c in robots[0].coordinates] == ["c", "d"]
+    (fk,) = lower([derive(robots[0], functions=("fk",)).function("fk")], "r")
+    T = np.array(fk([0.3, 0.7])).reshape(4, 4)
+    assert np.abs(T[:3, 3] - data.body("d").xpos).max() < 1e-12
 
 
 def test_ball_joint_in_the_tree_with_a_pin_matches_mujoco(path):
