@@ -3,10 +3,9 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import get_args
 
-import numpy as np
 import sympy as sp
 
-from ..model.coupling import Coupling, Limits, Motor, MotorKind
+from ..model.coupling import Coupling, Limits, Motor, MotorKind, contradictory, no_solution
 from ..model.errors import DescriptionError
 from ..model.kinds import JointKind, ParameterKind
 from ..model.robot import Joint
@@ -52,7 +51,7 @@ class CoordinateFile(TomlFile):
         return tuple(found), tuple(motors.values())
 
     def joint_couplings(
-        self, joints: Iterable[tuple[int, Joint]], kinds: Mapping[str, JointKind]
+        self, joints: Sequence[tuple[int, Joint]], kinds: Mapping[str, JointKind]
     ) -> tuple[Coupling, ...]:
         """Reads the couplings of a robot with loops, which relate joints and cylinders.
 
@@ -63,8 +62,8 @@ class CoordinateFile(TomlFile):
         Raises:
             DescriptionError: A table is invalid, or names no moving joint or cylinder.
         """
-        found = []
-        for joint in self.table_at(("couplings",), {}):
+        found, rules = [], self.table_at(("couplings",), {})
+        for joint in rules:
             keys: Keys = ("couplings", joint)
             if joint not in kinds:
                 expected = f"a moving joint or a cylinder ({listed(kinds)})"
@@ -78,9 +77,10 @@ class CoordinateFile(TomlFile):
                     self.fail((*keys, name), f"{expected}{hint(name, kinds)}", name)
             found.append(self._coupling(joint, kinds[joint], kinds))
         couplings = (*found, *self.mimics(joints, kinds))
-        if _contradict(couplings):
-            names = listed([coupling.joint for coupling in couplings])
-            self.fail(("couplings",), f"equations that hold together; those of {names} do not")
+        if wrong := contradictory(couplings):
+            places: dict[str, Keys] = {joint.name: ("joints", k, "mimic") for k, joint in joints}
+            places |= {joint: ("couplings", joint) for joint in rules}
+            self.fail(places[wrong[-1]], f"equations with a solution ({no_solution(wrong)})", None)
         return couplings
 
     def mimics(
@@ -162,14 +162,3 @@ class CoordinateFile(TomlFile):
     def coordinate_scale(self, kind: str) -> sp.Expr:
         """Returns the number of meters or radians per unit of a coordinate in the file."""
         return self.scale["length" if kind == "prismatic" else "angle"]
-
-
-def _contradict(couplings: Sequence[Coupling]) -> bool:
-    """Returns whether no joint values fulfill all couplings."""
-    names = sorted({name for c in couplings for name in (c.joint, *dict(c.ratios))})
-    rows = np.zeros((len(couplings), len(names) + 1))
-    for row, coupling in zip(rows, couplings, strict=True):
-        for name, ratio in ((coupling.joint, -1), *coupling.ratios):
-            row[names.index(name)] = float(ratio)
-        row[-1] = float(coupling.offset)
-    return bool(np.linalg.matrix_rank(rows) > np.linalg.matrix_rank(rows[:, :-1]))

@@ -8,6 +8,7 @@ import sympy as sp
 
 from .errors import DescriptionError
 from .exact import exact
+from .linear_equations import LinearEquation, conflict
 from .names import check_choice, check_name, check_unique
 
 Limits = tuple[sp.Expr | None, sp.Expr | None]
@@ -89,7 +90,7 @@ def check_joint_couplings(
 
     Raises:
         DescriptionError: A name is not a moving joint or cylinder, a joint has its own coordinate,
-            or two couplings have the same joint.
+            two couplings have the same joint, or no joint values fulfill all couplings.
     """
     check_unique("coupling of joint", [coupling.joint for coupling in couplings])
     for coupling in couplings:
@@ -106,6 +107,22 @@ def check_joint_couplings(
                 f"{begin} names this joint itself; in a robot with loops, a joint has no "
                 "coordinate of its own: add a revolute joint for the motor, and name it instead"
             )
+    if wrong := contradictory(couplings):
+        raise DescriptionError(f"robot {robot!r}: {no_solution(wrong)}")
+
+
+def contradictory(couplings: Sequence[Coupling]) -> tuple[str, ...]:
+    """Returns the joints of couplings that no joint values fulfill together, or no joints."""
+    rows = [LinearEquation({c.joint: -sp.S.One, **dict(c.ratios)}, -c.offset) for c in couplings]
+    return tuple(couplings[k].joint for k in conflict(rows))
+
+
+def no_solution(joints: Sequence[str]) -> str:
+    """Returns the message for joints whose couplings have no common solution."""
+    return (
+        f"no joint values fulfill the couplings of {', '.join(joints)} at the same time; correct "
+        "or delete one of these couplings"
+    )
 
 
 Row = tuple[Mapping[str, sp.Expr], sp.Expr]

@@ -91,9 +91,9 @@ COMPILED_DECIMALS = 14
 """Decimal places (meter, radian) of numbers that a program computed. Rounding errors are 1e-16
 for one or two meters, and no author writes more than 13 decimal places."""
 SAME_EQUATION = 1e-9
-"""Maximum difference between two equations that state the same relation between joints of a
-compiled model (relative, or radian or meter for the constant). Ratios have 14 decimal places, and
-the inverse of a ratio of 0.001 has a relative error of 1e-11."""
+"""Maximum difference between two equations that state the same relation between joints (relative,
+or radian or meter for the constant). Compiled ratios have 14 decimal places, so that the inverse of
+a ratio of 0.001 has a relative error of 1e-11."""
 COMPILED_ANGLE = 1e-13
 """Maximum difference (radian) between a computed angle and the angle in a file. The rounding error
 of an angle near pi is a few times smaller."""

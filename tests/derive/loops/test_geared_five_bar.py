@@ -1,14 +1,16 @@
 """The robot file of a geared five-bar linkage: reading, article, mobility and calibration."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy as sp
 
 import chasles
 from chasles.calibration.calibrated_file import mechanism_text
 from chasles.contract import keeps_full_turns
-from chasles.derive import DescriptionError, derive, mobility, read_text, write
+from chasles.derive import Coupling, DescriptionError, derive, mobility, read_text, write
 from chasles.derive.description.chain_between import between
 from chasles.derive.emit.seeds import wraps_of
 from chasles.derive.inverse.explanation import mechanism_in_words
@@ -38,7 +40,11 @@ def test_mimic_of_a_joint_is_the_same_coupling():
         ("crank2 = { motor = 2 }", r"a gear or a shaft with its own angle is a revolute joint"),
         ("crank2 = { crank2 = 1, crank = 2 }", r"a joint has no coordinate of its own"),
         ("crank2 = { crank = 0 }", r"couplings.crank2.crank: expected a nonzero ratio"),
-        ("crank2 = { crank = 3 }\ncrank = { crank2 = '1/3', offset = 10 }", "do not"),
+        (
+            "left = { right = 1 }\ncrank2 = { crank = 3 }\ncrank = { crank2 = '1/3', offset = 10 }",
+            ":46: couplings.crank: expected equations with a solution .no joint values "
+            "fulfill the couplings of crank2, crank at the same time; correct or delete one",
+        ),
     ],
 )
 def test_wrong_coupling_is_refused_by_name(changed, words):
@@ -96,6 +102,16 @@ def test_full_turn_of_a_coordinate_turns_its_followers_in_part():
 def test_full_turn_is_kept_by_whole_numbers_of_turns(rows, turning):
     """In each row, the sum of factor * angle is constant."""
     assert keeps_full_turns(0, rows, (True,) * 3) == turning
+
+
+def test_contradictory_couplings_in_python_are_refused():
+    robot = read_text(TEXT)
+    back = Coupling("crank", (("crank2", -2),))
+    repeated = Coupling("crank", (("crank2", -2),), sp.pi / 3)
+    assert replace(robot, couplings=(*robot.couplings, repeated)).couplings[-1] is repeated
+    message = "robot 'geared_five_bar': no joint values fulfill the couplings of crank2, crank at"
+    with pytest.raises(DescriptionError, match=message):
+        replace(robot, couplings=(*robot.couplings, back))
 
 
 def test_joint_named_offset_is_refused():

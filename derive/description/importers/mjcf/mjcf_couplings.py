@@ -4,14 +4,14 @@ An equality states y - y0 = a0 + a1 (x - x0). Gauss-Jordan elimination converts 
 one equation for each dependent joint. The result does not depend on the order of the equalities.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
 
 from ....model.errors import DescriptionError
+from ....model.linear_equations import LinearEquation, conflict, eliminated
 from ....model.robot import Coupling
-from ....model.tolerances import SAME_EQUATION
 from ..identifiers import identifier
 
 
@@ -53,34 +53,6 @@ class Equation:
         return Coupling(identifier(self.joint), ratios, self.offset)
 
 
-@dataclass(frozen=True)
-class _Row:
-    """A linear equation: the sum of factor * joint is equal to ``value``.
-
-    Attributes:
-        factors: The nonzero factors by joint name.
-        value: The right side (radian or meter).
-        joints: Names of the joints in the equalities from which the equation follows.
-    """
-
-    factors: Mapping[str, sp.Expr]
-    value: sp.Expr
-    joints: frozenset[str]
-
-    def without(self, name: str, other: "_Row") -> "_Row":
-        """Eliminates a joint by means of another equation."""
-        if name not in self.factors:
-            return self
-        part = self.factors[name] / other.factors[name]
-        names = dict.fromkeys((*self.factors, *other.factors))
-        found = {
-            n: _difference(self.factors.get(n, sp.S.Zero), part * other.factors.get(n, sp.S.Zero))
-            for n in names
-        }
-        kept = {n: factor for n, factor in found.items() if factor != 0}
-        return _Row(kept, self.value - part * other.value, self.joints | other.joints)
-
-
 def joint_equations(laws: Iterable[Law], names: Sequence[str]) -> tuple[Equation, ...]:
     """Returns one equation for each dependent joint, in the order of the names.
 
@@ -91,44 +63,33 @@ def joint_equations(laws: Iterable[Law], names: Sequence[str]) -> tuple[Equation
         laws: The equalities in any order.
         names: Names of joints, from the base.
     """
-    solved, _ = _reduced(laws, names)
+    # The sorted equalities give the same digits in each order, even if some of them differ by
+    # rounding errors only.
+    ordered = sorted(laws, key=str)
+    rows, followers = [_row(law) for law in ordered], {law.follower for law in ordered}
+    columns = sorted({name for row in rows for name in row.factors} - {*names})
+    columns += [name for name in reversed(names) if name in followers]
+    columns += [name for name in reversed(names) if name not in followers]
+    solved, _ = eliminated(rows, columns)
     order = [*names, *(name for name in solved if name not in names)]
     return tuple(_equation(name, solved[name]) for name in order if name in solved)
 
 
-def check_agreement(laws: Iterable[Law], names: Sequence[str]) -> None:
+def check_agreement(laws: Iterable[Law], names: Collection[str]) -> None:
     """Raises an error if no positions of the named joints satisfy all equalities.
 
     Raises:
         DescriptionError: The equalities do not have a common solution.
     """
-    _, left = _reduced(laws, names)
-    for row in left:
-        if row.joints & {*names}:
-            raise DescriptionError(
-                f"no joint positions satisfy all equalities of {', '.join(sorted(row.joints))}; "
-                "correct or delete one of these equalities"
-            )
-
-
-def _reduced(
-    laws: Iterable[Law], names: Sequence[str]
-) -> tuple[Mapping[str, _Row], Sequence[_Row]]:
-    """Returns the equation of each dependent joint, and the equations without a solution."""
-    # The sorted equalities give the same digits in each order, even if some of them differ by
-    # rounding errors only.
-    ordered = sorted(laws, key=str)
-    rows, followers = [_row(law) for law in ordered], {law.follower for law in ordered}
-    columns = [*sorted({name for row in rows for name in row.factors} - {*names})]
-    columns += [name for name in reversed(names) if name in followers]
-    columns += [name for name in reversed(names) if name not in followers]
-    solved: dict[str, _Row] = {}
-    for name in columns:
-        pivot = next((row for row in rows if name in row.factors), None)
-        if pivot is not None:
-            rows = [row.without(name, pivot) for row in rows if row is not pivot]
-            solved = {n: row.without(name, pivot) for n, row in solved.items()} | {name: pivot}
-    return solved, [row for row in rows if abs(row.value) > SAME_EQUATION]
+    ordered = list(laws)
+    near = {*names}.union(*(group for group in coupled_groups(ordered) if group & {*names}))
+    meant = [law for law in ordered if law.follower in near]
+    if wrong := conflict([_row(law) for law in meant]):
+        joints = sorted({name for k in wrong for name in (meant[k].follower, meant[k].leader)})
+        raise DescriptionError(
+            f"no joint positions satisfy all equalities of {', '.join(filter(None, joints))}; "
+            "correct or delete one of these equalities"
+        )
 
 
 def coupled_groups(laws: Iterable[Law]) -> list[set[str]]:
@@ -141,18 +102,13 @@ def coupled_groups(laws: Iterable[Law]) -> list[set[str]]:
     return groups
 
 
-def _row(law: Law) -> _Row:
+def _row(law: Law) -> LinearEquation:
     factors = {law.follower: sp.S.One} | ({law.leader: -law.multiplier} if law.leader else {})
     kept = {name: factor for name, factor in factors.items() if factor != 0}
-    return _Row(kept, law.offset, frozenset(factors))
+    return LinearEquation(kept, law.offset)
 
 
-def _difference(a: sp.Expr, b: sp.Expr) -> sp.Expr:
-    """Returns a - b, or zero if the numbers are equal except for rounding errors."""
-    return sp.S.Zero if abs(a - b) <= SAME_EQUATION * max(abs(a), abs(b)) else a - b
-
-
-def _equation(name: str, row: _Row) -> Equation:
+def _equation(name: str, row: LinearEquation) -> Equation:
     own = row.factors[name]
     ratios = {other: -factor / own for other, factor in row.factors.items() if other != name}
     return Equation(name, ratios, row.value / own)

@@ -1,0 +1,85 @@
+"""Linear equations between named joints, solved by Gauss-Jordan elimination."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from .tolerances import SAME_EQUATION
+
+
+@dataclass(frozen=True)
+class LinearEquation:
+    """The equation: sum of factor * joint = value.
+
+    Attributes:
+        factors: The nonzero factors by joint name.
+        value: The right side (radian or meter).
+    """
+
+    factors: Mapping[str, sp.Expr]
+    value: sp.Expr
+
+    @property
+    def is_contradiction(self) -> bool:
+        """Whether the equation has no joints and a nonzero value."""
+        return not self.factors and abs(float(self.value)) > SAME_EQUATION
+
+    def without(self, name: str, other: "LinearEquation") -> "LinearEquation":
+        """Eliminates a joint by means of another equation."""
+        if name not in self.factors:
+            return self
+        part = self.factors[name] / other.factors[name]
+        names = dict.fromkeys((*self.factors, *other.factors))
+        found = {
+            n: _difference(self.factors.get(n, sp.S.Zero), part * other.factors.get(n, sp.S.Zero))
+            for n in names
+            if n != name
+        }
+        kept = {n: factor for n, factor in found.items() if factor != 0}
+        return LinearEquation(kept, self.value - part * other.value)
+
+
+def eliminated(
+    equations: Iterable[LinearEquation], names: Iterable[str]
+) -> tuple[Mapping[str, LinearEquation], Sequence[LinearEquation]]:
+    """Solves equations for as many of the first names as possible.
+
+    Returns:
+        The solved equations by joint, and the equations that no joint is left to solve. A solved
+        equation contains its joint, and joints for which no equation is solved.
+    """
+    rows = list(equations)
+    solved: dict[str, LinearEquation] = {}
+    for name in names:
+        pivot = next((row for row in rows if name in row.factors), None)
+        if pivot is not None:
+            rows = [row.without(name, pivot) for row in rows if row is not pivot]
+            solved = {n: row.without(name, pivot) for n, row in solved.items()} | {name: pivot}
+    return solved, rows
+
+
+def conflict(equations: Sequence[LinearEquation]) -> tuple[int, ...]:
+    """Returns indices of equations without a common solution, or none if a solution exists.
+
+    If one of the returned equations is omitted, the other ones have a common solution.
+    """
+    kept = [*range(len(equations))]
+    if not _is_contradictory(equations):
+        return ()
+    for k in range(len(equations)):
+        others = [j for j in kept if j != k]
+        if _is_contradictory([equations[j] for j in others]):
+            kept = others
+    return tuple(kept)
+
+
+def _is_contradictory(equations: Sequence[LinearEquation]) -> bool:
+    names = dict.fromkeys(name for equation in equations for name in equation.factors)
+    return any(row.is_contradiction for row in eliminated(equations, names)[1])
+
+
+def _difference(a: sp.Expr, b: sp.Expr) -> sp.Expr:
+    """Returns a - b, or zero if the numbers are equal except for rounding errors."""
+    size = max(abs(float(a)), abs(float(b)))
+    return sp.S.Zero if abs(float(a - b)) <= SAME_EQUATION * size else a - b
