@@ -11,6 +11,13 @@ from .expressions import WIDTH, number
 from .header import notice, own_copy, signature, support
 
 CIRCLE = ("chasles_circle_roots.h", "chasles_circle_tolerances.h", "chasles_vectors.h")
+CARRIED = (
+    *CIRCLE,
+    "chasles_carried_platform.h",
+    "chasles_carried_tolerances.h",
+    "chasles_closure_modes.h",
+    "chasles_closure_tolerances.h",
+)
 GENERAL = (
     *CIRCLE,
     "chasles_general.h",
@@ -31,20 +38,11 @@ HEXAPOD = (
 SUPPORTS = {
     "carried_arm": (
         "chasles_carried_arm.h",
-        "chasles_carried_arm_tolerances.h",
         "chasles_carried_dixon.h",
         "chasles_carried_elimination.h",
-        "chasles_closure_modes.h",
-        "chasles_closure_tolerances.h",
-        *CIRCLE,
+        *CARRIED,
     ),
-    "carried_wrist": (
-        "chasles_carried_wrist.h",
-        "chasles_carried_wrist_tolerances.h",
-        "chasles_closure_modes.h",
-        "chasles_closure_tolerances.h",
-        *CIRCLE,
-    ),
+    "carried_wrist": ("chasles_carried_wrist.h", *CARRIED),
     "general": ("chasles_general.h", *GENERAL),
     "general_tool": ("chasles_general_tool.h", *GENERAL),
     "hexapod": ("chasles_hexapod.h", *HEXAPOD),

@@ -11,15 +11,13 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from ...chain.forward import Pose
 from ...description.chain_between import inverted
-from ...loops.model.body_frames import pose_along
+from ...loops.model.body_frames import pose_along, relative_entries
 from ...loops.model.planes import Loop
 from ...model.mechanism import Closure, Frame, Mechanism
 from ...model.placements import inverse
 from ...model.robot import Joint, Placement, SerialRobot
 from ...terms.terms import Terms
-from ...terms.vectors import Vector, dot, subtracted
 from ..chain_solution import solve_chain
 from ..classify import Attempt, classify
 from ..families import FAMILIES, LEG_FAMILIES
@@ -71,12 +69,8 @@ class LoopArm:
             values: Values of the known joints by name.
         """
         start = pose_along(mechanism, terms, self.known, (), values)
-        (x, y, z), p = pose_along(mechanism, terms, self.back, self.end, values)
-        columns = [*(_seen(terms, start, v) for v in (x, y, z))]
-        columns.append(_seen(terms, start, subtracted(terms, p, start[1])))
-        rows = [[column[i] for column in columns] for i in range(3)]
-        last = [sp.S.Zero, sp.S.Zero, sp.S.Zero, sp.S.One]
-        return [entry for row in (*rows, last) for entry in row]
+        end = pose_along(mechanism, terms, self.back, self.end, values)
+        return relative_entries(terms, start, end)
 
     def solved(self, work: Work, entries: Sequence[sp.Expr]) -> tuple[dict[str, sp.Expr], sp.Expr]:
         """Returns the values of the unknown joints, and the squared pose error (m^2 and rad^2).
@@ -165,9 +159,3 @@ def structure_of(robot: SerialRobot, terms: Terms) -> tuple[Lines, Attempt] | No
         return with_still_axis(robot, classification, FAMILIES)
     fits = classification.method == "exact" and not found.given and not found.family.inputs
     return (classification.lines, found) if fits else None
-
-
-def _seen(terms: Terms, frame: Pose, vector: Vector) -> Vector:
-    """Returns a vector in the axes of a frame."""
-    x, y, z = (dot(terms, axis, vector) for axis in frame[0])
-    return x, y, z

@@ -22,18 +22,15 @@ import numpy as np
 import sympy as sp
 
 from ...chain.forward import Pose
-from ...loops.model.body_frames import pose_along
+from ...loops.model.body_frames import pose_along, relative_entries
 from ...loops.solve.solved_loops import SolvedLoops
 from ...terms.symbolic_function import Argument, Tables
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, dot, subtracted
-from ..chain_solution import solve_chain
-from ..steps.target import of_pose
 from ..steps.work import Work
-from ..structure.lines import home_of
 from ..structure.words import listed
-from ..tasks.slots import POSE_SYMBOLS, given_argument, values_of
-from .carried_platform import CarriedPlatform, carried_platform
+from ..tasks.slots import given_argument
+from .carried_platform import TOOL, CarriedPlatform, carried_platform
 from .differences import FloatArray
 from .plane_equations import PlaneEquations
 
@@ -149,16 +146,10 @@ class CarriedArm:
         values = {
             joint.name: symbol for joint, symbol in zip(carried.others, own.symbols, strict=True)
         }
-        found = zip(carried.platform.moving, self.place(work, self._platform(values)), strict=True)
-        values |= {joint.name: joint.direction * x for joint, x in found}
+        found = carried.place(work, self._platform(values))
+        moving = zip(carried.platform.moving, found, strict=True)
+        values |= {joint.name: joint.direction * x for joint, x in moving}
         return (own,), [values[joint.name] for joint in self.h.robot.moving]
-
-    def place(self, work: Work, entries: Sequence[sp.Expr]) -> list[sp.Expr]:
-        """Solves for the joints of the platform at a pose, given by its entries."""
-        carried = self.carried
-        home = home_of(carried.platform, work.terms)
-        solve_chain(work, carried.lines, carried.found, of_pose(work.terms, entries, home), {})
-        return values_of(work, carried.platform, {})
 
     def tables(self, slots: int, coordinates: int, size: float) -> CarriedArmTables:
         """Returns the tables of the C solver.
@@ -197,15 +188,10 @@ class CarriedArm:
     def _platform(self, values: dict[str, sp.Expr]) -> list[sp.Expr]:
         """Returns the entries of the pose of the platform in the frame of the legs."""
         m, terms, carried = self.h.mechanism, self.h.terms, self.carried
-        x, y, z, p = _columns(POSE_SYMBOLS)
-        T: Pose = ((x, y, z), p)
         base = self.h.robot.base if carried.before else ()
         B = pose_along(m, terms, carried.before, (), values, base)
         W = pose_along(m, terms, carried.behind, self.h.robot.tool, values)
-        pose = _relative(terms, B, _before(terms, T, W))
-        (x, y, z), p = pose
-        rows = [[column[i] for column in (x, y, z, p)] for i in range(3)]
-        return [entry for row in (*rows, [sp.S.Zero] * 3 + [sp.S.One]) for entry in row]
+        return relative_entries(terms, B, _before(terms, TOOL, W))
 
 
 def carried_arm(h: SolvedLoops) -> CarriedArm | None:
@@ -282,18 +268,6 @@ def _angles(equations: PlaneEquations, angles: list[int]) -> list[int] | None:
         return angles
     orders = ([*pair, last] for last in angles[::-1] for pair in [[k for k in angles if k != last]])
     return next((order for order in orders if not equations.meet_at_infinity(*order[:2])), None)
-
-
-def _columns(entries: Sequence[sp.Expr]) -> list[Vector]:
-    return [(entries[j], entries[4 + j], entries[8 + j]) for j in range(4)]
-
-
-def _relative(terms: Terms, A: Pose, B: Pose) -> Pose:
-    """Returns A^-1 B."""
-    axes, origin = A
-    columns = [*B[0], subtracted(terms, B[1], origin)]
-    x, y, z, p = (_triple([dot(terms, axis, v) for axis in axes]) for v in columns)
-    return (x, y, z), p
 
 
 def _before(terms: Terms, T: Pose, W: Pose) -> Pose:

@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import sympy as sp
 
+from ...chain.forward import Pose
 from ...loops.model.body_frames import pose_along
 from ...loops.model.planes import Loop, loops
 from ...loops.solve.solved_loops import SolvedLoops
@@ -17,9 +19,13 @@ from ...model.robot import Joint, SerialRobot
 from ...model.tolerances import EXACT_STRUCTURE
 from ...terms.terms import Terms
 from ..arms.loop_arm import structure_of
+from ..chain_solution import solve_chain
 from ..classify import Attempt
+from ..steps.target import of_pose
+from ..steps.work import Work
 from ..structure.lines import Axis, Lines, axes_of, home_of, numbers
 from ..structure.words import listed
+from ..tasks.slots import POSE_SYMBOLS, values_of
 from .differences import FloatArray
 
 LEGS, LEG_JOINTS, TURNS = 3, 2, 3
@@ -27,6 +33,16 @@ LEGS, LEG_JOINTS, TURNS = 3, 2, 3
 FREE = 6
 """Number of virtual joints of a platform; a leg in the main chain has one joint less."""
 Path = tuple[Joint, ...]
+
+
+def pose_of_entries(entries: Sequence[sp.Expr]) -> Pose:
+    """Returns the axes and the origin of a pose with sixteen entries, row by row."""
+    x, y, z, p = ((entries[j], entries[4 + j], entries[8 + j]) for j in range(4))
+    return (x, y, z), p
+
+
+TOOL = pose_of_entries(POSE_SYMBOLS)
+"""The pose of the tool."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +84,12 @@ class CarriedPlatform:
     def others(self) -> tuple[Joint, ...]:
         """Returns the moving joints before and on the platform."""
         return tuple(j for j in (*self.before, *self.behind) if j.kind != "fixed")
+
+    def place(self, work: Work, entries: Sequence[sp.Expr]) -> list[sp.Expr]:
+        """Solves for the joints of the platform at a pose, given by its entries."""
+        target = of_pose(work.terms, entries, home_of(self.platform, work.terms))
+        solve_chain(work, self.lines, self.found, target, {})
+        return values_of(work, self.platform, {})
 
 
 @dataclass(frozen=True)

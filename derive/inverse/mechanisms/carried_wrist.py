@@ -24,19 +24,18 @@ import sympy as sp
 from ...chain.coordinates import InProportion
 from ...chain.groups import groups
 from ...chain.kinematics import Kinematics
+from ...loops.model.body_frames import relative_entries
 from ...loops.solve.solved_loops import SolvedLoops
 from ...model.robot import SerialRobot
 from ...model.tolerances import EXACT_STRUCTURE
 from ...terms.symbolic_function import Argument, SymbolicFunction, Tables
-from ...terms.vectors import IDENTITY, Vector, cross, dot, subtracted
-from ..chain_solution import solve_chain
-from ..classify import Attempt
+from ...terms.vectors import IDENTITY, Vector, cross
 from ..steps.rotations import last_turn, three_turns, two_turns
 from ..steps.target import of_pose
 from ..steps.work import Work
 from ..structure.lines import Lines, axes_of, home_of, numbers
-from ..tasks.slots import POSE_SYMBOLS, values_of
-from .carried_platform import TURNS, Plane, carried_platform, home
+from ..tasks.slots import values_of
+from .carried_platform import TOOL, TURNS, CarriedPlatform, carried_platform, home, pose_of_entries
 from .differences import FloatArray
 
 SOLVER = "carried_wrist"
@@ -84,21 +83,15 @@ class CarriedWrist:
 
     Attributes:
         whole: The main chain.
-        platform: The virtual joints of the platform, or the leg that carries it.
+        carried: The platform.
         wrist: The joints on the platform, as a serial robot whose base is the platform.
-        lines: The axes of the platform's joints.
-        found: The structure of these axes.
         axes: The axes of the wrist.
-        planes: The planes of the three ball joints.
     """
 
     whole: SerialRobot
-    platform: SerialRobot
+    carried: CarriedPlatform
     wrist: SerialRobot
-    lines: Lines
-    found: Attempt
     axes: Lines
-    planes: tuple[Plane, ...]
 
     given = ()
     """No joint value is an input of the inverse."""
@@ -120,19 +113,14 @@ class CarriedWrist:
         Args:
             work: Table that receives the signs and the solution steps.
         """
-        values = []
-        for solve, entries in ((self.place, PLATFORM.symbols), (self.turn, self._seen(work))):
+        values, platform = [], pose_of_entries(PLATFORM.symbols)
+        seen = relative_entries(work.terms, platform, TOOL)
+        for solve, entries in ((self.carried.place, PLATFORM.symbols), (self.turn, seen)):
             own = replace(work, turns={}, lengths={})
             values += solve(own, entries)
             work.choices = own.choices
         moving = zip(self.whole.moving, values, strict=True)
         return (PLATFORM,), [joint.direction * value for joint, value in moving]
-
-    def place(self, work: Work, entries: Sequence[sp.Expr]) -> list[sp.Expr]:
-        """Solves for the joints of the platform at a pose, given by its entries."""
-        home = home_of(self.platform, work.terms)
-        solve_chain(work, self.lines, self.found, of_pose(work.terms, entries, home), {})
-        return values_of(work, self.platform, {})
 
     def turn(self, work: Work, entries: Sequence[sp.Expr]) -> list[sp.Expr]:
         """Solves for the joints of the wrist at a tool pose relative to the platform."""
@@ -154,10 +142,10 @@ class CarriedWrist:
     def platform_pose(self, h: SolvedLoops) -> SymbolicFunction:
         """Returns the platform pose as a function of the main-chain joints."""
         motion = InProportion(h.robot, h.terms, h.theta)
-        values = motion.values[: len(self.platform.moving)]
-        found = groups(self.platform, h.terms, values)
+        platform = self.carried.platform
+        found = groups(platform, h.terms, motion.values[: len(platform.moving)])
         arguments = {f"q{d}": h.arguments[f"theta{d}"] for d in ("", "d", "dd")}
-        return Kinematics.of(self.platform, h.terms, found, motion, arguments).function("fk")
+        return Kinematics.of(platform, h.terms, found, motion, arguments).function("fk")
 
     def tables(self, slots: int, coordinates: int, size: float) -> CarriedWristTables:
         """Returns the tables of the C solver.
@@ -169,28 +157,19 @@ class CarriedWrist:
         """
         center = self.center
         x, y, z, at = home(self.wrist, self.axes.terms)
-        levers = [plane.ball - center for plane in self.planes]
+        levers = [plane.ball - center for plane in self.carried.planes]
         lengths = [float(np.linalg.norm(lever)) for lever in levers]
         return CarriedWristTables(
             slots,
             coordinates,
             size,
-            tuple(_floats(plane.normal) for plane in self.planes),
-            tuple(plane.offset for plane in self.planes),
+            tuple(_floats(plane.normal) for plane in self.carried.planes),
+            tuple(plane.offset for plane in self.carried.planes),
             tuple(_floats(m / length) for m, length in zip(levers, lengths, strict=True)),
             tuple(lengths),
             _floats(center),
             _floats(np.array([x, y, z]) @ (center - at)),
         )
-
-    def _seen(self, work: Work) -> list[sp.Expr]:
-        """Returns the entries of the tool pose, relative to the platform."""
-        terms, P = work.terms, PLATFORM.symbols
-        axes = [(P[j], P[4 + j], P[8 + j]) for j in range(3)]
-        x, y, z, p = ((T[j], T[4 + j], T[8 + j]) for T in [POSE_SYMBOLS] for j in range(4))
-        columns = [x, y, z, subtracted(terms, p, (P[3], P[7], P[11]))]
-        rows = [[dot(terms, axis, column) for column in columns] for axis in axes]
-        return [entry for row in (*rows, [sp.S.Zero] * 3 + [sp.S.One]) for entry in row]
 
 
 def carried_wrist(h: SolvedLoops) -> CarriedWrist | None:
@@ -210,8 +189,7 @@ def carried_wrist(h: SolvedLoops) -> CarriedWrist | None:
     least = min(float(np.linalg.norm(plane.ball - _center(axes))) for plane in carried.planes)
     if least <= EXACT_STRUCTURE * h.numbers.size:
         return None
-    structure = carried.lines, carried.found
-    return CarriedWrist(h.robot, carried.platform, wrist, *structure, axes, carried.planes)
+    return CarriedWrist(h.robot, carried, wrist, axes)
 
 
 def _meet(axes: Lines) -> bool:

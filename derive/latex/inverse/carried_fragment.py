@@ -31,12 +31,13 @@ DIGITS = 6
 
 def carried(page: LoopPage, chain: CarriedWrist | CarriedArm) -> list[str]:
     """Prints the polynomial of a platform with other joints, and the steps of all joints."""
+    own = chain.carried
     if isinstance(chain, CarriedArm):
         return _arm(page, chain)
     names = [escape(joint.name) for joint in chain.wrist.moving]
     (platform, of_platform), (wrist, of_wrist) = _steps(
         page,
-        (chain.platform, chain.place, chain.lines, chain.found),
+        (own.platform, own.place, own.lines, own.found),
         (chain.wrist, chain.turn, chain.axes, None),
     )
     axes = f"The axes of {in_words(names)} meet" if names[1:] else f"The axis of {names[0]} passes"
@@ -46,7 +47,7 @@ def carried(page: LoopPage, chain: CarriedWrist | CarriedArm) -> list[str]:
             r" which the pose of the tool places at $w$. Each of three legs keeps a ball joint"
             r" $b_i$ of the platform in a plane with the unit normal $n_i$ and the offset $d_i$,"
             r" $i = 1, 2, 3$, with",
-            aligned(list(_planes(chain.planes, chain.center))),
+            aligned(list(_planes(own.planes, chain.center))),
         ),
         _ROTATIONS,
         method((of_platform, of_wrist)),
@@ -81,7 +82,7 @@ def _arm(page: LoopPage, chain: CarriedArm) -> list[str]:
         for kind in ("prismatic", "revolute")
     )
     fixed = f"Fixed inputs are {listed(page.tex(page.joints[name]) for name in given)}."
-    ((platform, of_platform),) = _steps(page, (own.platform, chain.place, own.lines, own.found))
+    ((platform, of_platform),) = _steps(page, (own.platform, own.place, own.lines, own.found))
     joints = f" for {in_words([*symbols.values()])}" if symbols else ""
     return [
         sentence(

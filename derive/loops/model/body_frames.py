@@ -11,7 +11,7 @@ from ...chain.poe import placement_matrix
 from ...model.mechanism import Frame, Mechanism
 from ...model.robot import Joint, Placement, SerialRobot, Translation, symbols_of
 from ...terms.terms import Terms
-from ...terms.vectors import added, combination, named
+from ...terms.vectors import added, combination, dot, named, subtracted
 
 
 def pose_of(
@@ -54,6 +54,16 @@ def pose_along(
         ("pose", base, parts, tool, moved),
         lambda: _pose_along(mechanism, terms, path, tool, moved, base),
     )
+
+
+def relative_entries(terms: Terms, A: Pose, B: Pose) -> list[sp.Expr]:
+    """Returns the sixteen entries of A^-1 B, row by row."""
+    (axes, origin), (others, other) = A, B
+    columns = [[dot(terms, axis, column) for axis in axes] for column in others]
+    moved = subtracted(terms, other, origin)
+    columns.append([dot(terms, axis, moved) for axis in axes])
+    rows = [[column[i] for column in columns] for i in range(3)]
+    return [entry for row in (*rows, [sp.S.Zero] * 3 + [sp.S.One]) for entry in row]
 
 
 def _pose_along(

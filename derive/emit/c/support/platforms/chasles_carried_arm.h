@@ -24,11 +24,9 @@
 #define CHASLES_CARRIED_ARM_H
 
 #include <math.h>
-#include <string.h>
 
 #include "chasles_carried_dixon.h"
 #include "chasles_carried_elimination.h"
-#include "chasles_closure_modes.h"
 
 /* Writes the values of the unknowns. */
 static void chasles_arm_solved(const chasles_arm_equations *equations, chasles_arm_solutions *found)
@@ -71,10 +69,7 @@ static void chasles_carried_arm_ik(const chasles_carried_arm_arm *arm, const dou
     found.count = 0;
     if (chasles_arm_setup(arm, T, given, &equations))
         chasles_arm_solved(&equations, &found);
-    for (int i = slots * found.count * n; i < slots * arm->solutions * n; i++)
-        q[i] = NAN;
-    for (int k = slots * found.count; k < slots * arm->solutions; k++)
-        residual[k] = margin[k] = NAN;
+    chasles_carried_unused(slots * found.count, slots * arm->solutions, n, q, residual, margin);
     for (int k = 0; k < found.count; k++) {
         const chasles_arm_solution *solution = &found.solution[k];
         double v[CHASLES_ARM_JOINTS];
@@ -83,14 +78,8 @@ static void chasles_carried_arm_ik(const chasles_carried_arm_arm *arm, const dou
             v[arm->places[map]] = rank < 0 ? given[-1 - rank] : solution->x[rank];
         }
         arm->legs(T, v, q + slots * n * k, residual + slots * k, margin + slots * k);
-        for (int at = slots * k; at < slots * (k + 1); at++) {
-            double reached[16];
-            if (residual[at] != residual[at])
-                continue;
-            arm->fk(q + n * at, reached);
-            residual[at] = chasles_mode_residual(T, reached, residual[at], arm->size);
-            margin[at] = solution->margin < margin[at] ? solution->margin : margin[at];
-        }
+        chasles_carried_reached(arm->fk, T, arm->size, solution->margin, slots, n,
+                                q + slots * n * k, residual + slots * k, margin + slots * k);
     }
 }
 

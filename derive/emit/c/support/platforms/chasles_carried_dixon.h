@@ -41,10 +41,10 @@ static void chasles_arm_dixon(const chasles_arm_pair *pair, double (*matrix)[CHA
                     double normal[3];
                     if (a == c && b == d)
                         continue;
-                    chasles_arm_cross(g[a][b], g[c][d], normal);
+                    chasles_carried_cross(g[a][b], g[c][d], normal);
                     for (int e = 0; e < 3; e++)
                         for (int f = 0; f < 3; f++)
-                            N[a][b + d][c + e][f] += chasles_arm_dot(normal, g[e][f]);
+                            N[a][b + d][c + e][f] += chasles_carried_dot(normal, g[e][f]);
                 }
     for (int y = 0; y < 5; y++)
         for (int u = 0; u < 4; u++)

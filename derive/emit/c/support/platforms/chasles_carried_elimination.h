@@ -8,16 +8,12 @@
 #include <math.h>
 #include <string.h>
 
-#include "chasles_carried_arm_tolerances.h"
-#include "chasles_circle_roots.h"
+#include "chasles_carried_platform.h"
 
 /* Maximum numbers of joints before and on the platform, of unknown joints, and of solutions. */
 #define CHASLES_ARM_JOINTS 6
 #define CHASLES_ARM_UNKNOWN 3
 #define CHASLES_ARM_SOLUTIONS 32
-/* Number of samples of a polynomial of degree up to 4, a divisor of CHASLES_CELLS. */
-#define CHASLES_ARM_SAMPLES 16
-#define CHASLES_ARM_DEGREE 4
 /* Maximum number of Newton steps. */
 #define CHASLES_ARM_STEPS 40
 
@@ -58,19 +54,6 @@ typedef struct {
     int count;
     double at[3][3][3];
 } chasles_arm_pair;
-
-static double chasles_arm_dot(const double *a, const double *b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void chasles_arm_cross(const double *a, const double *b, double *c)
-{
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        c[i] = a[j] * b[k] - a[k] * b[j];
-    }
-}
 
 /* Writes (1, cos, sin) or (1, x, 0), and the derivative. */
 static void chasles_arm_basis(double x, int is_slide, double *u, double *rate)
@@ -140,7 +123,7 @@ static int chasles_arm_setup(const chasles_carried_arm_arm *arm, const double *T
                 }
             }
             const double value =
-                (chasles_arm_dot(rows[k], arm->points[i]) + rows[k][3]) / arm->size;
+                (chasles_carried_dot(rows[k], arm->points[i]) + rows[k][3]) / arm->size;
             equations->at[i][part[0]][part[1]][part[2]] = value;
             most += fabs(value);
         }
@@ -160,11 +143,11 @@ static double chasles_arm_error(const chasles_arm_equations *equations, const do
         for (int a = 0; a < 3; a++) {
             for (int b = 0; b < 3; b++) {
                 const double *row = equations->at[i][a][b];
-                const double value = chasles_arm_dot(row, u[2]);
+                const double value = chasles_carried_dot(row, u[2]);
                 errors[i] += value * u[0][a] * u[1][b];
                 slopes[i][0] += value * rate[0][a] * u[1][b];
                 slopes[i][1] += value * u[0][a] * rate[1][b];
-                slopes[i][2] += chasles_arm_dot(row, rate[2]) * u[0][a] * u[1][b];
+                slopes[i][2] += chasles_carried_dot(row, rate[2]) * u[0][a] * u[1][b];
             }
         }
         const double size = fabs(errors[i]);
@@ -327,8 +310,9 @@ static double chasles_arm_condition(const chasles_arm_pair *pair, double c, doub
     for (int i = 0; i < pair->count; i++)
         for (int a = 0; a < 3; a++)
             rows[i][a] = pair->at[i][a][0] + c * pair->at[i][a][1] + s * pair->at[i][a][2];
-    chasles_arm_cross(rows[0], rows[1], D);
-    return pair->count == 3 ? chasles_arm_dot(D, rows[2]) : D[1] * D[1] + D[2] * D[2] - D[0] * D[0];
+    chasles_carried_cross(rows[0], rows[1], D);
+    return pair->count == 3 ? chasles_carried_dot(D, rows[2])
+                            : D[1] * D[1] + D[2] * D[2] - D[0] * D[0];
 }
 
 /* Divides each equation by its largest coefficient. */
@@ -348,21 +332,13 @@ static void chasles_arm_scaled(chasles_arm_pair *pair)
 static int chasles_arm_outer(const chasles_arm_pair *pair, chasles_circle_roots *roots)
 {
     const double *cosine = chasles_circle_cosine, *sine = chasles_circle_cosine + 72;
-    const int step = CHASLES_CELLS / CHASLES_ARM_SAMPLES;
     chasles_circle_series series;
-    double rows[3][3];
-    memset(&series, 0, sizeof series);
-    for (int j = 0; j < CHASLES_ARM_SAMPLES; j++) {
-        const double value = chasles_arm_condition(pair, cosine[step * j], sine[step * j], rows);
-        for (int m = 0; m <= CHASLES_ARM_DEGREE; m++) {
-            const int at = step * (m * j % CHASLES_ARM_SAMPLES);
-            series.a[m] += (m ? 2.0 : 1.0) / CHASLES_ARM_SAMPLES * value * cosine[at];
-            series.b[m] += (m ? 2.0 : 0.0) / CHASLES_ARM_SAMPLES * value * sine[at];
-        }
+    double rows[3][3], values[CHASLES_CARRIED_SAMPLES];
+    for (int j = 0; j < CHASLES_CARRIED_SAMPLES; j++) {
+        const int at = CHASLES_CARRIED_EVERY * j;
+        values[j] = chasles_arm_condition(pair, cosine[at], sine[at], rows);
     }
-    for (int m = 0; m <= CHASLES_ARM_DEGREE; m++)
-        series.most = fmax(series.most, fmax(fabs(series.a[m]), fabs(series.b[m])));
-    series.noise = CHASLES_ARM_NOISE * (1.0 + series.most);
+    chasles_carried_series(values, &series);
     roots->count = 0;
     if (!(series.most > CHASLES_ARM_VANISHED))
         return 0;
@@ -453,7 +429,7 @@ static void chasles_arm_at(const chasles_arm_equations *equations, double angle,
     for (int i = 0; i < 3; i++)
         for (int a = 0; a < 3; a++)
             for (int b = 0; b < 3; b++)
-                pair->at[i][a][b] = chasles_arm_dot(equations->at[i][a][b], u);
+                pair->at[i][a][b] = chasles_carried_dot(equations->at[i][a][b], u);
 }
 
 #endif

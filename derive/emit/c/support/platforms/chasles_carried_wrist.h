@@ -14,16 +14,11 @@
 #include <math.h>
 #include <string.h>
 
-#include "chasles_carried_wrist_tolerances.h"
-#include "chasles_circle_roots.h"
-#include "chasles_closure_modes.h"
+#include "chasles_carried_platform.h"
 
-#define CHASLES_CARRIED_ROTATIONS 8
-#define CHASLES_CARRIED_DEGREE 4
-/* Number of samples of the polynomial, a divisor of CHASLES_CELLS. */
-#define CHASLES_CARRIED_SAMPLES 16
+#define CHASLES_WRIST_ROTATIONS 8
 /* Maximum number of Newton steps; at a double root, each step halves the error. */
-#define CHASLES_CARRIED_STEPS 40
+#define CHASLES_WRIST_STEPS 40
 
 typedef struct {
     void (*legs)(const double *T, const double *P, double *q, double *residual, double *margin);
@@ -45,28 +40,15 @@ typedef struct {
 typedef struct {
     double e[3], c, s, base[3][3], platform[3][3];
     int first;
-} chasles_carried_equations;
+} chasles_wrist_equations;
 
 /* A rotation of the platform, its trace, and its distance from a singularity. */
 typedef struct {
     double R[3][3], trace, margin;
-} chasles_carried_rotation;
-
-static double chasles_carried_dot(const double *a, const double *b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void chasles_carried_cross(const double *a, const double *b, double *c)
-{
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        c[i] = a[j] * b[k] - a[k] * b[j];
-    }
-}
+} chasles_wrist_rotation;
 
 /* Writes right-handed axes whose first axis is the unit vector z. */
-static void chasles_carried_axes(const double *z, double (*axes)[3])
+static void chasles_wrist_axes(const double *z, double (*axes)[3])
 {
     int k = 0;
     for (int i = 1; i < 3; i++)
@@ -80,8 +62,8 @@ static void chasles_carried_axes(const double *z, double (*axes)[3])
 }
 
 /* Writes the equations. Returns 0 if a ball cannot reach its plane or T is not finite. */
-static int chasles_carried_setup(const chasles_carried_wrist_arm *arm, const double *T,
-                                 double *center, chasles_carried_equations *equations)
+static int chasles_wrist_setup(const chasles_carried_wrist_arm *arm, const double *T,
+                               double *center, chasles_wrist_equations *equations)
 {
     for (int i = 0; i < 3; i++)
         center[i] = chasles_carried_dot(T + 4 * i, arm->tool_center) + T[4 * i + 3];
@@ -89,23 +71,23 @@ static int chasles_carried_setup(const chasles_carried_wrist_arm *arm, const dou
     for (int k = 0; k < 3; k++) {
         const double apart = arm->offsets[k] - chasles_carried_dot(arm->normals[k], center);
         const double e = apart / arm->lengths[k];
-        if (!(fabs(e) <= 1.0 + CHASLES_CARRIED_CLOSED))
+        if (!(fabs(e) <= 1.0 + CHASLES_WRIST_CLOSED))
             return 0;
         equations->e[k] = e;
         equations->first = fabs(e) < fabs(equations->e[equations->first]) ? k : equations->first;
     }
     equations->c = equations->e[equations->first];
     equations->s = sqrt(fmax(0.0, 1.0 - equations->c * equations->c));
-    chasles_carried_axes(arm->normals[equations->first], equations->base);
-    chasles_carried_axes(arm->levers[equations->first], equations->platform);
+    chasles_wrist_axes(arm->normals[equations->first], equations->base);
+    chasles_wrist_axes(arm->levers[equations->first], equations->platform);
     return 1;
 }
 
 /* Writes to `axes` the rotated platform axes for beta = 0. Writes to `linear` the coefficients of
  * cos(beta), sin(beta) and 1 in the equations of the second and third ball. */
-static void chasles_carried_linear(const chasles_carried_wrist_arm *arm,
-                                   const chasles_carried_equations *equations, double c, double s,
-                                   double (*axes)[3], double (*linear)[3])
+static void chasles_wrist_linear(const chasles_carried_wrist_arm *arm,
+                                 const chasles_wrist_equations *equations, double c, double s,
+                                 double (*axes)[3], double (*linear)[3])
 {
     const double(*base)[3] = equations->base, (*platform)[3] = equations->platform;
     for (int i = 0; i < 3; i++) {
@@ -128,35 +110,28 @@ static void chasles_carried_linear(const chasles_carried_wrist_arm *arm,
 }
 
 /* Writes the polynomial. Returns 0 if the polynomial is zero everywhere. */
-static int chasles_carried_series(const chasles_carried_wrist_arm *arm,
-                                  const chasles_carried_equations *equations,
-                                  chasles_circle_series *series)
+static int chasles_wrist_polynomial(const chasles_carried_wrist_arm *arm,
+                                    const chasles_wrist_equations *equations,
+                                    chasles_circle_series *series)
 {
-    const int step = CHASLES_CELLS / CHASLES_CARRIED_SAMPLES;
-    memset(series, 0, sizeof *series);
+    const double *cosine = chasles_circle_cosine, *sine = chasles_circle_cosine + 72;
+    double values[CHASLES_CARRIED_SAMPLES];
     for (int j = 0; j < CHASLES_CARRIED_SAMPLES; j++) {
-        const double *cosine = chasles_circle_cosine, *sine = chasles_circle_cosine + 72;
+        const int at = CHASLES_CARRIED_EVERY * j;
         double axes[3][3], linear[2][3], D[3];
-        chasles_carried_linear(arm, equations, cosine[step * j], sine[step * j], axes, linear);
+        chasles_wrist_linear(arm, equations, cosine[at], sine[at], axes, linear);
         chasles_carried_cross(linear[0], linear[1], D);
-        const double value = D[0] * D[0] + D[1] * D[1] - D[2] * D[2];
-        for (int m = 0; m <= CHASLES_CARRIED_DEGREE; m++) {
-            const int at = step * (m * j % CHASLES_CARRIED_SAMPLES);
-            series->a[m] += (m ? 2.0 : 1.0) / CHASLES_CARRIED_SAMPLES * value * cosine[at];
-            series->b[m] += (m ? 2.0 : 0.0) / CHASLES_CARRIED_SAMPLES * value * sine[at];
-        }
+        values[j] = D[0] * D[0] + D[1] * D[1] - D[2] * D[2];
     }
-    for (int m = 0; m <= CHASLES_CARRIED_DEGREE; m++)
-        series->most = fmax(series->most, fmax(fabs(series->a[m]), fabs(series->b[m])));
-    series->noise = CHASLES_CARRIED_NOISE * (1.0 + series->most);
-    return series->most > CHASLES_CARRIED_VANISHED;
+    chasles_carried_series(values, series);
+    return series->most > CHASLES_WRIST_VANISHED;
 }
 
 /* Writes the errors of the three equations, and their derivatives with respect to a rotation vector
  * in base axes. Returns the largest error. */
-static double chasles_carried_error(const chasles_carried_wrist_arm *arm,
-                                    const chasles_carried_equations *equations,
-                                    const double (*R)[3], double (*rows)[3], double *errors)
+static double chasles_wrist_error(const chasles_carried_wrist_arm *arm,
+                                  const chasles_wrist_equations *equations, const double (*R)[3],
+                                  double (*rows)[3], double *errors)
 {
     double most = 0.0;
     for (int k = 0; k < 3; k++) {
@@ -172,7 +147,7 @@ static double chasles_carried_error(const chasles_carried_wrist_arm *arm,
 }
 
 /* Rotates R by the vector `turn` / 2 of a quaternion whose scalar part is 1. */
-static void chasles_carried_turn(const double *turn, const double (*R)[3], double (*next)[3])
+static void chasles_wrist_turn(const double *turn, const double (*R)[3], double (*next)[3])
 {
     const double scale = 2.0 / (1.0 + chasles_carried_dot(turn, turn));
     for (int j = 0; j < 3; j++) {
@@ -186,19 +161,19 @@ static void chasles_carried_turn(const double *turn, const double (*R)[3], doubl
 }
 
 /* Solves the equations of the three balls by Newton's iteration. Returns 0 without convergence. */
-static int chasles_carried_polished(const chasles_carried_wrist_arm *arm,
-                                    const chasles_carried_equations *equations,
-                                    chasles_carried_rotation *rotation)
+static int chasles_wrist_polished(const chasles_carried_wrist_arm *arm,
+                                  const chasles_wrist_equations *equations,
+                                  chasles_wrist_rotation *rotation)
 {
     double rows[3][3], errors[3], cofactors[3][3], determinant;
     double error =
-        chasles_carried_error(arm, equations, (const double(*)[3])rotation->R, rows, errors);
+        chasles_wrist_error(arm, equations, (const double(*)[3])rotation->R, rows, errors);
     for (int step = 0;; step++) {
         double next[3][3], next_rows[3][3], next_errors[3], turn[3];
         for (int i = 0; i < 3; i++)
             chasles_carried_cross(rows[(i + 1) % 3], rows[(i + 2) % 3], cofactors[i]);
         determinant = chasles_carried_dot(rows[0], cofactors[0]);
-        if (step == CHASLES_CARRIED_STEPS || error <= CHASLES_CARRIED_POLISHED)
+        if (step == CHASLES_WRIST_STEPS || error <= CHASLES_WRIST_POLISHED)
             break;
         for (int i = 0; i < 3; i++) {
             turn[i] = 0.0;
@@ -209,11 +184,11 @@ static int chasles_carried_polished(const chasles_carried_wrist_arm *arm,
         if (!(angle <= DBL_MAX))
             break;
         for (int i = 0; i < 3; i++)
-            turn[i] *= angle > CHASLES_CARRIED_STEP ? CHASLES_CARRIED_STEP / angle : 1.0;
-        chasles_carried_turn(turn, (const double(*)[3])rotation->R, next);
+            turn[i] *= angle > CHASLES_WRIST_STEP ? CHASLES_WRIST_STEP / angle : 1.0;
+        chasles_wrist_turn(turn, (const double(*)[3])rotation->R, next);
         const double then =
-            chasles_carried_error(arm, equations, (const double(*)[3])next, next_rows, next_errors);
-        if (!(then < error) && error <= CHASLES_CARRIED_CLOSED)
+            chasles_wrist_error(arm, equations, (const double(*)[3])next, next_rows, next_errors);
+        if (!(then < error) && error <= CHASLES_WRIST_CLOSED)
             break;
         error = then;
         memcpy(rotation->R, next, sizeof next);
@@ -224,24 +199,23 @@ static int chasles_carried_polished(const chasles_carried_wrist_arm *arm,
     for (int k = 0; k < 3; k++)
         sizes *= sqrt(chasles_carried_dot(rows[k], rows[k]));
     rotation->margin = sizes > 0.0 ? fabs(determinant) / sizes : 0.0;
-    return error <= CHASLES_CARRIED_CLOSED;
+    return error <= CHASLES_WRIST_CLOSED;
 }
 
 /* Iterates from angles alpha and beta and inserts a new rotation. The trace, which is largest for
  * the smallest rotation angle, sorts the rotations. Returns the number of rotations. */
-static int chasles_carried_added(const chasles_carried_wrist_arm *arm,
-                                 const chasles_carried_equations *equations,
-                                 const double (*axes)[3], double beta,
-                                 chasles_carried_rotation *found, int count)
+static int chasles_wrist_added(const chasles_carried_wrist_arm *arm,
+                               const chasles_wrist_equations *equations, const double (*axes)[3],
+                               double beta, chasles_wrist_rotation *found, int count)
 {
-    chasles_carried_rotation own;
+    chasles_wrist_rotation own;
     const double c = cos(beta), s = sin(beta), (*platform)[3] = equations->platform;
     for (int i = 0; i < 3; i++) {
         const double y = c * axes[1][i] + s * axes[2][i], z = c * axes[2][i] - s * axes[1][i];
         for (int j = 0; j < 3; j++)
             own.R[i][j] = axes[0][i] * platform[0][j] + y * platform[1][j] + z * platform[2][j];
     }
-    if (count == CHASLES_CARRIED_ROTATIONS || !chasles_carried_polished(arm, equations, &own))
+    if (count == CHASLES_WRIST_ROTATIONS || !chasles_wrist_polished(arm, equations, &own))
         return count;
     own.trace = own.R[0][0] + own.R[1][1] + own.R[2][2];
     int at = count;
@@ -249,7 +223,7 @@ static int chasles_carried_added(const chasles_carried_wrist_arm *arm,
         double apart = 0.0;
         for (int i = 0; i < 9; i++)
             apart = fmax(apart, fabs(own.R[i / 3][i % 3] - found[k].R[i / 3][i % 3]));
-        if (apart < CHASLES_CARRIED_SAME)
+        if (apart < CHASLES_WRIST_SAME)
             return count;
         at = k < at && own.trace > found[k].trace ? k : at;
     }
@@ -259,14 +233,14 @@ static int chasles_carried_added(const chasles_carried_wrist_arm *arm,
 }
 
 /* Writes the rotations of the platform. Returns the number of rotations. */
-static int chasles_carried_rotations(const chasles_carried_wrist_arm *arm,
-                                     const chasles_carried_equations *equations,
-                                     chasles_carried_rotation *found)
+static int chasles_wrist_rotations(const chasles_carried_wrist_arm *arm,
+                                   const chasles_wrist_equations *equations,
+                                   chasles_wrist_rotation *found)
 {
     chasles_circle_series series;
     chasles_circle_roots roots;
     int count = 0;
-    if (!chasles_carried_series(arm, equations, &series))
+    if (!chasles_wrist_polynomial(arm, equations, &series))
         return 0;
     chasles_circle_real(0, 0, &series, &roots);
     for (int k = 0; k < roots.count; k++) {
@@ -278,7 +252,7 @@ static int chasles_carried_rotations(const chasles_carried_wrist_arm *arm,
         for (int side = near > 0.0 ? -1 : 0; side <= (near > 0.0); side++) {
             const double alpha = roots.angle[k] + side * near;
             double axes[3][3], linear[2][3];
-            chasles_carried_linear(arm, equations, cos(alpha), sin(alpha), axes, linear);
+            chasles_wrist_linear(arm, equations, cos(alpha), sin(alpha), axes, linear);
             /* The equations of the second and third ball have the same root beta, unless two
              * rotations share the angle alpha. */
             const double sizes[2] = {hypot(linear[0][0], linear[0][1]),
@@ -287,8 +261,8 @@ static int chasles_carried_rotations(const chasles_carried_wrist_arm *arm,
             const double middle = atan2(L[1], L[0]);
             const double aside = acos(fmax(-1.0, fmin(1.0, -L[2] / size)));
             for (int sign = -1; sign <= 1; sign += 2)
-                count = chasles_carried_added(arm, equations, (const double(*)[3])axes,
-                                              middle + sign * aside, found, count);
+                count = chasles_wrist_added(arm, equations, (const double(*)[3])axes,
+                                            middle + sign * aside, found, count);
         }
     }
     return count;
@@ -299,18 +273,15 @@ static void chasles_carried_wrist_ik(const chasles_carried_wrist_arm *arm, const
                                      const double *given, double *q, double *residual,
                                      double *margin)
 {
-    chasles_carried_equations equations;
-    chasles_carried_rotation found[CHASLES_CARRIED_ROTATIONS];
+    chasles_wrist_equations equations;
+    chasles_wrist_rotation found[CHASLES_WRIST_ROTATIONS];
     double center[3], P[16] = {0.0};
     const int slots = arm->slots, n = arm->coordinates;
     int count = 0;
     (void)given;
-    if (chasles_carried_setup(arm, T, center, &equations))
-        count = chasles_carried_rotations(arm, &equations, found);
-    for (int i = slots * count * n; i < slots * CHASLES_CARRIED_ROTATIONS * n; i++)
-        q[i] = NAN;
-    for (int k = slots * count; k < slots * CHASLES_CARRIED_ROTATIONS; k++)
-        residual[k] = margin[k] = NAN;
+    if (chasles_wrist_setup(arm, T, center, &equations))
+        count = chasles_wrist_rotations(arm, &equations, found);
+    chasles_carried_unused(slots * count, slots * CHASLES_WRIST_ROTATIONS, n, q, residual, margin);
     P[15] = 1.0;
     for (int k = 0; k < count; k++) {
         for (int i = 0; i < 3; i++) {
@@ -318,14 +289,8 @@ static void chasles_carried_wrist_ik(const chasles_carried_wrist_arm *arm, const
             P[4 * i + 3] = center[i] - chasles_carried_dot(found[k].R[i], arm->center);
         }
         arm->legs(T, P, q + slots * n * k, residual + slots * k, margin + slots * k);
-        for (int at = slots * k; at < slots * (k + 1); at++) {
-            double reached[16];
-            if (residual[at] != residual[at])
-                continue;
-            arm->fk(q + n * at, reached);
-            residual[at] = chasles_mode_residual(T, reached, residual[at], arm->size);
-            margin[at] = found[k].margin < margin[at] ? found[k].margin : margin[at];
-        }
+        chasles_carried_reached(arm->fk, T, arm->size, found[k].margin, slots, n, q + slots * n * k,
+                                residual + slots * k, margin + slots * k);
     }
 }
 

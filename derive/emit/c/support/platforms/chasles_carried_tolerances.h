@@ -1,0 +1,48 @@
+/* Tolerances for a platform with joints before or on it: name, value, unit and reason. This file is
+ * part of chasles and is the same for every robot.
+ */
+#ifndef CHASLES_CARRIED_TOLERANCES_H
+#define CHASLES_CARRIED_TOLERANCES_H
+
+/* Error of a polynomial's coefficients relative to 1 and to its largest coefficient: rounding of
+ * products. */
+#define CHASLES_CARRIED_NOISE 4e-15
+
+/* Joints before and on a platform. */
+
+/* A polynomial is zero if it is below this fraction of the product of its factors' sizes: the
+ * joints then have a self-motion. */
+#define CHASLES_ARM_VANISHED 1e-13
+/* Maximum distance of a ball from its plane, relative to the size of the mechanism, if the pose
+ * determines all unknown joints. */
+#define CHASLES_ARM_CLOSED 1e-12
+/* The same for poses with more conditions than unknown joints. Larger distances have no solution
+ * nearby. */
+#define CHASLES_ARM_NEAR 1e-2
+/* Distance, in the same unit, up to which the iteration is tried. Most candidates of an elimination
+ * are much nearer or much farther. */
+#define CHASLES_ARM_TRIED 0.1
+/* Distance at which the iteration ends. */
+#define CHASLES_ARM_POLISHED 1e-16
+/* Maximum change of an unknown per step [rad, or fraction of the size]; a larger change may reach
+ * another solution. */
+#define CHASLES_ARM_STEP 0.3
+/* Two solutions are equal if their unknowns differ by less than this value. Near a double root, the
+ * distances change with the squared difference, so smaller differences are not resolved. */
+#define CHASLES_ARM_SAME 1e-6
+
+/* A wrist on a platform. */
+
+/* Maximum coefficient at which the polynomial counts as zero; the platform is then singular. */
+#define CHASLES_WRIST_VANISHED 1e-12
+/* Maximum distance of a ball from its plane, relative to its distance from the wrist center. */
+#define CHASLES_WRIST_CLOSED 1e-12
+/* Distance of a ball from its plane, in the same unit, at which the iteration ends. */
+#define CHASLES_WRIST_POLISHED 1e-15
+/* Maximum rotation per step [rad]; a larger rotation may reach another solution. */
+#define CHASLES_WRIST_STEP 0.3
+/* Two rotations are equal if their entries differ by less than this value. Near a double root, the
+ * distances change with the squared rotation, so smaller differences are not resolved. */
+#define CHASLES_WRIST_SAME 1e-7
+
+#endif
