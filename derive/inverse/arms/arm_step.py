@@ -280,7 +280,7 @@ def with_arms(h: SolvedLoops) -> SolvedLoops:
     forward = from_actuators(loops, h.terms, h.q, closed=h.at_reference)
     if forward.open:
         return h
-    backward = from_chain(loops, h.terms, h.theta, closed=h.at_reference)
+    backward = (from_chain_with_arms(h) or h).backward
     return replace(h, loops=loops, forward=forward, backward=backward)
 
 
