@@ -13,6 +13,7 @@ import numpy as np
 import sympy as sp
 
 from chasles.derive import Mechanism
+from chasles.derive.loops.model.coupling_equations import is_length
 from chasles.derive.model.coupling import Coupling
 from chasles.derive.model.placements import Rotation, Translation
 from tests.support.generators.drawn_mechanisms import BASE, DIGITS, ORIGIN, Sketch
@@ -20,7 +21,11 @@ from tests.support.loops.closed_in_numbers import HELD, Model
 
 RATIOS = (1, -1, 2, -2, "1/2", "-1/2", "3/2", "-2/3", "1/3", 3, "-20/60")
 TRIALS = 400
+EACH_CYLINDER = 3
+"""A seed that this number divides gives a linkage with coupled cylinders."""
 FAR = (sp.Rational(1, 5), sp.S.Zero)
+RADII = (-80, -30, 25, 60, 100)
+"""Pitch radii of pinions (millimeter)."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +45,7 @@ def geared_linkage(seed: int) -> GearedLinkage:
     """Returns the mechanism of a seed."""
     draw = random.Random(seed)
     for _ in range(TRIALS):
-        family = draw.choice(FAMILIES)
+        family = draw.choice(CYLINDER_FAMILIES if seed % EACH_CYLINDER == 0 else FAMILIES)
         sketch = Sketch(draw)
         pairs = family(sketch)
         turned = [_reversed_at_times(draw, pair) for pair in pairs]
@@ -85,7 +90,7 @@ def _closed(bare: Mechanism, rng: np.random.Generator) -> dict[str, float] | Non
         at = free.values(q, free.closed(q, u))
     except (AssertionError, np.linalg.LinAlgError):
         return None
-    slides = {joint.name for joint in bare.joints if joint.kind == "prismatic"}
+    slides = {name for name, member in bare.members.items() if is_length(member)}
     return {
         n: x if n in slides else float(np.remainder(x + np.pi, 2 * np.pi) - np.pi)
         for n, x in at.items()
@@ -110,6 +115,10 @@ def _reversed_at_times(draw: random.Random, pair: Pair) -> Pair:
 
 def _ratio(s: Sketch) -> sp.Expr:
     return sp.Rational(s.draw.choice(RATIOS))
+
+
+def _radius(s: Sketch) -> sp.Expr:
+    return sp.Rational(s.draw.choice(RADII), 1000)
 
 
 def _four_bar(s: Sketch, on: str, name: str, at: tuple[sp.Expr, sp.Expr] = ORIGIN) -> list[str]:
@@ -169,8 +178,7 @@ def rack(s: Sketch) -> list[Pair]:
     _four_bar(s, BASE, "a")
     carriage = s.slide("slide", BASE, s.point(), sp.pi * sp.Rational(s.draw.randint(-4, 4), 8))
     s.actuated = [s.draw.choice(("a_crank", "slide"))]
-    radius = sp.Rational(s.draw.choice((-80, -30, 25, 60, 100)), 1000)
-    pairs: list[Pair] = [("slide", {"a_rocker": radius})]
+    pairs: list[Pair] = [("slide", {"a_rocker": _radius(s)})]
     if s.draw.random() < 0.5:
         s.tools = [s.pin("arm", carriage, s.point())]
         return [*pairs, ("arm", {"a_coupler": _ratio(s), "slide": sp.Integer(2)})]
@@ -231,6 +239,41 @@ def gears_without_loops(s: Sketch) -> list[Pair]:
     return [("one", {"shaft": _ratio(s)}), ("three", {"one": _ratio(s), "two": _ratio(s)})]
 
 
+def cylinders_in_unison(s: Sketch) -> list[Pair]:
+    """Two booms whose cylinders share the oil, so that one stroke follows the other."""
+    one = s.pin("one", BASE, ORIGIN)
+    on, at = s.draw.choice(((one, FAR), (BASE, (s.length(300, 500), sp.S.Zero))))
+    two = s.pin("two", on, at)
+    s.rod("first", BASE, s.point(), one, s.point())
+    s.rod("second", on, s.point(), two, s.point())
+    s.tools, s.actuated = [two], [s.draw.choice(("first", "one"))]
+    return [("second", {"first": _ratio(s)})]
+
+
+def spindle(s: Sketch) -> list[Pair]:
+    """A rocker that turns the spindle of a cylinder, which lifts a boom."""
+    _four_bar(s, BASE, "a")
+    boom = s.pin("boom", BASE, (s.length(-300, 300), s.length(400, 600)))
+    s.rod("spindle", BASE, s.point(), boom, s.point())
+    s.tools, s.actuated = [boom], [s.draw.choice(("a_crank", "boom"))]
+    return [("spindle", {"a_rocker": _radius(s)})]
+
+
+def cylinder_in_a_five_bar(s: Sketch) -> list[Pair]:
+    """A cylinder on a five-bar linkage whose stroke follows a passive joint of the linkage."""
+    joints = _five_bar(s)
+    tools = s.tools
+    s.rod("ram", BASE, s.point(), s.draw.choice(tools), s.point())
+    s.actuated = [s.draw.choice(joints)]
+    leader = s.draw.choice([name for name in joints if name not in s.actuated])
+    return [("ram", {leader: _radius(s)})]
+
+
+CYLINDER_FAMILIES: tuple[Callable[[Sketch], list[Pair]], ...] = (
+    cylinders_in_unison,
+    spindle,
+    cylinder_in_a_five_bar,
+)
 FAMILIES: tuple[Callable[[Sketch], list[Pair]], ...] = (
     geared_five_bar,
     gears_between_passive_joints,

@@ -40,7 +40,7 @@ def moved(joint, value):
 
 
 class Model:
-    """A numeric mechanism with coordinates q and other joints u."""
+    """A numeric mechanism with coordinates q, and with other joints and cylinders u."""
 
     def __init__(self, mechanism):
         values = {p.symbol: p.value for p in mechanism.parameters}
@@ -60,7 +60,8 @@ class Model:
             for k, c in enumerate(mechanism.coordinates)
         }
         moving = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
-        self.unknown = [name for name in moving if name not in self.moves]
+        cylinders = [strut.name for strut in mechanism.struts if strut.is_cylinder]
+        self.unknown = [name for name in (*moving, *cylinders) if name not in self.moves]
         # The reference may state the value of a motor or of the joint that the motor moves.
         stated = dict(mechanism.reference)
         self.q = np.array(
