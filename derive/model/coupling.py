@@ -113,8 +113,20 @@ def check_joint_couplings(
 
 def contradictory(couplings: Sequence[Coupling]) -> tuple[str, ...]:
     """Returns the joints of couplings that no joint values fulfill together, or no joints."""
-    rows = [LinearEquation({c.joint: -sp.S.One, **dict(c.ratios)}, -c.offset) for c in couplings]
-    return tuple(couplings[k].joint for k in conflict(rows))
+    return tuple(couplings[k].joint for k in conflict([*map(equation_of, couplings)]))
+
+
+def equation_of(coupling: Coupling) -> LinearEquation:
+    """Returns the equation: joint - sum of ratio * coordinate = offset."""
+    factors = {coupling.joint: sp.S.One} | {name: -ratio for name, ratio in coupling.ratios}
+    return LinearEquation(factors, coupling.offset)
+
+
+def solved_for(joint: str, equation: LinearEquation) -> Coupling:
+    """Returns an equation that contains a joint as the coupling of this joint."""
+    own = equation.factors[joint]
+    others = [(name, -factor / own) for name, factor in equation.factors.items() if name != joint]
+    return Coupling(joint, tuple(others), equation.value / own)
 
 
 def no_solution(joints: Sequence[str]) -> str:

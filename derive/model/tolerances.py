@@ -94,6 +94,9 @@ SAME_EQUATION = 1e-9
 """Maximum difference between two equations that state the same relation between joints (relative,
 or radian or meter for the constant). Compiled ratios have 14 decimal places, so that the inverse of
 a ratio of 0.001 has a relative error of 1e-11."""
+PARALLEL_GEARS = 1e-6
+"""Maximum difference between 1 and the cosine of the angle between the axis of a gearbox and the
+axis of a joint that it turns. Files state directions with four or more digits."""
 COMPILED_ANGLE = 1e-13
 """Maximum difference (radian) between a computed angle and the angle in a file. The rounding error
 of an angle near pi is a few times smaller."""

@@ -14,8 +14,10 @@ import mpmath as mp
 import sympy as sp
 from lxml import etree
 
+from ....model.coupling import equation_of, solved_for
 from ....model.errors import DescriptionError
 from ....model.kinds import JointKind
+from ....model.linear_equations import LinearEquation, eliminated
 from ....model.mechanism import Closure, ClosureKind, Described, Frame, Mechanism, Strut
 from ....model.placements import Placement, Rotation, Vector, align_z
 from ....model.robot import Coupling, Joint, SerialRobot
@@ -30,6 +32,7 @@ from ..limits import without_limits
 from ..mjcf.mjcf_model import length
 from ..robot_xml import parsed
 from ..tool_links import Ends, NoChain, chosen_ends, leader_between, only_chain
+from .gearboxes import Gearboxes
 from .sdf_frames import MODEL, WORLD, SdfFrames, merged, origin_of
 from .universal_joints import split_universal_joints
 
@@ -71,7 +74,9 @@ class SdfFile:
         if len(models) != 1 or model.find("model") is not None:
             self.fail(root, "model", len([*root.iter("model")]), "one model, without nested models")
         self.links = [*dict.fromkeys(self._links())]
-        self.joints = {str(j.get("name")): j for j in model.findall("joint")}
+        self.joints = {
+            str(j.get("name")): j for j in model.findall("joint") if j.get("type") != "gearbox"
+        }
         self.tree_joints: dict[str, etree._Element] = {}
         """The joints of the tree by their child link."""
         self.closing: list[etree._Element] = []
@@ -139,7 +144,7 @@ class SdfFile:
         if kind == "ball":
             return "ball"
         if kind not in KINDS:
-            self.fail(joint, "type", kind, f"one of {', '.join(CLOSURES)}, universal")
+            self.fail(joint, "type", kind, f"one of {', '.join(CLOSURES)}, universal, gearbox")
         if kind == "fixed":
             return "fixed"
         return "follower" if self._leader(joint) else "moving"
@@ -209,7 +214,7 @@ class SdfFile:
             self._source(ends),
             base_frame=base,
             tool_frame=identifier(ends.tip),
-            couplings=tuple(self._couplings(path)),
+            couplings=self._geared(path),
         )
         return replace(
             robot, notes=(*ends.notes, *self._unlimited(path), *implausible_values(robot))
@@ -224,8 +229,15 @@ class SdfFile:
         on_rods = {link for joint in balls for link in self.tree.rigid(joint.child)}
         tree = [joint for joint in tree if joint.child not in on_rods]
         ended = {rod.name for rod in rods}
-        moving = [joint for joint in tree if joint.kind == "moving"]
-        driven = [j for j in moving if not self._is_passive(self.joints[j.name])]
+        couplings = self._geared(tree)
+        coupled = {coupling.joint for coupling in couplings}
+        driven = [
+            joint
+            for joint in tree
+            if joint.kind == "moving"
+            and self._is_driven(joint.name)
+            and identifier(joint.name) not in coupled
+        ]
         robot = Mechanism(
             name=name,
             joints=tuple(joint for each in tree for joint in self._joints(each)),
@@ -236,7 +248,7 @@ class SdfFile:
                 if identifier(str(joint.get("name"))) not in ended
             ),
             struts=rods,
-            couplings=tuple(self._couplings(tree)),
+            couplings=couplings,
             tool_body=tip,
             title=str(self.frames.model.get("name")),
             source=self._source(ends),
@@ -247,10 +259,13 @@ class SdfFile:
         return between(robot, base, tip, self.file)
 
     def _in_loops(self, path: Sequence[TreeJoint]) -> bool:
-        """Whether the path shares a joint with a loop, directly or through loops or followers."""
+        """Whether the path shares a joint with a loop, directly or through followers or gears."""
         around = {joint.name for joint in path if joint.kind != "fixed"}
         for coupling in self._couplings([joint for joint in path if joint.kind == "follower"]):
             around |= {name for name in self.joints if identifier(name) in dict(coupling.ratios)}
+        meshed = [{*equation.factors} for equation in self._gears]
+        for _ in meshed:
+            around = around.union(*(group for group in meshed if group & around))
         loops = []
         for joint in self.closing:
             joints = self.tree.path(*self._ends(joint)) or ()
@@ -343,8 +358,8 @@ class SdfFile:
         far = length(float(sp.sqrt(sum(part**2 for part in xyz))))
         return Strut(identifier(second), a, b, far, ends="ball")
 
-    def _axis(self, joint: etree._Element) -> Vector:
-        xyz = joint.find("axis/xyz")
+    def _axis(self, joint: etree._Element, tag: str = "axis") -> Vector:
+        xyz = joint.find(f"{tag}/xyz")
         words = ["0", "0", "1"] if xyz is None else (xyz.text or "").split()
         if len(words) != 3:  # noqa: PLR2004
             self.fail(joint, "xyz", " ".join(words), "three numbers")
@@ -352,7 +367,7 @@ class SdfFile:
         if not any((x, y, z)):
             self.fail(joint, "xyz", " ".join(words), "a direction")
         frame = "" if xyz is None else xyz.get("expressed_in", "")
-        if (joint.findtext("axis/use_parent_model_frame") or "").strip() in ("1", "true"):
+        if (joint.findtext(f"{tag}/use_parent_model_frame") or "").strip() in ("1", "true"):
             frame = MODEL
         turn = self.frames.relative(str(joint.get("name")), frame) if frame else ()
         turns = merged(tuple(motion for motion in turn if isinstance(motion, Rotation)))
@@ -398,6 +413,34 @@ class SdfFile:
             if len(seen) > 1 and seen[-1] is not None:
                 name = identifier(str(seen[-1].get("name")))
                 yield Coupling(identifier(joint.name), ((name, multiplier),), offset)
+
+    @cached_property
+    def _gears(self) -> tuple[LinearEquation, ...]:
+        """The equations of the gearboxes between joints of the tree."""
+        return tuple(Gearboxes(self.frames, self._axis).equations(self.tree, self.joints))
+
+    def _geared(self, path: Sequence[TreeJoint]) -> tuple[Coupling, ...]:
+        """Returns the couplings of the mimic joints and of the gearboxes.
+
+        The equations of gearboxes are solved for passive joints if possible.
+        """
+        couplings, names = tuple(self._couplings(path)), [j.name for j in path if j.kind != "fixed"]
+        if not self._gears:
+            return couplings
+        rows = [
+            LinearEquation({identifier(n): f for n, f in gear.factors.items()}, gear.value)
+            for gear in self._gears
+        ]
+        rows = [*map(equation_of, couplings), *rows]
+        last = [identifier(name) for name in reversed(names) if self._is_driven(name)]
+        first = [identifier(name) for name in reversed(names) if not self._is_driven(name)]
+        outside = {name for row in rows for name in row.factors} - {*first, *last}
+        solved, _ = eliminated(rows, [*sorted(outside), *first, *last])
+        return tuple(solved_for(n, solved[n]) for n in (*first, *last)[::-1] if n in solved)
+
+    def _is_driven(self, name: str) -> bool:
+        joint = self.joints[name]
+        return not self._is_passive(joint) and not self._leader(joint)
 
     def _unlimited(self, joints: Sequence[TreeJoint]) -> tuple[str, ...]:
         names = [

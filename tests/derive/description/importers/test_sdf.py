@@ -118,6 +118,59 @@ def test_mimic_in_loops_is_a_gear(tmp_path):
         assert at["e"] == pytest.approx(0.3 - 1.5 * (at["c"] - 0.1), abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("axes", "hand", "sign"),
+    [
+        ("<axis><xyz>0 0 1</xyz></axis>", "0 0 1", -1),
+        ("<axis><xyz>0 0 1</xyz></axis><axis2><xyz>0 0 -1</xyz></axis2>", "0 0 1", 1),
+        ("<axis><xyz>0 0 1</xyz></axis>", "0 0 -1", 1),
+    ],
+)
+def test_gearbox_in_loops_is_a_gear(tmp_path, axes, hand, sign):
+    """A hand on the rocker turns against the coupler. Newton closures give the pose."""
+    extra = f"""<link name="hand"><pose>0.1 0.2 0 0 0 0</pose></link>
+<joint name="e" type="revolute"><parent>rocker</parent><child>hand</child>
+  <axis><xyz>{hand}</xyz><limit><effort>0</effort></limit></axis></joint>
+<joint name="gear" type="gearbox"><parent>coupler</parent><child>hand</child>{axes}
+  <gearbox_reference_body>rocker</gearbox_reference_body><gearbox_ratio>2.5</gearbox_ratio></joint>
+</model>"""
+    text = FOUR_BAR.replace("</model>", extra)
+    found = read(file_of(tmp_path, text), tip="hand")
+    assert (found.actuated, [c.name for c in found.closures]) == (("a",), ["d"])
+    fk, model = fk_of(found), Model(found)
+    bare = Model(read(file_of(tmp_path, FOUR_BAR), tip="rocker"))
+    coupler = Model(read(file_of(tmp_path, FOUR_BAR), tip="coupler"))
+    for a in (-0.3, 0.0, 0.4):
+        u = model.followed([a])[0]
+        np.testing.assert_allclose(fk([a]), model.tip([a], u), atol=1e-11, rtol=0)
+        u = bare.followed([a])[0]
+        T, C = bare.tip([a], u), coupler.tip([a], u)
+        one = np.arctan2(*(T[:3, :3].T @ C[:3, :3])[[1, 0], 0])
+        two = sign * 2.5 * one * (1 if hand == "0 0 1" else -1)
+        hand_angle = np.arctan2(*(T[:3, :3].T @ fk([a])[:3, :3])[[1, 0], 0])
+        assert np.exp(1j * hand_angle) == pytest.approx(np.exp(1j * two), abs=1e-11)
+
+
+def test_gearbox_of_an_arm_moves_two_joints_by_one_motor(tmp_path):
+    text = f"""{HEAD}<link name="base"/><link name="one"><pose>0.2 0 0 0 0 0</pose></link>
+<link name="two"><pose>0.5 0 0 0 0 0</pose></link>
+<joint name="first" type="revolute"><parent>base</parent><child>one</child>
+  <axis><xyz>0 0 1</xyz></axis></joint>
+<joint name="second" type="revolute"><parent>one</parent><child>two</child>
+  <axis><xyz>0 0 -1</xyz>{{passive}}</axis></joint>
+<joint name="gear" type="gearbox"><parent>base</parent><child>two</child>
+  <axis><xyz>{{axis}}</xyz></axis><gearbox_ratio>3</gearbox_ratio>
+  <gearbox_reference_body>one</gearbox_reference_body></joint></model></sdf>"""
+    passive = "<limit><effort>0</effort></limit>"
+    robot = read(file_of(tmp_path, text.format(axis="0 0 1", passive=passive)))
+    # From link one, the base turns by -first, and link two by -second: second = -3 first.
+    assert [c.name for c in robot.coordinates] == ["first"]
+    (coupling,) = robot.couplings
+    assert (coupling.joint, coupling.ratios) == ("second", (("first", -3),))
+    with pytest.raises(DescriptionError, match="parallel to the axis of joint 'first'"):
+        read(file_of(tmp_path, text.format(axis="0 1 0", passive=passive)))
+
+
 PASSIVE = "<limit><effort>0</effort></limit>"
 """Limits of a joint without an actuator."""
 CRANK = f"""{HEAD}
@@ -215,7 +268,7 @@ def test_mimic_frames_and_pose_of_the_model(tmp_path):
         ('<link name="crank"/>', "<include><uri>model://x</uri></include>", "without <include>"),
         ("</model>", '<model name="n"/></model>', "without nested models"),
         ("<parent>crank</parent>", "<parent>crunk</parent>", "a link, joint or frame of the model"),
-        ('name="b" type="revolute"', 'name="b" type="gearbox"', "one of revolute, continuous"),
+        ('name="b" type="revolute"', 'name="b" type="screw"', "one of revolute, continuous"),
         ("<pose>0.2 0 0 0 0 0</pose>", "<pose>0.2 0 0</pose>", "x y z roll pitch yaw"),
         ("<pose>0.2 0 0 0 0 0</pose>", '<pose relative_to="b"/>', "do not refer to each other"),
         ("<xyz>0 0 1</xyz>", "<xyz>0 0 0</xyz>", "a direction"),
