@@ -6,7 +6,7 @@ the step equations by printed symbols. Short values are written out. All kinds o
 code.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import accumulate, islice
@@ -29,7 +29,7 @@ from ...loops.planar.loop_step import (
     letter_and_axis,
     quantity,
 )
-from ...loops.solve.solution import Solution
+from ...loops.solve.solution import Solution, factors_of, reported
 from ..setting.printed_terms import Definition, PrintedTerms
 from ..setting.printer import FractionPrinter
 from .members import Letters
@@ -137,11 +137,25 @@ def printed_steps(
         joints: Symbols of the joints.
     """
     values = {solution.values[name]: s for name, s in joints.items() if name in solution.values}
+    for name in _leaders(solution):
+        # The printed equations of followers contain the symbol of the joint, and not the
+        # inverse tangent that wraps its angle.
+        wrapped = reported(solution, solution.values, name)
+        if wrapped in terms.terms.definitions and wrapped != solution.values[name]:
+            terms.call(wrapped, joints[name])
     numbers = accumulate((not step.continues for step in solution.steps), initial=first - 1)
     return tuple(
         _Writer(terms, letters, step, number, values).printed()
         for step, number in zip(solution.steps, islice(numbers, 1, None), strict=True)
     )
+
+
+def _leaders(solution: Solution) -> Iterator[str]:
+    """Yields the solved joints from which the couplings determine further joints."""
+    for coupling in solution.mechanism.couplings:
+        names = factors_of(coupling)
+        if any(name in solution.coupled for name in names):
+            yield from (name for name in names if name in solution.values)
 
 
 def after(steps: Sequence[PrintedLoopStep], first: int = 1) -> int:

@@ -348,7 +348,8 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
     """Wraps a solved angle to a full turn about the middle of the joint limits.
 
     Without limits, the interval is -pi to pi. If the reference value is beyond pi, the interval is
-    about the nearest multiple of pi. Angles near the reference then do not jump.
+    about the nearest multiple of pi. Angles near the reference then do not jump. The interval of a
+    coupled joint contains its limits; without limits, it is about the reference.
 
     Args:
         terms: Receives the terms.
@@ -371,7 +372,9 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
 def near_reference(
     mechanism: Mechanism, terms: Terms, joints: Sequence[Joint], values: Sequence[sp.Expr]
 ) -> list[sp.Expr]:
-    """Moves solved angles of coupled joints by full turns, to within half a turn of the reference.
+    """Moves solved angles of coupled joints by full turns into the interval of the joint.
+
+    The interval contains the limits, or is within half a turn of the reference.
 
     Args:
         mechanism: The description.
@@ -392,16 +395,25 @@ def _middle(mechanism: Mechanism, joint: Joint | None) -> sp.Expr:
     if joint is None:
         return sp.Integer(0)
     low, high = joint.limits
+    at = float(mechanism.reference_of(joint.name))
     if joint.name in mechanism.coupled:
         # The value of a follower depends on the full turns of its leader.
-        quarters = 2 * float(mechanism.reference_of(joint.name)) / math.pi
-        return sp.pi / 2 * round(quarters)
+        if low is None or high is None or high - low > 2 * sp.pi or not low <= at <= high:
+            return _quarter_turns(at)
+        middle = _quarter_turns(float(low + high) / 2)
+        is_inside = middle - sp.pi <= low and high <= middle + sp.pi
+        return middle if is_inside else (low + high) / 2
     if low is None or high is None:
-        half_turns = float(mechanism.reference_of(joint.name)) / math.pi
+        half_turns = at / math.pi
         return sp.pi * round(half_turns) if abs(half_turns) > 1 else sp.Integer(0)
     if low >= -sp.pi and high <= sp.pi:
         return sp.Integer(0)
     return (low + high) / 2
+
+
+def _quarter_turns(angle: float) -> sp.Expr:
+    """Rounds an angle to a right angle, about which angles have short expressions."""
+    return sp.pi / 2 * round(2 * angle / math.pi)
 
 
 def _given(mechanism: Mechanism) -> dict[str, float]:

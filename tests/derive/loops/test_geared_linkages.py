@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import write
+from chasles.derive import derive, read_text, write
+from chasles.derive.latex import fragments
+from chasles.derive.terms.casadi_graph import lower
 from chasles.study import PointMass, gravity_forces, static_loads
 from tests.campaigns.geared import BARS
 from tests.support.compiling import compiled_quickly
@@ -66,3 +68,48 @@ def test_geared_linkage_matches_newton_closures(tmp_path, seed):
             compare_gravity(robot, linkage)
     assert found.configurations == 3
     assert {name: vars(found)[name] for name in BARS if not vars(found)[name] <= BARS[name]} == {}
+
+
+DRAG_LINK = """
+name = "drag_link"
+convention = "urdf"
+actuated = ["crank"]
+units = { length = "m", angle = "deg" }
+tool = { body = "hand", xyz = ["0.2", 0, 0] }
+joints = [
+  { name = "crank", link = "crank", axis = [0, 0, 1] },
+  { name = "coupler", link = "coupler", xyz = ["0.3", 0, 0], axis = [0, 0, 1] },
+  { name = "rocker", parent = "0", link = "rocker", xyz = ["0.1", 0, 0], axis = [0, 0, 1] },
+  { name = "hand", parent = "0", link = "hand", axis = [0, 0, 1] },
+]
+reference = { crank = 70, coupler = 80, rocker = 110 }
+[[closures]]
+name = "pin"
+kind = "pin"
+a = { body = "coupler", xyz = ["0.25", 0, 0] }
+b = { body = "rocker", xyz = ["0.3", 0, 0] }
+[couplings]
+hand = { rocker = "1/2" }
+"""
+
+
+@pytest.mark.parametrize("limits", [(20, 350), (85, 400), (-700, 700)])
+def test_limits_of_coupled_joint_select_its_full_turn(limits):
+    """A rocker makes full turns. A hand follows it by half of its angle."""
+    own = f'name = "rocker", limits = [{limits[0]}, {limits[1]}]'
+    robot = read_text(DRAG_LINK.replace('name = "rocker"', own, 1))
+    model, fk = Model(robot), lower([derive(robot, functions=("fk",)).function("fk")], "r")[0]
+    for angle in np.radians((70, 150, 200, 230, 290)):
+        u, _ = model.followed([angle], steps=40)
+        rocker = np.degrees(model.values([angle], u)["rocker"])
+        if limits[0] < rocker < min(limits[1], 270 if limits[1] > 500 else np.inf):
+            T = np.array(fk([angle])).reshape(4, 4)
+            np.testing.assert_allclose(T, model.tip([angle], u), atol=1e-10, rtol=0)
+    assert rocker > 280
+
+
+def test_article_of_a_spindle_names_the_joint_that_turns_it():
+    linkage = geared_linkage(60)
+    assert linkage.family == "spindle"
+    steps = fragments(derive(linkage.mechanism, functions=("fk",)))["solution.tex"]
+    assert r"(0.49196 - 0.03 a_{\mathrm{rocker}}) \,\mathrm{e}" in steps
