@@ -273,9 +273,10 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
 {
     /* The tests show that the interval has no root, no extremum or no inflection point. */
     const double wide = 1.0 + part->nearly / part->radius;
-    double value = 0.0, slope = part->noise, bend = part->noise, power = 1.0;
+    double change = 0.0, value = 0.0, slope = part->noise, bend = part->noise, power = 1.0;
     for (int k = 1; k < CHASLES_TERMS; k++) {
         const double size = fabs(part->t[k]);
+        change += size;
         power *= wide;
         value += size * power;
         slope += k > 1 ? k * size : 0.0;
@@ -287,8 +288,9 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
         roots->unresolved = 1;
         return;
     }
-    if (value < part->noise || halvings == 0) {
-        /* Close roots are stored as a single point. */
+    if (change < part->noise || halvings == 0) {
+        /* Rounding errors hide the roots of smaller intervals. Close roots are stored as a single
+         * point. */
         const int last = roots->count - 1;
         if (last < 0 || !(fabs(roots->angle[last] - part->from) < CHASLES_TWINS))
             chasles_circle_add(roots, part->from, part->radius);
