@@ -10,24 +10,28 @@ from tests.support.generators.overactuated_platforms import PLATFORMS, drawn_ove
 from tests.support.loops.closures import Model
 
 POSES, STEP = 50, 1e-6
+EXACT = ("actuators", "actuator_rates", "chain_fk", "chain_jacobian_mixed", "chain_twist_mixed")
+EXACT += ("velocity_relation", "ik")
+LEAST = ("fk", "chain", "margin", "actuators", "chain_fk", "chain_jacobian_mixed")
+LEAST += ("velocity_relation", "jacobian_mixed")
 
 
 @pytest.fixture(scope="module", params=PLATFORMS)
 def exact(request, tmp_path_factory):
     """Returns a platform with redundant actuators, and its model."""
-    return platform(tmp_path_factory, drawn_overactuated(request.param, 2))
+    return platform(tmp_path_factory, drawn_overactuated(request.param, 2), EXACT)
 
 
 @pytest.fixture(scope="module", params=PLATFORMS)
 def least(request, tmp_path_factory):
     """Returns a platform with least-squares closure, and its model."""
     mechanism = drawn_overactuated(request.param, 3, closure="least squares")
-    return platform(tmp_path_factory, mechanism)
+    return platform(tmp_path_factory, mechanism, LEAST)
 
 
-def platform(tmp_path_factory, mechanism):
+def platform(tmp_path_factory, mechanism, functions):
     """Returns a compiled platform and its model without swing angles."""
-    robot = compiled(mechanism, tmp_path_factory.mktemp("platform") / "spare", None, ["c"])
+    robot = compiled(mechanism, tmp_path_factory.mktemp("platform") / "spare", functions, ["c"])
     return robot, Model(on_balls(mechanism))
 
 
