@@ -334,7 +334,7 @@ class Manifest:
         geometry: The elements of the vector p of the parametric functions, or () without such
             functions.
         robot_file: For a robot with loops: the text of a robot file with a placeholder for each
-            dimension. For an arm with masses: the springs section of a robot file. Otherwise "".
+            dimension. For an arm with masses: the masses and springs of a robot file. Otherwise "".
         inverse: Solution method of the inverse, or the reason for a missing inverse.
         skeleton: The rigid bodies.
         load: The masses and the gravity of the description.

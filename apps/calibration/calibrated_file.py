@@ -29,6 +29,8 @@ _METER = 15
 _DEGREE = 13
 """Number of decimal places of an angle in degrees (2e-15 rad). Rounding keeps angles of exactly 90
 degrees exact."""
+_SPRINGS = "\n[[springs]]"
+"""Start of the spring tables."""
 FloatArray = NDArray[np.float64]
 
 
@@ -44,6 +46,7 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
             solves the nominal robot first and then refines each solution. Without a nominal robot,
             the compiler rounds lengths to a grid.
 
+    The masses of an arm are written at their positions of the nominal arm with all joints at zero.
     The gain and the periodic error of a drive are written as a `[[transmissions]]` table. The
     compliance of a joint is written as a spring. The functions of the calibrated robot expect true
     coordinates. `coordinates_from_readings` and `readings_from_coordinates` convert between true
@@ -58,9 +61,9 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
         text = mechanism_text(robot, straight, name, source, nominal)
         return text + transmissions_text(robot, p, math.degrees(1))
     head, joints = _chain_text(robot, straight, name, source)
-    gravity, springs = springs_text(robot, p)
+    gravity, load = load_text(robot, p)
     couplings = couplings_text(robot, p) if robot.manifest.loops.coupling else ""
-    return head + gravity + joints + couplings + springs + transmissions_text(robot, p, 1.0)
+    return head + gravity + joints + couplings + load + transmissions_text(robot, p, 1.0)
 
 
 def _chain_text(robot: Robot, p: FloatArray, name: str, source: str) -> tuple[str, str]:
@@ -211,29 +214,27 @@ def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
     return "\n".join([*lines, ""]) if lines else ""
 
 
-def springs_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
-    """Return the gravity vector and the joint springs as text of a robot file.
+def load_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
+    """Return the gravity vector, and the masses and joint springs, as text of a robot file.
 
-    The gravity text and the spring text are empty if all joints are rigid.
+    The texts are empty for a robot without masses. Rigid joints have no springs.
 
     Args:
         robot: The nominal arm, with parametric functions.
         p: The identified geometry.
     """
     compliances = {
-        item.joint: float(value)
+        item.joint: repr(float(value))
         for item, value in zip(robot.geometry, p, strict=True)
         if item.part == "compliance"
     }
-    if not any(compliances.values()):
-        return "", ""
-    if not robot.manifest.robot_file:
+    gravity, line, tables = robot.manifest.robot_file.partition("\n")
+    masses, *springs = tables.partition(_SPRINGS)
+    if not any(map(float, compliances.values())):
+        return gravity + line, masses
+    if not springs[0]:
         raise InputValueError(
             "joint compliances were identified, but a coordinate moves several joints or a screw "
             "joint; a robot file supports springs only for joints with a coordinate of their own"
         )
-    text = Template(robot.manifest.robot_file).substitute(
-        {joint: repr(value) for joint, value in compliances.items()}
-    )
-    gravity, springs = text.split("\n", 1)
-    return f"{gravity}\n", springs
+    return gravity + line, masses + Template("".join(springs)).substitute(compliances)

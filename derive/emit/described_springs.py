@@ -1,11 +1,11 @@
-"""Writes the springs of a calibrated arm's robot file. Placeholders replace the compliances.
+"""Writes the masses and springs of a calibrated arm's robot file.
 
-The gravity torques are computed for the nominal arm at zero coordinates. The runtime replaces
-``$<coordinate>`` by the compliance of each coordinate.
+The masses and the gravity torques are computed for the nominal arm with all joints at zero. The
+runtime replaces ``$<coordinate>`` by the compliance of each coordinate.
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import sympy as sp
@@ -14,30 +14,40 @@ from numpy.typing import NDArray
 from ..chain.poe import placement_matrix
 from ..model.mechanism import Described
 from ..model.placements import Placement
-from ..model.robot import Joint, SerialRobot
+from ..model.robot import Joint, Load, PointMass, SerialRobot
 
 FloatArray = NDArray[np.float64]
 
 
-def springs_template(robot: Described) -> str:
-    """Returns the spring tables.
+def load_template(robot: Described) -> str:
+    """Returns the gravity vector, the mass tables and the spring tables.
 
-    The result is empty if the arm has no compliance or a coordinate moves several joints.
+    The result is empty if the arm has no masses. An arm with coupled or helical joints has no
+    springs. In the calibrated file, link k is on moving joint k, and has the base frame at zero.
 
     Args:
         robot: The description.
     """
     if not isinstance(robot, SerialRobot) or robot.load is None:
         return ""
-    if robot.couplings or any(joint.kind == "helical" for joint in robot.joints):
-        return ""
-    return "\n".join(_lines(robot)) + "\n"
+    has_springs = not robot.couplings and all(joint.kind != "helical" for joint in robot.joints)
+    springs = _springs(robot) if has_springs else ()
+    gravity = f"gravity = {_row([_number(g) for g in robot.load.gravity])}"
+    return "\n".join([gravity, *_masses(robot, robot.load), *springs]) + "\n"
 
 
-def _lines(robot: SerialRobot) -> Iterator[str]:
+def _masses(robot: SerialRobot, load: Load) -> Iterator[str]:
+    _, links = _at_zero(robot)
+    for k, joint in enumerate(robot.moving, 1):
+        for point in load.masses:
+            if point.link in links[joint.name]:
+                at = _position(robot, point, links[joint.name])
+                yield from ("", "[[masses]]", f'link = "link{k}"')
+                yield from (f"mass = {_value(robot, point.mass)!r}", f"at = {_row(at)}")
+
+
+def _springs(robot: SerialRobot) -> Iterator[str]:
     places, links = _at_zero(robot)
-    if robot.load:
-        yield f"gravity = {_row([_number(g) for g in robot.load.gravity])}"
     for joint, T in zip(robot.coordinates, places, strict=True):
         mass, center = _weight(robot, links[joint.name])
         yield from ("", "[[springs]]", f"coordinate = {json.dumps(joint.name)}")
@@ -69,10 +79,16 @@ def _weight(robot: SerialRobot, links: dict[str, FloatArray]) -> tuple[float, Fl
     mass, moment = 0.0, np.zeros(3)
     for point in robot.load.masses if robot.load else ():
         if point.link in links:
-            own, T = _value(robot, point.mass), links[point.link]
+            own = _value(robot, point.mass)
             mass += own
-            moment += own * (T[:3, :3] @ [_value(robot, x) for x in point.at] + T[:3, 3])
+            moment += own * _position(robot, point, links)
     return mass, moment / mass if mass else moment
+
+
+def _position(robot: SerialRobot, point: PointMass, links: Mapping[str, FloatArray]) -> FloatArray:
+    """Returns the position of a mass in the base frame at zero."""
+    T = links[point.link]
+    return np.asarray(T[:3, :3] @ [_value(robot, x) for x in point.at] + T[:3, 3])
 
 
 def _matrix(robot: SerialRobot, placement: Placement) -> FloatArray:

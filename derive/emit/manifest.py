@@ -51,7 +51,7 @@ from ..program.operations import Program
 from ..program.programs import Programs
 from ..terms.symbolic_function import Argument, NativeSolverFunction, Result, SymbolicFunction
 from .described_parts import robot_template
-from .described_springs import springs_template
+from .described_springs import load_template
 from .emitter import Files
 
 LINE = 100
@@ -188,7 +188,7 @@ def _robot_file(derivation: Derivation) -> str:
     if derivation.geometry is None:
         return ""
     loops = derivation.parametric_loops
-    return robot_template(loops.hybrid) if loops else springs_template(derivation.robot)
+    return robot_template(loops.hybrid) if loops else load_template(derivation.robot)
 
 
 def _inverse(derivation: Derivation) -> InverseFacts:

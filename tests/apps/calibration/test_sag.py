@@ -162,7 +162,7 @@ def test_robot_file_reproduces_sag_with_prismatic_joints(tmp_path):
             '[[springs]]\ncoordinate = "wrist"',
             "a spring for each coordinate",
         ),
-        ("mass = 3.0", "weight = 3.0", "weight"),
+        ("mass = 3.0\ncenter", "weight = 3.0\ncenter", "weight"),
     ],
     ids=["no limits", "excessive compliance", "missing coordinate", "unknown key"],
 )
