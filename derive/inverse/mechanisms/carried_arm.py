@@ -39,13 +39,24 @@ ARM = "v"
 """Name of the argument of ``ik_legs`` with the joints before and on the platform."""
 MAX_UNKNOWN = 3
 """Maximum number of unknown joints: the number of planes."""
+LINEAR = 2
+"""Number of prismatic unknown joints from which the equations have a small determinant."""
 MAX_JOINTS = 6
 """Maximum number of joints before and on a platform."""
-SOLUTIONS = {0: 1, 1: 4, 2: 8, 3: 32}
-"""Maximum number of solutions by the number of unknown joints.
+SOLUTIONS = {
+    (0, 1): 4,
+    (0, 2): 8,
+    (0, 3): 32,
+    (1, 1): 4,
+    (1, 2): 24,
+    (2, 1): 6,
+}
+"""Maximum number of solutions by the numbers of unknown prismatic joints and angles.
 
-Three angles have a polynomial of degree 16, two angles one of degree 3 with up to two inner angles.
+Each solution for two angles has up to two inner angles. Only prismatic unknowns have one solution.
 """
+ON_BOTH_SIDES = 48
+"""Maximum number of solutions for three angles both before and on the platform."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +69,8 @@ class CarriedArmTables(Tables):
         joints: Number of joints before and on the platform.
         before: Number of joints before the platform.
         unknown: Number of unknown joints.
-        slides: Whether the first unknown joint is prismatic.
+        slides: Number of prismatic unknown joints, which are the first unknown joints.
+        dixon: Whether the last unknown joint follows from Dixon's resultant.
         solutions: Maximum number of solutions for the unknown joints.
         places: Number of the joint of each map, counted from the base.
         ranks: For each map, the index of its joint among the unknown joints. For a fixed joint, the
@@ -77,6 +89,7 @@ class CarriedArmTables(Tables):
     before: int
     unknown: int
     slides: int
+    dixon: int
     solutions: int
     places: tuple[int, ...]
     ranks: tuple[int, ...]
@@ -109,7 +122,25 @@ class CarriedArm:
     @property
     def solutions(self) -> int:
         """Maximum number of solutions for the unknown joints."""
-        return SOLUTIONS[len(self.unknown)]
+        angles = len(self.unknown) - self.slides
+        before = [k < self.equations.before for k in self.unknown]
+        if angles == MAX_UNKNOWN and any(before) and not all(before):
+            return ON_BOTH_SIDES
+        return SOLUTIONS.get((self.slides, angles), 1)
+
+    @property
+    def slides(self) -> int:
+        """Number of prismatic unknown joints."""
+        return sum(map(self.equations.is_slide, self.unknown))
+
+    @property
+    def has_dixon_resultant(self) -> bool:
+        """Whether the last unknown joint follows from Dixon's resultant."""
+        if len(self.unknown) < MAX_UNKNOWN or self.slides >= LINEAR:
+            return False
+        return not (
+            self.slides and self.equations.has_constant_factor(self.unknown[0], self.unknown)
+        )
 
     @property
     def given(self) -> tuple[int, ...]:
@@ -174,7 +205,8 @@ class CarriedArm:
             count,
             self.equations.before,
             len(self.unknown),
-            sum(map(self.equations.is_slide, self.unknown)),
+            self.slides,
+            int(self.has_dixon_resultant),
             self.solutions,
             (*(m.joint for m in self.equations.maps), *empty),
             (*ranks, *empty),
@@ -243,31 +275,22 @@ def _found(h: SolvedLoops) -> CarriedArm | str:
 def _order(equations: PlaneEquations, unknown: Sequence[int]) -> tuple[int, ...] | str:
     """Returns the joints in the order of elimination, or the reason why there is none.
 
-    A prismatic joint is eliminated first. An angle in which the equations are always dependent is
+    Prismatic joints are eliminated first. An angle in which the equations are always dependent is
     eliminated last. For example, the planes of a symmetric platform meet in a line, and a turntable
     about this line leaves two independent equations.
     """
-    names = [joint.name for joint in equations.carried.others]
     slides = [k for k in unknown if equations.is_slide(k)]
-    if len(slides) > 1:
-        own = listed([names[k] for k in sorted(slides)])
-        return f"the elimination needs at most one prismatic joint, unlike {own}"
-    if not all(equations.has_constant_factor(k, unknown) for k in slides):
-        return f"another of them changes the direction of {names[slides[0]]} relative to the planes"
-    angles = _angles(equations, sorted(k for k in unknown if k not in slides))
-    if angles is None:
-        own = listed([names[k] for k in sorted(unknown)])
-        return f"any two of {own} have a resultant of zero, such as parallel axes"
-    return (*slides, *angles)
-
-
-def _angles(equations: PlaneEquations, angles: list[int]) -> list[int] | None:
-    """Returns angles in the order of elimination, or None if no order has a resultant."""
+    angles = sorted(k for k in unknown if k not in slides)
     angles = sorted(angles, key=lambda k: equations.is_dependent(k, angles))
-    if len(angles) < MAX_UNKNOWN:
-        return angles
-    orders = ([*pair, last] for last in angles[::-1] for pair in [[k for k in angles if k != last]])
-    return next((order for order in orders if not equations.meet_at_infinity(*order[:2])), None)
+    is_linear = len(slides) == 1 and equations.has_constant_factor(slides[0], unknown)
+    if len(unknown) < MAX_UNKNOWN or len(slides) >= LINEAR or is_linear:
+        return (*slides, *angles)
+    orders = ((*slides, *(k for k in angles if k != last), last) for last in angles[::-1])
+    found = (order for order in orders if not equations.meet_at_infinity(*order[:2]))
+    names = [joint.name for joint in equations.carried.others]
+    own = listed([names[k] for k in sorted(unknown)])
+    failed = f"any two of {own} have a resultant of zero, such as parallel axes"
+    return next(found, failed)
 
 
 def _before(terms: Terms, T: Pose, W: Pose) -> Pose:

@@ -139,24 +139,25 @@ class PlaneEquations:
         return bool(max(values) < RANK)
 
     def meet_at_infinity(self, first: int, second: int) -> bool:
-        """Whether the equations in two angles have a common root at infinity.
+        """Whether the equations in two joints have a common root at infinity.
 
         The test uses random values of all other joints. Two adjacent parallel axes, for example,
         cause a common root at infinity. A common root at infinity makes the resultant of the
         equations zero. The factor of exp(i x) in a map is (A - i B) / 2, with the factors A and B
-        of cosine and sine.
+        of cosine and sine. A prismatic joint has the single root A at infinity.
         """
         rng, (start, T) = np.random.default_rng(0), self._closed[-1]
         x = rng.uniform(-np.pi, np.pi, len(start))
         sizes = []
-        for signs in product((1j, -1j), repeat=2):
+        ends = [(0,) if self.is_slide(k) else (1j, -1j) for k in (first, second)]
+        for signs in product(*ends):
             chosen = dict(zip((first, second), signs, strict=True))
             factors = [
                 m.parts[1] - chosen[m.joint] * m.parts[2] if m.joint in chosen else m.at(x[m.joint])
                 for m in self.maps
             ]
             sizes.append(np.abs(self._product(factors, T)).max())
-        return bool(min(sizes) <= RANK * max(sizes))
+        return bool(min(sizes) <= RANK * max(RANK, *sizes))
 
     def is_slide(self, joint: int) -> bool:
         """Whether a joint is prismatic."""

@@ -101,7 +101,7 @@ def _arm(page: LoopPage, chain: CarriedArm) -> list[str]:
             " displacement of a prismatic joint.",
             fixed if given else "",
         ),
-        _elimination(slides, angles),
+        _elimination(chain, slides, angles),
         method((of_platform,)),
         r"\paragraph{Joints of the platform.} With the pose $B^{-1}\,T\,W^{-1}$ of the platform in"
         r" the frame of the legs, which is called $T$ in these steps:",
@@ -154,43 +154,70 @@ Newton's iteration on the three equations refines each rotation."""
 _ROW = r"$M\,(1, \cos, \sin)^{\mathsf{T}} = 0$"
 
 
-def _elimination(slides: Sequence[str], angles: Sequence[str]) -> str:
+def _elimination(chain: CarriedArm, slides: Sequence[str], angles: Sequence[str]) -> str:
     """Explains how the equations are solved for displacements and angles, in their order."""
+    if chain.has_dixon_resultant:
+        return _dixon(chain, *slides, *angles)
     without = ""
-    if slides and angles:
+    if slides and len(angles) > 1:
         without = f"The equation with the largest factor of {slides[0]} eliminates it. "
     match len(angles):
         case 0:
             if not slides:
                 return "They hold at the poses that the platform reaches."
-            return f"Their solution for {slides[0]} is found by least squares."
+            return f"Their solution for {in_words(slides)} is found by least squares."
         case 1:
-            return (
-                f"{without}The equations are linear in the cosine and sine of {angles[0]}, which"
-                " is their least-squares solution."
-            )
-        case 2:
-            form = (
-                f"{without}The equations have the form {_ROW} for {angles[0]}, with a matrix $M$"
-                f" that is linear in the cosine and sine of {angles[1]}."
-            )
             if slides:
-                return (
-                    rf"{form} Its two rows have a cross product $(D_1, D_2, D_3)$ with"
-                    rf" $D_2^2 + D_3^2 = D_1^2$, a trigonometric polynomial of degree 4 in"
-                    rf" {angles[1]}. {_NEWTON}"
-                )
+                return _with_slides(slides, *angles)
             return (
-                rf"{form} Then $\det M = 0$ is a trigonometric polynomial of degree 3 in"
-                rf" {angles[1]}. {_NEWTON}"
+                f"The equations are linear in the cosine and sine of {angles[0]}, which is their"
+                " least-squares solution."
             )
-    inner, middle, outer = angles
+    form = (
+        f"{without}The equations have the form {_ROW} for {angles[0]}, with a matrix $M$"
+        f" that is linear in the cosine and sine of {angles[1]}."
+    )
+    if slides:
+        return (
+            rf"{form} Its two rows have a cross product $(D_1, D_2, D_3)$ with"
+            rf" $D_2^2 + D_3^2 = D_1^2$, a trigonometric polynomial of degree 4 in"
+            rf" {angles[1]}. {_NEWTON}"
+        )
     return (
-        f"With the tangents of half of {inner} and {middle}, the equations are polynomials of"
-        " degree 2 in each tangent. Their Dixon matrix (8, 8) is singular at a solution; its"
-        f" determinant is a trigonometric polynomial of degree 16 in {outer}, with up to 32 real"
-        f" roots. At a root, the equations have the form {_ROW} for {inner}, and $\\det M = 0$"
-        f" gives {middle}. {_NEWTON}"
+        rf"{form} Then $\det M = 0$ is a trigonometric polynomial of degree 3 in"
+        rf" {angles[1]}. {_NEWTON}"
+    )
+
+
+def _with_slides(slides: Sequence[str], angle: str) -> str:
+    """Explains how one angle and displacements are found."""
+    columns = f"The factors of 1 and of {in_words(slides)} are the columns of a matrix $M$ that"
+    columns += f" is linear in the cosine and sine of {angle}."
+    if slides[1:]:
+        zero = r"$\det M = 0$ is a trigonometric polynomial of degree 3"
+    else:
+        zero = "The columns are parallel, which gives trigonometric polynomials of degree 2"
+    return f"{columns} {zero} in {angle}. Then {in_words(slides)} follow linearly. {_NEWTON}"
+
+
+def _dixon(chain: CarriedArm, inner: str, middle: str, outer: str) -> str:
+    """Explains how two unknowns are eliminated together."""
+    if chain.slides:
+        tangents, size, after = (
+            f"the tangent of half of {middle}",
+            4,
+            f"{middle} and {inner} follow",
+        )
+        degrees = f"are linear in {inner} and of degree 2 in this tangent"
+    else:
+        tangents, size = f"the tangents of half of {inner} and {middle}", 8
+        degrees = "are polynomials of degree 2 in each tangent"
+        after = f"the equations have the form {_ROW} for {inner}, and $\\det M = 0$ gives {middle}"
+    return (
+        f"With {tangents}, the equations {degrees}. Their Dixon matrix ({size}, {size}) is singular"
+        " at a solution. Its determinant is a trigonometric polynomial of degree"
+        f" {chain.solutions // 2} in {outer}, with up to {chain.solutions} real roots. At a root,"
+        f" {after}. {_NEWTON}"
     )
 
 

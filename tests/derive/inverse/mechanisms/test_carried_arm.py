@@ -34,7 +34,10 @@ ROBOTS = {
     "three offset axes": (lambda: carrying(drawn(2, ("RPS",) * 3), PARALLEL), ()),
     "rail": (lambda: moved(drawn(0, ("RPS",) * 3), *RAIL), ()),
     "rail and two axes": (lambda: moved(carrying(drawn(1, MIXED), AXES[:2]), *RAIL), ()),
-    "turntable and one axis": (lambda: moved(carrying(driven_by_a_leg(), AXES[:1]), *SPIN), ()),
+    "turntable, axis and slide": (
+        lambda: moved(carrying(driven_by_a_leg(), AXES[:2], ("revolute", "prismatic")), *SPIN),
+        (),
+    ),
     "rail along all planes": (
         lambda: moved(driven_by_a_leg(), "rail", (0, 0, 1), (0, 0, "0.1")),
         ("rail",),
@@ -92,9 +95,9 @@ def half_flat():
     [
         (
             driven_by_a_leg,
-            AXES[:3],
-            ("revolute", "prismatic", "prismatic"),
-            "needs at most one prismatic joint, unlike axis_1 and axis_2",
+            [((0, 0, 1), xyz) for _, xyz in AXES],
+            (),
+            "any two of axis_0, axis_1 and axis_2 have a resultant of zero, such as parallel axes",
         ),
         (
             half_flat,

@@ -11,14 +11,16 @@
  * three joints are unknown. The equations are linear in each of them, so that the unknowns are
  * eliminated one after the other:
  *
- * - one unknown: the least-squares solution of the equations;
- * - two unknowns: the 3 x 3 determinant of the equations in (1, cos, sin) of the first unknown is a
+ * - one angle: the least-squares solution of the equations;
+ * - two angles: the 3 x 3 determinant of the equations in (1, cos, sin) of the first angle is a
  *   trigonometric polynomial of degree 3 in the second;
- * - three unknowns: the 8 x 8 Dixon determinant of the first two unknowns is a trigonometric
- *   polynomial of degree 16 in the third, which is sampled.
+ * - three angles: the 8 x 8 Dixon determinant of the first two angles is a trigonometric polynomial
+ *   of degree up to 24 in the third, which is sampled.
  *
- * A first unknown that is prismatic is eliminated linearly. Newton's iteration refines all
- * unknowns.
+ * The equations have no product of displacements. Two displacements and an angle have a 3 x 3
+ * determinant of degree 3 in the angle. A displacement with two angles is eliminated linearly if
+ * its coefficients are constant, and by a 4 x 4 Dixon determinant otherwise. Newton's iteration
+ * refines all unknowns.
  */
 #ifndef CHASLES_CARRIED_ARM_H
 #define CHASLES_CARRIED_ARM_H
@@ -32,26 +34,31 @@
 static void chasles_arm_solved(const chasles_arm_equations *equations, chasles_arm_solutions *found)
 {
     const chasles_carried_arm_arm *arm = equations->arm;
-    double x[CHASLES_ARM_UNKNOWN] = {0.0}, rows[3][3], angles[3];
+    const int slides = arm->slides, angles = arm->unknown - slides;
+    double x[CHASLES_ARM_UNKNOWN] = {0.0}, rows[3][3], values[3];
     chasles_arm_pair pair;
     found->count = 0;
-    if (arm->unknown == 3 && !arm->slides) {
+    if (arm->dixon) {
         chasles_arm_three(equations, found);
         return;
     }
-    if (arm->slides)
+    if (slides == 2)
+        chasles_arm_columns(equations, &pair);
+    else if (slides && angles == 2)
         chasles_arm_without_slide(equations, &pair);
     else
         chasles_arm_at(equations, 0.0, &pair);
-    if (arm->unknown - arm->slides == 2) {
-        chasles_arm_pairs(equations, &pair, arm->slides, x, found);
-    } else if (arm->unknown - arm->slides == 1) {
+    if (angles == 2) {
+        chasles_arm_pairs(equations, &pair, slides, x, found);
+    } else if (angles && slides) {
+        chasles_arm_pairs(equations, &pair, slides - 1, x, found);
+    } else if (angles) {
         for (int i = 0; i < pair.count; i++)
             for (int a = 0; a < 3; a++)
                 rows[i][a] = pair.at[i][a][0];
-        const int count = chasles_arm_angles(pair.count, (const double(*)[3])rows, angles);
+        const int count = chasles_arm_angles(pair.count, (const double(*)[3])rows, values);
         for (int i = 0; i < count; i++) {
-            x[arm->slides] = angles[i];
+            x[0] = values[i];
             chasles_arm_finish(equations, x, found);
         }
     } else {

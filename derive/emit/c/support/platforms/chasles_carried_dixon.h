@@ -1,5 +1,5 @@
-/* Dixon's resultant of three equations in three angles: the joints before and on a platform. This
- * file is part of chasles and is the same for every robot.
+/* Dixon's resultant of three equations in three angles, or in a displacement and two angles: the
+ * joints before and on a platform. This file is part of chasles and is the same for every robot.
  */
 #ifndef CHASLES_CARRIED_DIXON_H
 #define CHASLES_CARRIED_DIXON_H
@@ -11,22 +11,29 @@
 /* Number of samples of the determinant, and maximum number of steps to a root. */
 #define CHASLES_ARM_CIRCLE 256
 #define CHASLES_ARM_BISECTIONS 40
+/* Number of samples of the slope per sample of the determinant. */
+#define CHASLES_ARM_PARTS 16
 #define CHASLES_DIXON 8
-/* Degree of the determinant. */
-#define CHASLES_ARM_RESULTANT 16
+/* Maximum degree of the determinant. It is 16 if the unknown joints are all on one side of the
+ * legs. */
+#define CHASLES_ARM_RESULTANT 24
 
 /* Writes the Dixon matrix of three equations, which are polynomials of degree 2 in the tangents x
  * and y of the half inner and outer angle. The determinant of the polynomials at (x, y), (u, y) and
- * (u, v), divided by (x - u) (y - v), is a sum of products of monomials in (x, y) and in (u, v). */
-static void chasles_arm_dixon(const chasles_arm_pair *pair, double (*matrix)[CHASLES_DIXON])
+ * (u, v), divided by (x - u) (y - v), is a sum of products of monomials in (x, y) and in (u, v). If
+ * x is a displacement, the polynomials are linear in x, and only the first four rows and columns
+ * matter. */
+static void chasles_arm_dixon(const chasles_arm_pair *pair, int is_slide,
+                              double (*matrix)[CHASLES_DIXON])
 {
     double g[3][3][3], N[3][5][5][3] = {{{{0.0}}}}, Q[2][5][4][3], R[2][4][4][2];
     for (int i = 0; i < 3; i++) {
         double half[3][3];
         for (int b = 0; b < 3; b++) {
-            half[0][b] = pair->at[i][0][b] + pair->at[i][1][b];
-            half[1][b] = 2.0 * pair->at[i][2][b];
-            half[2][b] = pair->at[i][0][b] - pair->at[i][1][b];
+            const double one = pair->at[i][0][b], first = pair->at[i][1][b];
+            half[0][b] = is_slide ? one : one + first;
+            half[1][b] = is_slide ? first : 2.0 * pair->at[i][2][b];
+            half[2][b] = is_slide ? 0.0 : one - first;
         }
         for (int a = 0; a < 3; a++) {
             g[a][0][i] = half[a][0] + half[a][1];
@@ -68,32 +75,33 @@ static void chasles_arm_dixon(const chasles_arm_pair *pair, double (*matrix)[CHA
 static double chasles_arm_determinant(const chasles_arm_equations *equations, double angle,
                                       double *bound)
 {
+    const int slides = equations->arm->slides, size = slides ? CHASLES_DIXON / 2 : CHASLES_DIXON;
     double A[CHASLES_DIXON][CHASLES_DIXON], determinant = 1.0;
     chasles_arm_pair pair;
     chasles_arm_at(equations, angle, &pair);
-    chasles_arm_dixon(&pair, A);
+    chasles_arm_dixon(&pair, slides, A);
     *bound = 1.0;
-    for (int i = 0; i < CHASLES_DIXON; i++) {
+    for (int i = 0; i < size; i++) {
         double square = 0.0;
-        for (int j = 0; j < CHASLES_DIXON; j++)
+        for (int j = 0; j < size; j++)
             square += A[i][j] * A[i][j];
         *bound *= sqrt(square);
     }
-    for (int j = 0; j < CHASLES_DIXON; j++) {
+    for (int j = 0; j < size; j++) {
         int pivot = j;
-        for (int i = j + 1; i < CHASLES_DIXON; i++)
+        for (int i = j + 1; i < size; i++)
             pivot = fabs(A[i][j]) > fabs(A[pivot][j]) ? i : pivot;
         if (!(fabs(A[pivot][j]) > 0.0))
             return 0.0;
-        for (int k = j; pivot != j && k < CHASLES_DIXON; k++) {
+        for (int k = j; pivot != j && k < size; k++) {
             const double value = A[j][k];
             A[j][k] = A[pivot][k];
             A[pivot][k] = value;
         }
         determinant *= pivot == j ? A[j][j] : -A[j][j];
-        for (int i = j + 1; i < CHASLES_DIXON; i++) {
+        for (int i = j + 1; i < size; i++) {
             const double factor = A[i][j] / A[j][j];
-            for (int k = j + 1; k < CHASLES_DIXON; k++)
+            for (int k = j + 1; k < size; k++)
                 A[i][k] -= factor * A[j][k];
         }
     }
@@ -168,35 +176,43 @@ static double chasles_arm_slope(const chasles_arm_slopes *slopes, double angle)
     return sum;
 }
 
-/* Solves near the extremum in a cell at whose ends the determinant has the same sign and decreases
- * in size towards the interior: two roots, a double root or none. */
-static void chasles_arm_touch(const chasles_arm_equations *equations,
-                              const chasles_arm_slopes *slopes, double low, double at_low,
-                              double high, double at_high, chasles_arm_solutions *found)
+/* Returns the extremum between two angles at which the slope has different signs. */
+static double chasles_arm_extremum(const chasles_arm_slopes *slopes, double low, double high)
 {
-    double from = low, to = high, bound;
+    const int falls = chasles_arm_slope(slopes, low) < 0.0;
     for (int k = 0; k < CHASLES_ARM_BISECTIONS; k++) {
-        const double middle = 0.5 * (from + to);
-        if ((chasles_arm_slope(slopes, middle) < 0.0) == (at_low > 0.0))
-            from = middle;
+        const double middle = 0.5 * (low + high);
+        if ((chasles_arm_slope(slopes, middle) < 0.0) == falls)
+            low = middle;
         else
-            to = middle;
+            high = middle;
     }
-    const double own = chasles_arm_determinant(equations, from, &bound), h = 0.01 * (high - low);
-    if ((own < 0.0) != (at_low < 0.0)) {
-        chasles_arm_try(equations, chasles_arm_root(equations, low, at_low, from, own), found);
-        chasles_arm_try(equations, chasles_arm_root(equations, from, own, high, at_high), found);
-    }
-    /* The distance of the roots of the parabola from its vertex. */
-    const double bend =
-        (chasles_arm_slope(slopes, from + h) - chasles_arm_slope(slopes, from - h)) / (2.0 * h);
-    const double apart = bend != 0.0 ? sqrt(fabs(2.0 * own / bend)) : 0.0;
-    for (int side = -1; side <= 1; side++)
-        if (side == 0 || apart < high - low)
-            chasles_arm_try(equations, from + side * apart, found);
+    return low;
 }
 
-/* Solves for three angles. */
+/* Solves at the roots of a parabola with the given value at its vertex, an extremum. Two nearly
+ * equal roots may be real although the computed determinant has no root. */
+static void chasles_arm_touch(const chasles_arm_equations *equations,
+                              const chasles_arm_slopes *slopes, double vertex, double value,
+                              double step, chasles_arm_solutions *found)
+{
+    const double h = 0.01 * step;
+    const double bend =
+        (chasles_arm_slope(slopes, vertex + h) - chasles_arm_slope(slopes, vertex - h)) / (2.0 * h);
+    const double apart = bend != 0.0 ? sqrt(fabs(2.0 * value / bend)) : 0.0;
+    for (int side = -1; side <= 1 && apart < step; side++)
+        chasles_arm_try(equations, vertex + side * apart, found);
+}
+
+/* Solves between two angles between which the determinant is monotonic. */
+static void chasles_arm_between(const chasles_arm_equations *equations, double low, double at_low,
+                                double high, double at_high, chasles_arm_solutions *found)
+{
+    if ((at_low < 0.0) != (at_high < 0.0))
+        chasles_arm_try(equations, chasles_arm_root(equations, low, at_low, high, at_high), found);
+}
+
+/* Solves for three angles, or for a displacement and two angles. */
 static void chasles_arm_three(const chasles_arm_equations *equations, chasles_arm_solutions *found)
 {
     double values[CHASLES_ARM_CIRCLE], most = 0.0, bounds = 0.0, bound;
@@ -212,15 +228,25 @@ static void chasles_arm_three(const chasles_arm_equations *equations, chasles_ar
         return;
     }
     chasles_arm_differentiate(values, &slopes);
-    double slope = chasles_arm_slope(&slopes, 0.0);
+    double before = chasles_arm_slope(&slopes, 0.0);
     for (int k = 0; k < CHASLES_ARM_CIRCLE; k++) {
-        const double low = k * step, high = low + step, before = slope;
-        const double own = values[k], next = values[(k + 1) % CHASLES_ARM_CIRCLE];
-        slope = chasles_arm_slope(&slopes, high);
-        if ((own < 0.0) != (next < 0.0))
-            chasles_arm_try(equations, chasles_arm_root(equations, low, own, high, next), found);
-        else if ((before < 0.0) == (own > 0.0) && (slope < 0.0) != (own > 0.0))
-            chasles_arm_touch(equations, &slopes, low, own, high, next, found);
+        double from = k * step, at_from = values[k];
+        for (int part = 1; part <= CHASLES_ARM_PARTS; part++) {
+            const double high = (k + (double)part / CHASLES_ARM_PARTS) * step;
+            const double after = chasles_arm_slope(&slopes, high);
+            if ((before < 0.0) != (after < 0.0)) {
+                const double vertex =
+                    chasles_arm_extremum(&slopes, high - step / CHASLES_ARM_PARTS, high);
+                const double own = chasles_arm_determinant(equations, vertex, &bound);
+                chasles_arm_between(equations, from, at_from, vertex, own, found);
+                chasles_arm_touch(equations, &slopes, vertex, own, step, found);
+                from = vertex;
+                at_from = own;
+            }
+            before = after;
+        }
+        chasles_arm_between(equations, from, at_from, (k + 1) * step,
+                            values[(k + 1) % CHASLES_ARM_CIRCLE], found);
     }
 }
 

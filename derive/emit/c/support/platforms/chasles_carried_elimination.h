@@ -13,7 +13,7 @@
 /* Maximum numbers of joints before and on the platform, of unknown joints, and of solutions. */
 #define CHASLES_ARM_JOINTS 6
 #define CHASLES_ARM_UNKNOWN 3
-#define CHASLES_ARM_SOLUTIONS 32
+#define CHASLES_ARM_SOLUTIONS 48
 /* Maximum number of Newton steps. */
 #define CHASLES_ARM_STEPS 40
 
@@ -21,9 +21,10 @@ typedef struct {
     void (*legs)(const double *T, const double *v, double *q, double *residual, double *margin);
     void (*fk)(const double *q, double *T);
     int slots, coordinates;
-    int joints, before;             /* number of joints, and of joints before the legs */
-    int unknown, slides;            /* number of unknowns; whether the first one is prismatic */
-    int solutions;                  /* maximum number of solutions */
+    int joints, before;  /* number of joints, and of joints before the legs */
+    int unknown, slides; /* number of unknowns, and of prismatic unknowns; these are first */
+    int dixon;           /* whether the last unknown follows from Dixon's resultant */
+    int solutions;       /* maximum number of solutions */
     int places[CHASLES_ARM_JOINTS]; /* joint of each map */
     int ranks[CHASLES_ARM_JOINTS];  /* unknown of each map, or -1 - index of its given value */
     int kinds[CHASLES_ARM_JOINTS];  /* 1 for the map of a prismatic joint */
@@ -137,7 +138,7 @@ static double chasles_arm_error(const chasles_arm_equations *equations, const do
 {
     double u[3][3], rate[3][3], most = 0.0;
     for (int k = 0; k < 3; k++)
-        chasles_arm_basis(x[k], k == 0 && equations->arm->slides, u[k], rate[k]);
+        chasles_arm_basis(x[k], k < equations->arm->slides, u[k], rate[k]);
     for (int i = 0; i < 3; i++) {
         errors[i] = slopes[i][0] = slopes[i][1] = slopes[i][2] = 0.0;
         for (int a = 0; a < 3; a++) {
@@ -217,7 +218,7 @@ static int chasles_arm_polished(const chasles_arm_equations *equations,
         double next[CHASLES_ARM_UNKNOWN] = {0.0}, next_errors[3], largest = 0.0;
         double next_slopes[3][CHASLES_ARM_UNKNOWN];
         for (int k = 0; k < arm->unknown; k++) {
-            const double unit = k == 0 && arm->slides ? arm->size : 1.0;
+            const double unit = k < arm->slides ? arm->size : 1.0;
             const double size = fabs(step[k]) / unit;
             largest = !(size <= DBL_MAX) ? HUGE_VAL : size > largest ? size : largest;
         }
@@ -248,7 +249,7 @@ static void chasles_arm_add(const chasles_arm_equations *equations, const double
     if (found->count == arm->solutions || !chasles_arm_polished(equations, &own))
         return;
     for (int k = 0; k < arm->unknown; k++) {
-        const int is_slide = k == 0 && arm->slides;
+        const int is_slide = k < arm->slides;
         own.x[k] = is_slide ? own.x[k] : chasles_circle_wrapped(own.x[k]);
         own.order += is_slide ? 0.0 : cos(own.x[k]);
     }
@@ -259,7 +260,7 @@ static void chasles_arm_add(const chasles_arm_equations *equations, const double
         for (int k = 0; k < arm->unknown; k++) {
             const double change = own.x[k] - other->x[k];
             const double size =
-                k == 0 && arm->slides ? change / arm->size : chasles_circle_wrapped(change);
+                k < arm->slides ? change / arm->size : chasles_circle_wrapped(change);
             apart = fmax(apart, fabs(size));
         }
         if (apart < CHASLES_ARM_SAME)
@@ -346,36 +347,42 @@ static int chasles_arm_outer(const chasles_arm_pair *pair, chasles_circle_roots 
     return 1;
 }
 
-/* Adds the prismatic unknown, if there is one, and inserts the solution. */
+/* Adds the prismatic unknowns, in which the equations are linear, and inserts the solution. */
 static void chasles_arm_finish(const chasles_arm_equations *equations, double *x,
                                chasles_arm_solutions *found)
 {
-    double errors[3], slopes[3][CHASLES_ARM_UNKNOWN];
-    if (equations->arm->slides) {
-        x[0] = 0.0;
-        chasles_arm_error(equations, x, errors, slopes);
-        double square = 0.0, product = 0.0;
-        for (int i = 0; i < 3; i++) {
-            square += slopes[i][0] * slopes[i][0];
-            product += slopes[i][0] * errors[i];
-        }
-        x[0] = square > 0.0 ? -product / square : 0.0;
+    const int slides = equations->arm->slides;
+    double errors[3], slopes[3][CHASLES_ARM_UNKNOWN], step[CHASLES_ARM_UNKNOWN];
+    memset(x, 0, (size_t)slides * sizeof *x);
+    double error = chasles_arm_error(equations, x, errors, slopes);
+    if (slides > 0 && chasles_arm_step(slides, errors, (const double(*)[CHASLES_ARM_UNKNOWN])slopes,
+                                       step) > 0.0) {
+        memcpy(x, step, (size_t)slides * sizeof *x);
+        error = chasles_arm_error(equations, x, errors, slopes);
     }
-    if (chasles_arm_error(equations, x, errors, slopes) <= CHASLES_ARM_TRIED)
+    if (error <= CHASLES_ARM_TRIED)
         chasles_arm_add(equations, x, found);
 }
 
-/* Solves for two angles; the inner one is the unknown number `inner`. */
+/* Solves for an angle and for the unknown number `inner` before it, an angle or a displacement. */
 static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_arm_pair *pair,
                               int inner, double *x, chasles_arm_solutions *found)
 {
+    const int slides = equations->arm->slides;
     chasles_circle_roots roots;
+    if (slides == 1 && inner == 0) {
+        /* The columns of 1 and of the displacement are parallel at a solution. They are then in a
+         * plane with any third column. */
+        const double third[3] = {0.5773, -0.2113, 0.7887};
+        for (int i = 0; i < 3; i++)
+            pair->at[i][2][0] = third[i];
+    }
     chasles_arm_scaled(pair);
     if (!chasles_arm_outer(pair, &roots)) {
         /* Either two equations determine the angles, or any outer angle is a solution. */
         chasles_arm_pair two = *pair;
         two.count = 2;
-        for (int k = 0; k < pair->count && pair->count == 3; k++) {
+        for (int k = 0; inner >= slides && pair->count == 3 && k < 3; k++) {
             memcpy(two.at[0], pair->at[k], sizeof two.at[0]);
             memcpy(two.at[1], pair->at[(k + 1) % 3], sizeof two.at[1]);
             chasles_arm_pairs(equations, &two, inner, x, found);
@@ -387,6 +394,10 @@ static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_ar
              side++) {
             double rows[3][3], angles[3];
             x[inner + 1] = roots.angle[k] + side * roots.imaginary[k];
+            if (inner < slides) {
+                chasles_arm_finish(equations, x, found);
+                continue;
+            }
             chasles_arm_condition(pair, cos(x[inner + 1]), sin(x[inner + 1]), rows);
             const int count = chasles_arm_angles(pair->count, (const double(*)[3])rows, angles);
             for (int i = 0; i < count; i++) {
@@ -397,7 +408,7 @@ static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_ar
     }
 }
 
-/* Writes the equations without the prismatic unknown, whose coefficients are constant. */
+/* Writes the equations without the only prismatic unknown, whose coefficients are constant. */
 static void chasles_arm_without_slide(const chasles_arm_equations *equations,
                                       chasles_arm_pair *pair)
 {
@@ -430,6 +441,17 @@ static void chasles_arm_at(const chasles_arm_equations *equations, double angle,
         for (int a = 0; a < 3; a++)
             for (int b = 0; b < 3; b++)
                 pair->at[i][a][b] = chasles_carried_dot(equations->at[i][a][b], u);
+}
+
+/* Writes the equations in 1, two displacements and the angle of the third unknown. */
+static void chasles_arm_columns(const chasles_arm_equations *equations, chasles_arm_pair *pair)
+{
+    pair->count = 3;
+    for (int i = 0; i < 3; i++) {
+        memcpy(pair->at[i][0], equations->at[i][0][0], sizeof pair->at[i][0]);
+        memcpy(pair->at[i][1], equations->at[i][1][0], sizeof pair->at[i][1]);
+        memcpy(pair->at[i][2], equations->at[i][0][1], sizeof pair->at[i][2]);
+    }
 }
 
 #endif
