@@ -1,12 +1,14 @@
 """Settings of all tests, and reports of missing programs."""
 
 import gc
+from contextlib import nullcontext
 
 import hypothesis
 import pytest
 
 # Sets the size of SymPy's cache before a test imports SymPy.
 import chasles.derive  # noqa: F401
+from tests.support.compiling import own_robots_compiled_quickly
 
 # The deadline and the check `too_slow` measure wall-clock time, which depends on the load of the
 # machine.
@@ -20,8 +22,18 @@ NEW_OBJECTS = 50_000
 
 SymPy allocates many small, long-lived objects, and a collection that scans them frees nothing.
 """
+ABOUT_COMPILATION = {"call", "library", "test_portable.py"}
+"""Folders and modules whose tests compile robots with the flags of users."""
 MISSING = ("missing program", "missing package")
 """Prefixes of skip reasons that name a missing program or package."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def own_robots(request):
+    """Compiles robots that are not shipped quickly, except in the tests of compilation."""
+    is_about_compilation = ABOUT_COMPILATION & {*request.path.parts}
+    with nullcontext() if is_about_compilation else own_robots_compiled_quickly():
+        yield
 
 
 def pytest_addoption(parser):

@@ -8,7 +8,7 @@ import pytest
 
 import chasles
 import chasles.derive
-from tests.support.compiling import deriving_only, own_robots_compiled_quickly
+from tests.support.compiling import deriving_only
 from tests.support.pages import PAGES, ROOT, examples, run, text
 
 README = "../README.md"
@@ -21,7 +21,7 @@ SINGLE_FIELDS = {("how-to/loops-as-built.md", "toml")}
 def elsewhere(tmp_path, monkeypatch):
     """A separate folder for the examples, because they read and write files."""
     monkeypatch.chdir(tmp_path)
-    with own_robots_compiled_quickly(), deriving_only():
+    with deriving_only():
         yield
 
 

@@ -3,12 +3,12 @@
 import board_installer
 import pytest
 
-from tests.support.compiling import deriving_only, own_robots_compiled_quickly
+from tests.support.compiling import deriving_only
 
 
 @pytest.fixture(autouse=True)
-def own_robots():
-    with own_robots_compiled_quickly(), deriving_only():
+def few_functions():
+    with deriving_only():
         yield
 
 

@@ -7,7 +7,6 @@ import pytest
 
 import chasles
 from tests.support.command_line import run
-from tests.support.compiling import own_robots_compiled_quickly
 from tests.support.loops.loader_arm import LOADER, TWIN
 
 OPEN = [2.2, -2.1]
@@ -27,8 +26,7 @@ def twin(tmp_path_factory):
 def _written(folder, text):
     path = folder / "loader.toml"
     path.write_text(text)
-    with own_robots_compiled_quickly():
-        return path, chasles.load(path)
+    return path, chasles.load(path)
 
 
 def test_chain_closes_agrees_with_iterated_forward_kinematics(loader):

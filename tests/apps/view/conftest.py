@@ -1,15 +1,8 @@
-"""One Chromium browser for all tests of a process, and fast compilation of robots."""
+"""One Chromium browser for all tests of a process."""
 
 import pytest
 
-from tests.support.compiling import own_robots_compiled_quickly
 from tests.support.tools import path_of
-
-
-@pytest.fixture(scope="module", autouse=True)
-def own_robots():
-    with own_robots_compiled_quickly():
-        yield
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,6 @@ import pytest
 
 import chasles
 from chasles.cli.app import run as main
-from tests.support.compiling import own_robots_compiled_quickly
 from tests.support.handwritten import lift
 
 OPEN = np.array([0.25, 2.5])
@@ -16,9 +15,7 @@ DEAD = np.array([0.25, 2.0])
 
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory):
-    # An unpickled function loads its robot again.
-    with own_robots_compiled_quickly():
-        yield chasles.load(lift.write(tmp_path_factory.mktemp("lift") / "lift"))
+    return chasles.load(lift.write(tmp_path_factory.mktemp("lift") / "lift"))
 
 
 def test_loop_robot_exposes_manifest_facts(robot):
