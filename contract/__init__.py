@@ -14,10 +14,10 @@ from .input_files import (
     open_input,
     read_input,
 )
+from .loop_variables import ActuatedVariable, LimitedVariable, Variable
 from .manifest import (
     FORMAT,
     SUPPORT,
-    ActuatedVariable,
     Argument,
     CleanedNumber,
     Cleaning,
@@ -34,7 +34,6 @@ from .manifest import (
     Parameter,
     Redundancy,
     Reference,
-    Variable,
 )
 from .output_files import make_folder, output_file, write_files
 from .reading import manifest_entries, read_manifest
@@ -66,6 +65,7 @@ __all__ = [
     "FunctionInfo",
     "GeometryParameter",
     "InverseFacts",
+    "LimitedVariable",
     "LinkMass",
     "Load",
     "LoopFacts",

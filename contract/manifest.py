@@ -16,6 +16,7 @@ from .bodies import SkeletonFacts
 from .errors import MismatchError
 from .gear_turns import keeps_full_turns
 from .input_files import read_input
+from .loop_variables import ActuatedVariable, LimitedVariable, Variable
 from .records import INLINE, NOT_STORED, Digest, Name, Sizes, Vector, one_of
 from .roles import TASKS, Kind, Role, TaskName
 
@@ -46,14 +47,6 @@ class Coordinate:
     assumed: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Variable:
-    """A passive joint or a variable of the loop configuration z, with its unit."""
-
-    name: str
-    unit: str
-
-
 class Redundancy(NamedTuple):
     """A redundancy parameter, whose value selects one of infinitely many inverse solutions.
 
@@ -76,14 +69,6 @@ class Reference:
 
     q: tuple[float, ...]
     z: tuple[float, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class ActuatedVariable:
-    """The variable z[index] that an actuated coordinate moves: q = z[index] / ratio."""
-
-    index: int
-    ratio: float
 
 
 def full_turns(
@@ -265,6 +250,7 @@ class LoopFacts:
             couplings. theta are the joint values, q the coordinates.
         joint_couplings: Factors of the variables `z` in each coupling of a robot with loops. The
             sum of factor * variable is constant.
+        limited: The variables of `z` with limits that are not actuated.
     """
 
     chain: tuple[Coordinate, ...] = ()
@@ -276,6 +262,7 @@ class LoopFacts:
     solution: Annotated[str, one_of(("closed form", "newton", ""))] = ""
     coupling: tuple[tuple[float, ...], ...] = ()
     joint_couplings: tuple[tuple[float, ...], ...] = ()
+    limited: tuple[LimitedVariable, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

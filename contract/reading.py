@@ -99,6 +99,8 @@ def _check_loops(manifest: Manifest, place: Place) -> None:
         place["actuated_in_z"].fail(moved, f"{n} entries, one per coordinate")
     if any(item.index >= n_z for item in moved):
         place["actuated_in_z"].fail(moved, f"indices below {n_z}, the size of the configuration")
+    if any(item.index >= n_z for item in loops.limited):
+        place["limited"].fail(loops.limited, f"indices below {n_z}, the size of the configuration")
     if any(len(row) != n for row in loops.coupling) or (
         loops.coupling and len(loops.coupling) != len(loops.chain)
     ):

@@ -17,6 +17,7 @@ from .call.capabilities import needs
 from .contract import Coordinate, Manifest
 from .errors import ShapeError
 from .generated_functions import GeneratedFunctions
+from .joint_limits import joint_limits_of
 from .sampling import low_discrepancy
 from .size import limits_of, ranges, unit_length, within
 
@@ -213,28 +214,21 @@ class RobotFacts(GeneratedFunctions):
         return usable
 
     def is_within_limits(self, q: ArrayLike) -> BoolArray:
-        """Test whether coordinates and main-chain joints are within their limits.
+        """Test whether coordinates, and joints that follow from them, are within their limits.
 
         Args:
             q: (..., n) coordinates [rad or m].
 
         Returns:
             (...,) whether no value exceeds a limit by more than 1e-12 (rad, or `unit_length`).
-            The result is False for NaN, and for open loops if the main chain has limits.
+            The result is False for NaN, and for open loops if passive joints have limits.
 
         Raises:
             ShapeError: If q does not have n columns.
         """
         values = self._reals("is_within_limits", "q", q, (self.n,))
-        inside = self._is_inside(values, self.coordinates, self.limits)
-        chain = self._roles.get(("map", "actuators", "chain"))
-        if chain is not None and np.isfinite(self.joint_limits).any():
-            theta = chain(values.reshape(-1, self.n)).reshape(*values.shape[:-1], -1)
-            inside &= self._is_inside(theta, self.chain_joints, self.joint_limits)
-        return inside
-
-    def _is_inside(
-        self, values: FloatArray, variables: Sequence[Coordinate], limits: FloatArray
-    ) -> BoolArray:
-        units = np.array([self.unit_length if v.unit == "m" else 1.0 for v in variables])
-        return np.asarray(within(values, limits[:, 0], limits[:, 1], units).all(-1))
+        units = np.array([self.unit_length if c.unit == "m" else 1.0 for c in self.coordinates])
+        joints = joint_limits_of(self.manifest, self.functions, "")
+        parts = [within(values, self.lower, self.upper, units)]
+        parts += [] if joints is None else [joints.inside(values)]
+        return np.asarray(np.concatenate(parts, -1).all(-1))

@@ -11,9 +11,9 @@ from .call._call import NEARLY_RIGID, Function
 from .call.guard import Guard
 from .closed_form.fixed_joints import FixedJoints
 from .closed_form.refinement import refinement_of
-from .closed_form.slot_facts import joint_limits_of
 from .closed_form.solutions import solutions_of
 from .contract import Argument, FunctionInfo, Manifest
+from .joint_limits import joint_limits_of
 from .library.cache import open_library
 from .size import unit_length
 from .tolerances import SOLVED

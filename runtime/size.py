@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +36,7 @@ def ranges(
     return lower, upper
 
 
-def limits_of(coordinates: Sequence[Coordinate]) -> tuple[FloatArray, FloatArray]:
+def limits_of(coordinates: Sequence[Any]) -> tuple[FloatArray, FloatArray]:
     """Return lower and upper limits (n,), infinite if there are none."""
     lower = np.array([-np.inf if c.lower is None else c.lower for c in coordinates])
     return lower, np.array([np.inf if c.upper is None else c.upper for c in coordinates])

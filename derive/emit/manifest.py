@@ -50,6 +50,7 @@ from ..program.counting import count_operations
 from ..program.operations import Program
 from ..program.programs import Programs
 from ..terms.symbolic_function import Argument, NativeSolverFunction, Result, SymbolicFunction
+from .c.passive_limits import limited_variables
 from .described_parts import robot_template
 from .described_springs import load_template
 from .emitter import Files
@@ -88,7 +89,7 @@ def manifest(
             *(_function(robot, f, programs.whole[f.name]) for f in derivation.functions),
             *(_written(robot, function) for function in derivation.written),
         ),
-        loops=_loops(hybrid) if hybrid else _coupling(derivation),
+        loops=_loops(derivation, hybrid) if hybrid else _coupling(derivation),
         inverse=_inverse(derivation),
         skeleton=skeleton_facts(derivation.skeleton),
         load=_load(derivation),
@@ -201,7 +202,7 @@ def _inverse(derivation: Derivation) -> InverseFacts:
     return InverseFacts(method, inverse.missing)
 
 
-def _loops(hybrid: SolvedLoops) -> LoopFacts:
+def _loops(derivation: Derivation, hybrid: SolvedLoops) -> LoopFacts:
     mechanism = hybrid.mechanism
     names = [variable.name for variable in hybrid.variables]
     units = {variable.name: variable.unit for variable in hybrid.variables}
@@ -221,6 +222,7 @@ def _loops(hybrid: SolvedLoops) -> LoopFacts:
         ),
         solution="newton" if hybrid.forward.open else "closed form",
         joint_couplings=joint_couplings(mechanism, names),
+        limited=limited_variables(derivation),
     )
 
 

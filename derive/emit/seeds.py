@@ -8,6 +8,7 @@ from ..loops.model.coupling_equations import turning_coordinates
 from ..model.mechanism import Described
 from ..model.robot import SerialRobot
 from ..terms.symbolic_function import Signature, SymbolicFunction
+from .c.passive_limits import limited_variables
 from .c.windings import shares_limits
 
 MAX_SLOTS = MAX_JOINTS = 64
@@ -84,7 +85,7 @@ def printed_nearest(
     The list is empty if the robot needs a search over full turns. An inverse is omitted if its
     input needs a function that is not printed.
     """
-    if shares_limits(derivation, wraps_of(derivation)):
+    if shares_limits(derivation, wraps_of(derivation)) or limited_variables(derivation):
         return []
     names = {None, *(function.name for function in printed)}
     found = [f for f in printed if has_nearest(derivation.robot, f)]

@@ -124,8 +124,8 @@ class NearestMethods(RobotFacts):
             fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping from
                 joints to values (...). For joints that are not in `robot.redundancy`, an inverse is
                 derived on first use.
-            limits: "robot", None for no limits, or (n, 2) limits of the coordinates. For a coupled
-                robot, the joints also keep their own limits unless `limits` is None. A joint that
+            limits: "robot", None for no limits, or (n, 2) limits of the coordinates. Coupled and
+                passive joints also keep their own limits unless `limits` is None. A coordinate that
                 exceeds a limit by rounding is set to the limit.
             weights: (n,) weights of the displacements. A coordinate with weight 0 is ignored.
             redundancy: How the redundancy parameters are selected. "fixed" keeps the values at

@@ -23,7 +23,7 @@ from .fixed_joints import derived_inverse
 from .nearest_solution import NearestSolution
 from .refinement import Refinement
 from .self_motion import NearestRedundancy, check_redundancy
-from .slot_facts import facts_of
+from .slot_facts import facts_of, moved_inside
 from .solutions import Solutions
 from .task_components import Task, inverse_for
 
@@ -272,7 +272,7 @@ class InverseMethods(RobotFacts):
         moves, joints = allowed.distances_from(q_seed), slots.joint_limits
         if allowed is inside and joints is not None:
             ends = self.lower, self.upper
-            q, _ = joints.moved_inside(inside.q, inside.valid, q_seed, *ends, type(slots))
+            q, _ = moved_inside(joints, inside.q, inside.valid, q_seed, *ends, type(slots))
             moves = q - q_seed
         best = _least(moves / facts_of(type(slots)).units, allowed.valid)
         q = q_seed + moves[best]
@@ -302,7 +302,7 @@ class InverseMethods(RobotFacts):
         return inside if joints is None else np.concatenate([inside, joints.inside(q)], -1)
 
     def _beyond(self, q: FloatArray, kind: Any) -> _Step:
-        values = q if kind.joint_limits is None else np.append(q, kind.joint_limits.chain(q))
+        values = q if kind.joint_limits is None else np.append(q, kind.joint_limits.values(q))
         return _Step(values, np.nan, "limit", int(np.argmin(self._inside(q, kind))))
 
     def _kept(
@@ -341,7 +341,8 @@ class InverseMethods(RobotFacts):
     def _report(self, q: FloatArray, margins: FloatArray, end: _Step | None) -> JointPath:
         least = int(np.argmin(margins)) if len(q) else -1
         blamed = end is not None and end.reason != "no solution"
-        names = (*self.coordinate_names, *self.joint_names)
+        limited = [self.configuration_variables[v.index].name for v in self.manifest.loops.limited]
+        names = (*self.coordinate_names, *(limited or self.joint_names))
         return JointPath(
             q=q,
             complete=end is None,

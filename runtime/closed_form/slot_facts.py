@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -13,79 +12,36 @@ from numpy.typing import ArrayLike
 
 from ..arrays import BoolArray, FloatArray, IntArray, real_array
 from ..call._call import nearest_of_slots
-from ..contract import Coordinate, Manifest
+from ..contract import Coordinate
 from ..errors import InputValueError, ShapeError
-from ..size import limits_of, within
+from ..joint_limits import TURN, JointLimits
+from ..size import limits_of
 from ..tolerances import AT_LIMIT, SAME_SOLUTION
 
-TURN = 2 * math.pi
 
+def moved_inside(
+    joints: JointLimits,
+    q: FloatArray,
+    valid: BoolArray,
+    q_seed: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    kind: Any,
+) -> tuple[FloatArray, BoolArray]:
+    """Move solutions (..., n) by full turns of joints into the limits, near q_seed (..., n).
 
-@dataclass(frozen=True)
-class JointLimits:
-    """Limits of the joints theta (..., m) of a coupled robot.
-
-    Attributes:
-        chain: The function from q to theta.
-        lower: Lower limits of theta (m,). -inf for joints that are coordinates.
-        upper: Upper limits of theta (m,).
-        inverse: The name of the inverse.
-        functions: The functions of the robot, keyed by name.
+    Returns:
+        The coordinates, and whether they are valid.
     """
-
-    chain: Callable[[FloatArray], FloatArray]
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
-    inverse: str
-    functions: Mapping[str, Any] = field(compare=False, repr=False)
-
-    def inside(self, q: FloatArray) -> BoolArray:
-        """Test which joints (..., m) at coordinates (..., n) are within their limits."""
-        lower, upper = np.array(self.lower), np.array(self.upper)
-        return within(self.chain(q), lower, upper, np.ones_like(lower))
-
-    def moved_inside(
-        self,
-        q: FloatArray,
-        valid: BoolArray,
-        q_seed: FloatArray,
-        low: FloatArray,
-        high: FloatArray,
-        kind: Any,
-    ) -> tuple[FloatArray, BoolArray]:
-        """Move solutions (..., n) by full turns of joints into the limits, near q_seed (..., n).
-
-        Returns:
-            The coordinates, and whether they are valid.
-        """
-        rows, judged = q.reshape(-1, 1, q.shape[-1]), np.where(valid, 0.0, np.inf).reshape(-1, 1)
-        seeds = np.broadcast_to(q_seed, q.shape).reshape(-1, q.shape[-1])
-        slots, seeds, facts = (
-            np.ascontiguousarray(rows),
-            np.ascontiguousarray(seeds),
-            facts_of(kind),
-        )
-        lower, upper = np.append(low, self.lower), np.append(high, self.upper)
-        found = np.empty_like(seeds), *np.empty((2, len(rows))), np.empty(len(rows), np.int8)
-        moves = lower, upper, 1 / facts.units, facts.turn
-        nearest_of_slots(self.functions[self.inverse], (slots, judged, judged), seeds, moves, found)
-        inside = (found[3] >= 0).reshape(valid.shape)
-        return np.where(inside[..., None], found[0].reshape(q.shape), q), inside
-
-
-def joint_limits_of(
-    manifest: Manifest, functions: Mapping[str, Any], inverse: str
-) -> JointLimits | None:
-    """Return the joint limits of a coupled robot. None without couplings."""
-    joints, C = manifest.loops.chain, np.array(manifest.loops.coupling)
-    if not len(C):
-        return None
-    chain = functions["chain"]
-    is_own = ((C != 0).sum(1) == 1) & (chain(np.zeros(C.shape[1])) == 0)
-    is_own &= [joint in manifest.coordinates for joint in joints]
-    lower, upper = limits_of(joints)
-    lower[is_own], upper[is_own] = -np.inf, np.inf
-    return JointLimits(chain, tuple(lower.tolist()), tuple(upper.tolist()), inverse, functions)
+    rows, judged = q.reshape(-1, 1, q.shape[-1]), np.where(valid, 0.0, np.inf).reshape(-1, 1)
+    seeds = np.broadcast_to(q_seed, q.shape).reshape(-1, q.shape[-1])
+    slots, seeds, facts = np.ascontiguousarray(rows), np.ascontiguousarray(seeds), facts_of(kind)
+    lower, upper = np.append(low, joints.lower), np.append(high, joints.upper)
+    found = np.empty_like(seeds), *np.empty((2, len(rows))), np.empty(len(rows), np.int8)
+    moves = lower, upper, 1 / facts.units, facts.turn
+    nearest_of_slots(joints.functions[joints.inverse], (slots, judged, judged), seeds, moves, found)
+    inside = (found[3] >= 0).reshape(valid.shape)
+    return np.where(inside[..., None], found[0].reshape(q.shape), q), inside
 
 
 @dataclass(frozen=True)

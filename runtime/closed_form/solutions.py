@@ -21,9 +21,10 @@ from numpy.typing import ArrayLike
 from ..arrays import BoolArray, FloatArray, IntArray, real_array
 from ..contract import Coordinate
 from ..errors import InputValueError, OutOfReachError, ShapeError
+from ..joint_limits import TURN, JointLimits
 from ..tolerances import AT_LIMIT, FAR, SAME_SOLUTION, SOLVED, TILTED
 from . import _filters
-from .slot_facts import TURN, JointLimits, facts_of, read_limits, read_weights, windings_of
+from .slot_facts import facts_of, moved_inside, read_limits, read_weights, windings_of
 
 MAX_WINDINGS, _FREEDOMS = 100_000, 6
 
@@ -76,7 +77,7 @@ class Solutions(Fields):
             contains the joints and signs that select the branch. `labels` is empty after
             `sorted_by_distance`, which reorders the slots.
         windings: Number of consecutive solution slots that `within_limits` lists for each branch.
-        joint_limits: The limits of coupled joints, or None.
+        joint_limits: The limits of coupled and passive joints, or None.
     """
 
     __slots__ = ()
@@ -156,7 +157,7 @@ class Solutions(Fields):
 
         Args:
             limits: "robot", None for no limits, or (n, 2) lower and upper limits [rad or m], -inf
-                and inf for none. In a coupled robot, the joints also keep their own limits, unless
+                and inf for none. Coupled and passive joints also keep their own limits, unless
                 `limits` is None.
             windings: False keeps the k solution slots, each moved into the limits by the fewest
                 turns. All windings of a large batch can need much memory.
@@ -176,7 +177,7 @@ class Solutions(Fields):
         kind = cast("type[Self]", listing.kind)
         q, valid, joints = self.q, self.valid, self.joint_limits
         if limits is not None and joints is not None:
-            q, valid = joints.moved_inside(q, valid, q, *listing.limits[:2], type(self))
+            q, valid = moved_inside(joints, q, valid, q, *listing.limits[:2], type(self))
         q, valid = _filtered(_filters.windings, (q, valid), listing.limits)
         if limits is not None and joints is not None:
             valid &= joints.inside(q).all(-1)

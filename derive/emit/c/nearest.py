@@ -9,13 +9,14 @@ from collections.abc import Sequence
 
 from ...derivation import Derivation
 from ...model.coupling import Limits
-from ...model.mechanism import Described
+from ...model.mechanism import Described, Mechanism
 from ...model.robot import SerialRobot
 from ...terms.symbolic_function import Signature, SymbolicFunction
 from ..seeds import counts, inverses, nearest_summary, periodic, seed_inputs, seeded, wraps_of
 from .expressions import WIDTH, number
 from .header import notice, support
 from .lanes import sizes
+from .passive_limits import PASSIVE, limited_names, limited_variables, passive_tables
 from .scalar import branches_flag
 from .windings import COUPLINGS, joint_limits, shares_limits, windings
 
@@ -36,12 +37,16 @@ def nearest_files(derivation: Derivation) -> dict[str, str]:
         return {}
     public = seeded(derivation)
     lines = [notice(robot), f'#include "{SUPPORTS[0]}"']
-    is_shared = shares_limits(derivation, wraps_of(derivation))
-    if is_shared:
+    passive = limited_variables(derivation)
+    is_coupled = shares_limits(derivation, wraps_of(derivation))
+    is_shared = is_coupled or bool(passive)
+    if is_coupled:
         lines += [f'#include "{COUPLINGS}"', "", *windings(derivation)]
+    elif passive:
+        lines += passive_tables(derivation)
     elif any(_is_in_lanes(function) for function in found):
         lines += [f"#if {branches_flag(robot)}", f'#include "{LANES}"', "#endif"]
-    lines += ["", *(_limits(robot, is_shared=is_shared) if public else ())]
+    lines += ["", *(_limits(derivation, is_shared=is_shared) if public else ())]
     for function in found:
         in_lanes = _is_in_lanes(function) and not is_shared
         lines += _in_lanes(derivation, function) if in_lanes else []
@@ -49,7 +54,7 @@ def nearest_files(derivation: Derivation) -> dict[str, str]:
         lines += (
             _definition(derivation, function, is_shared=is_shared) if function in public else []
         )
-    needed = (*SUPPORTS, COUPLINGS) if is_shared else SUPPORTS
+    needed = (*SUPPORTS, *[COUPLINGS] * is_coupled, *[PASSIVE] * bool(passive))
     return {nearest_file(robot): "\n".join(lines), **{name: support(name) for name in needed}}
 
 
@@ -72,10 +77,13 @@ def _own_inputs(derivation: Derivation, function: Signature) -> list[str]:
     return [f"  double theta[{own.size}];", call, *values]
 
 
-def _limits(robot: Described, *, is_shared: bool) -> list[str]:
-    limits = [coordinate.limits for coordinate in robot.coordinates]
+def _limits(derivation: Derivation, *, is_shared: bool) -> list[str]:
+    robot = derivation.robot
+    limits: list[Limits] = [coordinate.limits for coordinate in robot.coordinates]
     if is_shared and isinstance(robot, SerialRobot):
         limits += joint_limits(robot)
+    elif is_shared and isinstance(robot, Mechanism):
+        limits += [robot.members[name].limits for name in limited_names(derivation)]
     lower, upper = zip(*map(bounds, limits), strict=True)
     n = len(limits)
     return [
@@ -167,7 +175,10 @@ def _by_moves(
     name, n = f"{derivation.robot.name}_{function.name}", len(derivation.robot.coordinates)
     k, names = function.outputs[0].shape[0], [argument.name for argument in function.inputs]
     inputs = ", ".join(names)
-    coupled = f"_coupled(&{derivation.robot.name}_couplings, &of," if is_shared else "(&of,"
+    kind, table = "coupled", "couplings"
+    if not isinstance(derivation.robot, SerialRobot):
+        kind, table = "passive", "passive_limits"
+    coupled = f"_{kind}(&{derivation.robot.name}_{table}, &of," if is_shared else "(&of,"
     plain = [
         f"  double slots[{n * k}], residuals[{k}], margins[{k}];",
         f"  const chasles_slots of = {{{n}, {k}, slots, residuals, margins, tolerance}};",
@@ -228,7 +239,7 @@ def _wrapped(line: str) -> list[str]:
 def _declaration(derivation: Derivation, function: Signature) -> str:
     n, target = len(derivation.robot.coordinates), function.inputs[0]
     shape = " x ".join(map(str, target.shape))
-    is_shared = shares_limits(derivation, wraps_of(derivation))
+    is_shared = shares_limits(derivation, wraps_of(derivation)) or limited_variables(derivation)
     lines = [
         *nearest_summary(function),
         "Returns its slot; -1 if out of reach, -2 if outside the limits, -3 if T or q_seed is NaN.",

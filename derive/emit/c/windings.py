@@ -74,6 +74,19 @@ def windings(derivation: Derivation) -> list[str]:
         *(line for kind, table, row in tables for line in _table(kind, f"{name}_{table}", row)),
         *textwrap.wrap(couplings, WIDTH, subsequent_indent="    "),
         "",
+        *nearest_slots(name, "coupled", "couplings"),
+    ]
+
+
+def nearest_slots(name: str, kind: str, table: str) -> list[str]:
+    """Returns the function chasles_nearest_slots of a robot with limits of joints.
+
+    Args:
+        name: Name of the robot.
+        kind: Suffix of the support function chasles_nearest that selects a solution.
+        table: Suffix of the table that the support function reads.
+    """
+    return [
         "/* chasles_nearest_slots for limits of coordinates and joints. */",
         f"static inline void {name}_nearest_slots(size_t rows, int n, int k,",
         "    const double *const *slots, double tolerance, const double *const *moves,",
@@ -84,7 +97,7 @@ def windings(derivation: Derivation) -> list[str]:
         "    const size_t from = row * (size_t)k;",
         "    const chasles_slots of = {n, k, slots[0] + from * (size_t)n, slots[1] + from,",
         "        slots[2] + from, tolerance};",
-        f"    slot[row] = (signed char)chasles_nearest_coupled(&{name}_couplings, &of, &by,",
+        f"    slot[row] = (signed char)chasles_nearest_{kind}(&{name}_{table}, &of, &by,",
         "        q_seed, outputs[0] + row * (size_t)n, outputs[1] + row, outputs[2] + row);",
         "  }",
         "}",

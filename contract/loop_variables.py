@@ -1,0 +1,36 @@
+"""Variables of the configuration of a robot with loops."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A passive joint or a variable of the loop configuration z, with its unit."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class LimitedVariable:
+    """A joint or cylinder with limits that follows from the actuated coordinates.
+
+    Attributes:
+        index: The variable in `z`.
+        lower: Lower limit [rad or m], or None.
+        upper: Upper limit [rad or m], or None.
+        turns: Whether full turns of the joint keep the configuration.
+    """
+
+    index: int
+    lower: float | None
+    upper: float | None
+    turns: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatedVariable:
+    """The variable z[index] that an actuated coordinate moves: q = z[index] / ratio."""
+
+    index: int
+    ratio: float
