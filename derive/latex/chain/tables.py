@@ -347,6 +347,9 @@ def _column_kind(column: Column) -> str:
 def _boxed(cell: str) -> str:
     if width(cell.replace("$", "")) <= WIDEST:
         return cell
+    if cell.startswith("$"):
+        # TeX breaks a formula after a comma only at an explicit break point.
+        cell = cell.replace(", ", r",\allowbreak ")
     return rf"\parbox[t]{{{WIDEST:.0f}pt}}{{\raggedright {cell}\strut}}"
 
 

@@ -68,7 +68,7 @@ class Printer:
     def _product(self, addend: sp.Expr) -> str:
         coefficient, rest = (-addend if _is_negative(addend) else addend).as_coeff_Mul()
         factors = sorted(sp.Mul.make_args(rest), key=self._factor_key) if rest != 1 else []
-        plain = [f for f in factors if f.is_number and not (f.is_Function or f.is_Add)]
+        plain = [f for f in factors if f.is_number and not (_base(f).is_Function or f.is_Add)]
         # A factor after a cosine would look like a part of its argument.
         others = sorted((f for f in factors if f not in plain), key=_ends_in_argument)
         shown = [self._factor(factor) for factor in others]
@@ -105,6 +105,9 @@ class Printer:
             return rf"\sqrt{{{self.tex(base)}}}"
         if exponent.is_negative:
             return rf"\frac{{1}}{{{self.tex(base**-exponent)}}}"
+        if isinstance(base, sp.cos | sp.sin) and exponent.is_Integer:
+            name = _FUNCTIONS[base.func]
+            return self._factor(base).replace(name, f"{name}^{{{exponent}}}", 1)
         return f"{self._factor(base)}^{{{self.tex(exponent)}}}"
 
     def _addend_key(self, addend: sp.Expr) -> tuple[object, ...]:
@@ -115,7 +118,7 @@ class Printer:
         return (0 if lengths else 1 if compound else 2, lengths[:1], keys)
 
     def _factor_key(self, factor: sp.Expr) -> tuple[Order, str]:
-        base = factor.base if factor.is_Pow else factor
+        base = _base(factor)
         kind, place = self._order.get(base, (OTHER, ()))
         order = kind, tuple(map(_comparable, place))
         if base in self._order:
@@ -123,8 +126,13 @@ class Printer:
         return order, str(factor) if factor.is_number else self._factor(factor)
 
 
+def _base(factor: sp.Expr) -> sp.Expr:
+    """Returns the base of a power, or the factor itself."""
+    return factor.base if factor.is_Pow else factor
+
+
 def _ends_in_argument(factor: sp.Expr) -> bool:
-    base: sp.Expr = factor.base if factor.is_Pow else factor
+    base = _base(factor)
     return base.func in _FUNCTIONS and bool(base.args[0].is_Symbol)
 
 
@@ -154,13 +162,6 @@ class FractionPrinter(Printer):
             if denominator == 1:
                 return super()._product(numerator)
         return rf"\frac{{{self.tex(numerator)}}}{{{self.tex(denominator)}}}"
-
-    def _power(self, power: sp.Expr) -> str:
-        base, exponent = power.args
-        if isinstance(base, sp.cos | sp.sin) and exponent.is_Integer and exponent > 0:
-            name = _FUNCTIONS[base.func]
-            return self._factor(base).replace(name, f"{name}^{{{exponent}}}", 1)
-        return super()._power(power)
 
 
 def number(value: sp.Expr) -> str:

@@ -8,7 +8,7 @@ import sympy as sp
 
 from chasles.derive import derive, read_text
 from chasles.derive.latex import fragments
-from chasles.derive.latex.chain.tables import limits
+from chasles.derive.latex.chain.tables import limits, tabular
 from chasles.derive.latex.setting.nested_roots import as_angle, as_trigonometric
 from chasles.derive.latex.setting.notation import LENGTH, TERM
 from chasles.derive.latex.setting.printer import Printer, cut, decimal, number
@@ -156,3 +156,16 @@ def test_no_literal_of_an_article_is_longer_than_a_double():
     digits = [len(run.replace(".", "").lstrip("0")) for run in found]
     assert len(digits) > 100
     assert max(digits) <= GIVEN_DIGITS
+
+
+def test_squared_cosine_of_a_number_keeps_decimals():
+    square = sp.cos(R("0.091")) ** 2 * sp.sin(R("0.228")) * R("0.371")
+    assert Printer({}, {}).tex(square) == r"0.371 \cos^{2}(0.091) \sin(0.228)"
+
+
+def test_wide_tuple_in_a_table_breaks_after_a_comma():
+    point = "$(0.2515930647751045, 0.2888700224972675, 0.10858072107526351)$"
+    text = "frame's width, between the rails of the platform and the end of the belt"
+    table = tabular([("at", [point, text])], 0)
+    assert r"$(0.2515930647751045,\allowbreak 0.2888700224972675,\allowbreak 0.1" in table
+    assert text in table
