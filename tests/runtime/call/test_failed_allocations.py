@@ -1,4 +1,4 @@
-"""A failed allocation of compiled code raises a MemoryError, and the next call works."""
+"""A failed allocation of compiled code raises a MemoryError, and later calls work."""
 
 import json
 import os
