@@ -24,7 +24,7 @@ def run_in_fork(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
     lock, and no thread of the forked process would release the lock.
 
     Args:
-        work: The function to run. Its result must be plain data.
+        work: The function to run. The result of the function must be plain data.
 
     Yields:
         A function that waits for the result of ``work`` and returns the result. If ``work`` raised

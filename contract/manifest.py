@@ -367,7 +367,7 @@ class Manifest:
         """Returns the first function with a specified role, domain and codomain.
 
         Args:
-            role: Name of the role.
+            role: Name of the function's role, such as "pose".
             domain: Name of the coordinate vector that is the first input.
             codomain: Name of the coordinate vector that the function returns, or "" for a function
                 that does not return coordinates.

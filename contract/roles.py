@@ -77,7 +77,7 @@ ROLES = {
     "identification jacobian": "derivative of the pose with respect to the geometry p",
     "other": "no meaning beyond its summary",
 }
-"""The roles of functions, each with its result."""
+"""For each role of a function, what the function returns."""
 
 INTERMEDIATE = {
     *("branches", "chain pose", "closure", "lengths", "lengths derivative", "modes"),
@@ -86,7 +86,7 @@ INTERMEDIATE = {
 }
 """Roles of generated functions that only methods of the robot call.
 
-A function with one of these roles is not an attribute of the robot.
+A robot has no attribute for a function with a role in INTERMEDIATE.
 """
 
 TASK_COMPONENTS = {

@@ -56,7 +56,7 @@ def log(R: ArrayLike) -> FloatArray:
 def off_rotation(R: FloatArray) -> FloatArray:
     """Return the first-order distance of matrices (N, 3, 3) from orthogonality.
 
-    The distance |R^T R - 1| / 8^0.5 uses the norm of residuals, |R_1 - R_2| / 2^0.5.
+    The distance is |R^T R - 1| / 8^0.5, with the Frobenius norm.
     """
     with np.errstate(invalid="ignore", over="ignore"):
         x, y, z = R.transpose(2, 1, 0)

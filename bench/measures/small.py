@@ -18,7 +18,7 @@ IMPORT_MS, LOAD_MS = 100, 20
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Return ratios and limits of all fixed costs."""
+    """Return the overhead of each call relative to C, and the maximum ratio."""
     return [*batches(plan), *look_up(plan), *startup(plan)]
 
 

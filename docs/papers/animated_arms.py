@@ -17,7 +17,7 @@ COLOURS_IN_GIF = 200
 SLIMMEST = 0.45
 """Minimum side of the box relative to its longest side, so that tick labels fit."""
 ZOOM = 0.95
-"""Fraction of the axes that a box fills, so that its labels are inside the picture."""
+"""Size of the drawn box relative to the picture, so that labels are inside the picture."""
 
 
 def points(robot: Any, q: Any) -> Any:

@@ -395,7 +395,7 @@ static int are_groups_distinct(const Slots *slots, npy_intp pose, npy_intp group
     return 1;
 }
 
-/* distinct(q, valid, turn, tolerance, whole, group) of the module: valid without repetitions. */
+/* distinct(q, valid, turn, tolerance, whole, group): marks each valid solution once. */
 static PyObject *distinct(PyObject *Py_UNUSED(module), PyObject *args)
 {
     PyObject *q, *valid, *turn, *tolerance, *whole;

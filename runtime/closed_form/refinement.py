@@ -70,7 +70,7 @@ For a pose outside the workspace boundary, the whole error is in a singular dire
 fraction is 1.
 """
 _VALUES = 16
-"""Number of values per turn at which a joint is fixed."""
+"""Number of fixed joint values per full turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,8 +157,8 @@ class Refinement:
 
         Only poses with a rounded translation and axes parallel to the base axes are tested. If a
         pose is outside the workspace boundary, the error of the best solution slot is in the
-        singular direction of the Jacobian. If a pose is reachable, the error has a different
-        direction, or the Jacobian has two singular directions.
+        singular direction of the Jacobian. If a pose is reachable, the error is not in the
+        singular direction, or the Jacobian has two singular directions.
         """
         found = np.zeros(missed.shape, dtype=bool)
         if self.task.components or not missed.any():

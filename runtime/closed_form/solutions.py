@@ -150,8 +150,8 @@ class Solutions(Fields):
         listed. Joints without limits keep their value. Joints with one limit are moved within this
         limit by the fewest turns. Since each winding is a separate solution, distances from a seed
         ignore full turns only for joints without limits. In a coupled robot, a full turn of a joint
-        may move several coordinates. For such joints, only one combination of full turns within the
-        limits is listed.
+        may move several coordinates. For coupled joints, only one combination of full turns within
+        the limits is listed.
 
         A joint that exceeds a limit by rounding (1e-12 rad, or `unit_length`) is set to the limit.
 

@@ -131,8 +131,8 @@ class NumericMethods(RobotFacts):
                 (1, 1, 1, 0, 0, 0) for a position. By default, all weights are 1, so that
                 `unit_length` is equivalent to 1 rad.
             frame: The axes of the weighted error components: "tool" (the tip) or "base".
-            fixed: Coordinates with exact values, even outside the limits: names or indices for the
-                values at `q_seed`, or a mapping of names to values (...). A joint of the main chain
+            fixed: Coordinates that keep exact values, even outside the limits. Coordinates in a list of
+                names or indices keep the values of `q_seed`. A mapping gives values (...). A joint of the main chain
                 stands for the coordinate that moves it.
             tolerance: Maximum residual of a solution [m]. None means 1e-9 `unit_length`.
             max_evaluations: Maximum number of forward kinematics evaluations per pose, of about

@@ -71,7 +71,7 @@ static inline void twist_between(const double *A, const double *B, double *twist
     double wp[3], wwp[3];
     const double *w = twist + 3;
     RotationAngle turn = displacement_between(A, B, twist);
-    /* cot(angle / 2). For an angle of pi, the quotient after the colon would be 0 / 0. */
+    /* cot(angle / 2). For an angle of pi, the second quotient would be 0 / 0. */
     double cotangent =
         turn.cosine < 0 ? turn.sine / (1 - turn.cosine) : (1 + turn.cosine) / turn.sine;
     double k = logarithm_coefficient(turn.angle, turn.angle * cotangent / 2);

@@ -12,8 +12,8 @@ static int has_right_angle(double aa, double bb, double ab, double total)
     return !(fabs(ab) > SVD_ORTHOGONAL * (sqrt(aa * bb) + SVD_ORTHOGONAL * total));
 }
 
-/* Returns the axis (not removed) with the longest component outside the span of `count` orthonormal
- * vectors (stride m), else -1. Writes the squared length to *square. */
+/* Returns the coordinate axis with the longest component normal to `count` orthonormal vectors
+ * (stride m), or -1 if all axes are marked in `removed`. Writes the squared length to *square. */
 static int find_longest_axis(const double *others, int count, int m, const char *removed,
                              double *square)
 {

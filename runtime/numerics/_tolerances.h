@@ -104,8 +104,8 @@
  *
  *     s / (s^2 + lambda^2),   lambda^2 = (1 - (s / e)^2) d^2,   where d is the damping of s = 0.
  *
- * In joint_rates, d = e. For d = e, the damped inverse is s / e^2, at most 1 / e, so that rates are
- * bounded. */
+ * Function joint_rates uses d = e. For d = e, the damped inverse is s / e^2, at most 1 / e, so that
+ * rates are bounded. */
 
 /* Default threshold e = d of joint_rates, dimensionless, so that rates are at most 25 times the
  * twist. The threshold is 1/4 of the median smallest singular value of random six-axis

@@ -96,7 +96,7 @@ class ManipulabilityMethods(LengthMethods):
                 of 1 selects the unscaled Jacobian in meter and radian.
 
         Returns:
-            The measures, or NaN if q is not finite or a loop is open.
+            The manipulability, or NaN if q is not finite or a loop is open.
 
         Raises:
             ShapeError: If q is not (..., n).

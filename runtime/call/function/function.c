@@ -24,8 +24,8 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
 }
 
 /* The type has no tp_clear, because a call needs all members until it ends. All members are created
- * before the Function, so a member refers to the Function only through an object that changes
- * later. The garbage collector breaks reference cycles at this object. */
+ * before the Function. A reference cycle therefore contains an object that was changed after the
+ * Function was created. The garbage collector breaks the cycle at this object. */
 static void function_dealloc(Function *self)
 {
     PyObject_GC_UnTrack(self);

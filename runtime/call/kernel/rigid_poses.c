@@ -52,7 +52,7 @@ static void measure_slots(const Kernel *kernel, const double *T, double *const *
     }
 }
 
-/* Solves for the nearest rigid pose, or clears the results. */
+/* Computes the solutions at the nearest rigid pose, or clears the results. */
 static void solve_other(const Kernel *kernel, Rigidity found, const double *const *inputs,
                         double *const *outputs)
 {

@@ -67,7 +67,7 @@ static inline void run_kernel(const Kernel *kernel, const double *const *inputs,
 }
 
 /* Runs the kernel on n rows. `input_steps` and `output_steps` are the distances between successive
- * rows. The kernel's code for many poses runs if it exists. */
+ * rows. If the kernel has separate code for many poses, that code runs. */
 void run_kernel_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
                      const ptrdiff_t *input_steps, double *const *outputs,
                      const ptrdiff_t *output_steps);

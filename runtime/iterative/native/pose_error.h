@@ -1,8 +1,9 @@
 /* The weighted error between two poses, and its Jacobian.
  *
  * If all six weights are positive, the error is the logarithm of the relative pose, a twist.
- * If a weight is 0, the error is the displacement, so that an ignored rotation has no effect. The
- * error is measured at the tip and expressed in the task axes: base axes or tip axes. */
+ * If a weight is 0, the error is the translation and the rotation vector, so that a rotation with
+ * weight 0 does not change the translation error. The error is measured at the tip and expressed in
+ * the task axes: base axes or tip axes. */
 #pragma once
 
 #include <string.h>

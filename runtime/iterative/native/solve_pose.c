@@ -9,7 +9,7 @@
 #include "numerics/_tolerances.h"
 
 #define RESERVED_PART 4  /* 1 / RESERVED_PART of the budget is reserved for refinement */
-#define MAX_RESERVED 400 /* maximum evaluations, reserved in total and per refinement */
+#define MAX_RESERVED 400 /* maximum number of evaluations: in total, and in one refinement */
 
 /* The state of a search: the best result so far, and the results of attempts, sorted by error. */
 typedef struct {

@@ -27,8 +27,8 @@ typedef struct {
     double *x;                    /* (n,) the result */
     int *at;                      /* (n,) -1 or 1 if x is at its lower or upper bound, otherwise 0
                                    */
-    double *H, *A; /* (n, n): the matrix of the bounded problem, and of its free variables */
-    double *g, *z; /* (n,): right-hand side of the bounded problem; its free solution */
+    double *H, *A; /* (n, n): H of the bounded problem; A, the rows of H for the free variables */
+    double *g, *z; /* (n,): right-hand side g; solution z for the free variables */
     int *free;     /* (n,): indices of the free variables */
 } DampedBox;
 
