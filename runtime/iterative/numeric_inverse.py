@@ -131,9 +131,9 @@ class NumericMethods(RobotFacts):
                 (1, 1, 1, 0, 0, 0) for a position. By default, all weights are 1, so that
                 `unit_length` is equivalent to 1 rad.
             frame: The axes of the weighted error components: "tool" (the tip) or "base".
-            fixed: Coordinates that keep exact values, even outside the limits. Coordinates in a list of
-                names or indices keep the values of `q_seed`. A mapping gives values (...). A joint of the main chain
-                stands for the coordinate that moves it.
+            fixed: Coordinates that keep exact values, even outside the limits: a list of names or
+                indices keeps the values of `q_seed`, and a mapping gives the values (...). A joint
+                of the main chain stands for the coordinate that moves it.
             tolerance: Maximum residual of a solution [m]. None means 1e-9 `unit_length`.
             max_evaluations: Maximum number of forward kinematics evaluations per pose, of about
                 0.4 microseconds each for a six-joint arm.

@@ -116,9 +116,9 @@ class VelocityMethods(ManipulabilityMethods):
         The characteristic length also divides the rates of prismatic joints.
 
         The result never exceeds a limit. A joint that would exceed its bound stays at the bound,
-        and the other joints compensate if they can do so without damping. If the other
-        joints cannot compensate, the twist is scaled down in its direction. If acceleration limits exclude the
-        direction of V, the result is the nearest allowed twist. See the manual page "Motion in
+        and the other joints compensate if they can do so without damping. If the other joints
+        cannot compensate, the twist is scaled down in its direction. If acceleration limits exclude
+        the direction of V, the result is the nearest allowed twist. See the manual page "Motion in
         velocity space" for limits and fixed joints.
 
         Args:
