@@ -86,7 +86,7 @@ class NumberText:
         return f"[{', '.join(self.scalar(part, kind) for part in value)}]"
 
     def scalar(self, value: sp.Expr, kind: str) -> str:
-        """Returns a number that the reader does not change, or an expression in quotes.
+        """Returns a number, or an expression in quotes if the number's text would be rounded.
 
         Args:
             value: An exact number, or an expression with parameters.

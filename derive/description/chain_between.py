@@ -212,7 +212,7 @@ def _in_mechanism(robot: Mechanism, base: str, tip: str, frames: Mapping[str, Fr
 def _with_loops(
     joints: Sequence[Joint], closing: Sequence[Closing], tool_body: str
 ) -> tuple[tuple[Joint, ...], list[Closing]]:
-    """Returns the joints of the chain and of its loops, and the loop joints and couplings.
+    """Returns the tree joints of the chain with its loops, and the loop joints and couplings.
 
     A loop or coupling belongs to the robot if it shares a moving joint with the chain, or with a
     loop or coupling of the robot.

@@ -74,7 +74,7 @@ class ExactNumbers:
         return _grouped(each, [self.scalar(at, name, kind, value) for name, value in pairs])
 
     def point(self, at: str, vector: Vector, names: Sequence[str] = "xyz") -> Vector:
-        """Returns a point without noise, or the exact point of its arrangement."""
+        """Returns a point without noise. A rotation of another point becomes exact."""
         without = self.without_noise(vector)
         x, y, z = (
             self.noted(at, name, "length", found, taken)

@@ -70,8 +70,8 @@ def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
 
     A single-precision number with the digits of a double, such as 0.20000000298023224, is first
     shortened. A decimal d is accepted if it differs from the value by at most ``tolerance``, and by
-    at most its last place divided by ``NOISE_GAP``. So the digits 000 or 999 follow the last place
-    of d in the value.
+    at most its last place divided by ``NOISE_GAP``. In the value, the digits 000 or 999
+    therefore follow the last place of d.
 
     Args:
         value: A number. A number that is not a finite decimal is returned unchanged.

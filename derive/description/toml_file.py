@@ -152,7 +152,10 @@ class TomlFile:
         self.scale["angle"] = self.choice(("units", "angle"), ANGLES, "rad")
 
     def declare_parameters(self) -> None:
-        """Reads parameter names and units. Without a unit, the first use determines the kind."""
+        """Reads the names and units of parameters.
+
+        If a parameter has no unit, its first use determines whether it is a length or an angle.
+        """
         for name, value in self.table_at(("parameters",), {}).items():
             keys: Keys = ("parameters", name)
             if not is_name(name) or name in RESERVED or COORDINATE.fullmatch(name):
@@ -378,7 +381,7 @@ class TomlFile:
         raise file_error(writer.file, writer._line(keys), dotted(keys), value, expected) from None
 
     def _writer(self, keys: Keys) -> "TomlFile":
-        """Returns the file with a value: this file or an extending file."""
+        """Returns the file that contains a value: this file, or the file that extends it."""
         if self.extending is None or keys[2:] not in ((), ("value",)):
             return self
         return (

@@ -49,7 +49,7 @@ def table_of(text: str) -> dict[str, object]:
 def first_line(text: str, holds: Callable[[str], bool]) -> int:
     """Returns the first line for which the text up to this line fulfills ``holds``.
 
-    The line is found by bisection over the lines. Open brackets are closed before each test.
+    Bisection finds the line number. Open brackets are closed before each test.
     """
     lines = text.split("\n")
 
@@ -79,7 +79,7 @@ def _closed(text: str) -> str:
 
 
 def is_unreadable(text: str) -> bool:
-    """Whether parsing fails for another reason than the syntax, such as nested brackets."""
+    """Whether parsing fails although the syntax is valid, as for deeply nested brackets."""
     try:
         table_of(text)
     except tomllib.TOMLDecodeError:

@@ -32,9 +32,7 @@ two orientations with three angles each. Each angle has an error of half a unit 
 _FINE = 10**20
 """Steps per radian. An angle in rotated axes is rounded to a step before it is simplified."""
 _UPRIGHT = 1e-3
-"""Minimum cosine of the pitch. If the cosine of the pitch is smaller, roll and yaw count as
-rotations about the same axis.
-"""
+"""Minimum cosine of the pitch for which roll and yaw count as rotations about two axes."""
 _GUARD = 2
 """Number of additional decimal places of coordinates in the list of changes."""
 

@@ -108,7 +108,8 @@ class Convention:
     Attributes:
         name: Name in robot files.
         fields: The fields, in the order in which they are read.
-        place: Function that returns the placements for the kind of a joint and all fields by name.
+        place: Function that returns the placements of a joint. Its arguments are the joint's kind
+            and the values of all fields by name.
         source: Publication that defines the convention.
         words: Name of the convention in a sentence of the article. If ``transform`` is empty, the
             phrase also explains the fields.

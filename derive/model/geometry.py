@@ -14,7 +14,8 @@ function of the coordinate q and the torque tau.
 
     value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau.
 
-The sine and cosine waves model eccentric encoders and gears. Prismatic joints have no waves. If the
+The sine and cosine waves model eccentric encoders and gears. For prismatic joints, the
+amplitudes of the waves are 0. If the
 robot has a load, tau is the gravity torque or force on the coordinate of the nominal robot at q.
 A load deflects the joint like a spring. The deflection also changes the torque. The effect of the
 torque change is of second order and neglected. Fixed joints have no parameters, because the

@@ -207,7 +207,8 @@ class Transmission:
 
         q = gain r + sin1 sin r + cos1 cos r + sin2 sin 2r + cos2 cos 2r.
 
-    The waves model eccentric encoders and gears. Prismatic coordinates have no waves.
+    The waves model eccentric encoders and gears. For a prismatic
+    coordinate, the amplitudes are 0.
 
     Attributes:
         coordinate: Name of the coordinate.
@@ -291,7 +292,7 @@ class SerialRobot:
     """A serial chain from a base frame to a tool frame.
 
     Attributes:
-        name: A C identifier. All generated names start with it.
+        name: A C identifier. All generated names start with this identifier.
         joints: The joints in order from the base.
         title: Name of the robot in articles and messages.
         source: Publication or data sheet with the dimensions.

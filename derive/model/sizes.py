@@ -36,7 +36,7 @@ def size(expression: sp.Expr, known: Mapping[sp.Symbol, int]) -> int:
 
     Args:
         expression: An expression.
-        known: The size of each symbol that stands for an expression.
+        known: For each symbol that stands for an expression, the size of the expression.
     """
     if expression.is_Symbol:
         return known.get(expression, 1)

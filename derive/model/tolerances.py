@@ -41,19 +41,19 @@ LARGE_CLEANING = 5e-4
 """Maximum tool displacement (meter) by noise removal without a warning. A displacement of 5e-4 m
 exceeds the repeatability of an arm."""
 NOISE_GAP = 1000
-"""Minimum ratio (no unit) of the last decimal place of an exact decimal to the noise after this
-place. The ratio 1000 means that three zeros or nines follow the last place of the exact decimal.
+"""Minimum ratio (no unit) of the last decimal place of an exact decimal to its noise. At the ratio
+1000, three zeros or nines follow the last place of the exact decimal.
 One in 500 random numbers has three zeros or three nines after a chosen decimal place."""
 CONTINUOUS_MODEL = 0.02
 """Minimum displacement of an axis for a parameter change of norm 1 (radian, or relative to the arm
-length). If the displacement is smaller, the parameters change at least fifty times as much as the
+length). For a displacement below 0.02, the parameters change at least fifty times as much as the
 axis. A parameter change of more than 50 mrad would describe an assembly error of only 1 mrad. For
 axes 6 mrad from parallel, as in a factory calibration, parameters along the common normal displace
 the axis by less than 1e-4."""
 DOUBLE = 1e-15
 """Maximum relative difference (no unit) between a decimal and its double. A relative difference of
-1e-15 corresponds to 15 digits. By chance, one number in 10^7 is as close to a single-precision
-number."""
+1e-15 corresponds to 15 digits. One random number in 10^7 differs by less than
+1e-15 from a single-precision number."""
 SINGLE = 2.0**-23
 """Maximum relative rounding error of a single-precision number (no unit). SINGLE is one unit in the
 last place, because a computation may round twice."""
@@ -143,8 +143,8 @@ evaluated with 40 digits, so 15 digits remain for rounding errors."""
 CLOSED_LOOP = 1e-12
 """Maximum residual of a closed loop in double precision (meter, or sine of an angle)."""
 NEARLY_DEAD = 1e-3
-"""Minimum sin^2 of the transmission angle, at the reference, of a loop of pin joints. If sin^2 is
-smaller, another loop of pin joints is solved first. Two degrees from a dead point, a length error
+"""Minimum sin^2 of the transmission angle, at the reference, of a loop of pin joints. Below this
+value, another loop of pin joints is solved first. Two degrees from a dead point, a length error
 of 0.1 mm moves joints by milliradians."""
 CLEAR_LEG = 0.25
 """Minimum sin^2 of the transmission angle, at the reference, of the leg whose equation determines a
@@ -229,8 +229,8 @@ still resolve micrometers."""
 # --- loops: paths of complex unit poses in Study's coordinates ---
 
 PATH_NEAR = 1e-4
-"""Maximum first Newton correction after a step of a path. After a larger correction, another
-path may be equally near."""
+"""Maximum first Newton correction after a step of a path. After a larger correction, the step may
+have reached another path."""
 PATH_ON = 1e-7
 """Maximum second Newton correction. The second correction is about the square of the first
 correction."""
@@ -271,9 +271,9 @@ moves solutions by any amount."""
 CONVERGENCE_UNLIKELY = 0.85
 CONVERGENCE_CLEAR = 0.95
 """Limits for the fraction of configurations that Newton's method recovers from the nearest nominal
-solution. For a fraction between 0.85 and 0.95, Newton's method is also started from all nominal
-solutions. For 70 arms, starts from all nominal solutions changed the recovered fraction by -0.03 to
-0.05."""
+solution. For a recovered fraction between 0.85 and 0.95, Newton's method is also started from all
+nominal solutions. For 70 arms, starts from all nominal solutions changed the recovered fraction by
+-0.03 to 0.05."""
 MIN_NEARBY = 0.5
 """Minimum fraction of random configurations near a nominal branch that Newton's method must
 recover. The recovered fraction is nearly 1 for suitable nominal arms. The fraction is 0 if the
@@ -293,8 +293,8 @@ OBLIQUE_AXES = 1e-3
 """Minimum sine of the angle between directions that are not parallel. OBLIQUE_AXES is also the
 minimum cosine of directions that are not perpendicular."""
 TOOL_ON_AXIS = EXACT_STRUCTURE
-"""Maximum distance (meter) and maximum sine of the angle for a tool on its joint axis or in the
-base plane."""
+"""Maximum distance (meter) and maximum sine of the angle between tool and joint axis, or tool and
+base plane, that count as zero."""
 INDEPENDENT_SLIDES = EXACT_STRUCTURE
 """Maximum smallest singular value of linearly dependent unit directions."""
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
@@ -382,10 +382,10 @@ SINGLE_SOLUTION = 1e-12
 """Maximum ratio of the second smallest to the largest singular value for which the second smallest
 one counts as zero. With two small singular values, the six equations have no unique solution."""
 POOR_SEPARATION = 1e-5
-"""Minimum separation of the solutions (:attr:`.Choice.separation`). If the separation is smaller,
-the solver fixes other joints of the arm. Arms with six regular joints and a prismatic joint have
-separations of at least 1e-4. An arm with a prismatic joint parallel to two axes has a separation of
-7e-7."""
+"""Minimum separation of the solutions (:attr:`.Choice.separation`). If the solutions of an arm
+have a smaller separation, the solver fixes other joints of the arm. The solutions of arms with six
+regular joints and a prismatic joint have separations of at least 1e-4. If the prismatic joint is
+parallel to two axes, the separation is 7e-7."""
 ASKED_SEPARATION = 5e-3
 """Minimum separation of the solutions (:attr:`.Choice.separation`) for which the general solver is
 practical. If the separation is larger, the general solver may run at every pose of an arm that

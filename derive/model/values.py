@@ -15,8 +15,8 @@ from .errors import DescriptionError
 from .tolerances import EVALUATION_DIGITS, ROUNDING, WORKING_DIGITS
 
 MAX_OPERATIONS = 30
-"""Maximum number of operations of a number without a name. Numbers from nominal dimensions need
-fewer operations. Numbers from measured dimensions need hundreds of operations.
+"""Maximum number of operations in an expression of numbers that gets no name. Numbers from nominal
+dimensions need fewer operations. Numbers from measured dimensions need hundreds of operations.
 """
 
 
@@ -94,7 +94,7 @@ class Values:
 
 
 def value_at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> mpmath.mpf:
-    """Returns the value of an expression for numbers as its symbols.
+    """Returns the value of an expression in which numbers replace the symbols.
 
     Raises:
         NoValue: The value is not finite or not real, or a symbol is unknown.

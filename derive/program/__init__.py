@@ -1,1 +1,1 @@
-"""Typed programs of functions."""
+"""Programs that compute functions: sequences of assignments to typed variables."""

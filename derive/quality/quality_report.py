@@ -15,7 +15,7 @@ _GAP = 2
 
 @dataclass(frozen=True)
 class ConventionQuality:
-    """The quality of a convention between two axes.
+    """How well a convention describes small errors of one axis relative to another axis.
 
     Attributes:
         convention: The convention's name.

@@ -279,6 +279,7 @@ void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], 
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q_seed: the start configuration, 3
  *   lower, upper: limits, 3 each; NULL for the robot's limits, infinite for no limit
+ *     Joints that follow from the coordinates keep their limits.
  *   weights: weight of each coordinate's displacement in the distance, 3; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 3; NaN without a solution
  *   residual, margin: of its slot, or without a solution of the slot of least residual */

@@ -13,7 +13,7 @@
  *                              at s->w.
  *   CLOSURE_BEND(w, wd, D)     computes the rate D of the derivative s->D at the rates wd.
  *   Table actuated             contains the index of the variable of each coordinate.
- *   Table ratio                contains the change of this variable per unit of the coordinate.
+ *   Table ratio                contains the derivative of each actuated variable by its coordinate.
  *   Table unknown              contains the indices of the unknown variables.
  *   Tables size_u, size_c      contain the scales of unknowns and equations: a length (meter) or 1.
  *   Table of_z                 contains the index of each variable in z.

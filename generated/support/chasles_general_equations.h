@@ -51,7 +51,7 @@
 /* If the largest coefficient of the determinant is below this value, with matrix entries of order
  * 1, the determinant may be a zero polynomial with rounding errors. The polynomial is accepted if
  * its relative error is below CHASLES_CLEAN. For some axis structures, the determinant is zero
- * everywhere. If the axes deviate by 1e-3 from such a structure, the determinant may be 1e-20 and
+ * everywhere. If the axes deviate by 1e-3 from this structure, the determinant may be 1e-20 and
  * still have twelve valid digits. */
 #define CHASLES_VANISHED 1e-15
 #define CHASLES_CLEAN 1e-9

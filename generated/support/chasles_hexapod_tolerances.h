@@ -56,8 +56,8 @@
  * polynomial is treated as zero. */
 #define CHASLES_JOINT_VANISHED 1e-9
 /* Minimum distance of two rod ends, minimum squared radius of a circle, and minimum sine of the
- * angle between two sides of the joint triangle. If a geometry has a smaller value, the circles of
- * its joints are not computed. */
+ * angle between two sides of the joint triangle. If a distance, radius or sine is smaller, the
+ * circles of the joints are not computed. */
 #define CHASLES_JOINTS_APART 1e-6
 /* Maximum magnitude of a negative sin^2 that counts as 0. If the magnitude is larger, the angle is
  * not real. */

@@ -14,7 +14,7 @@ from .urdf_origin import AXIS
 
 
 def _around_the_screw(kind: JointKind, *, axis: Vector, point: Vector) -> Placements:  # noqa: ARG001
-    """Returns the displacement to the screw axis and its inverse.
+    """Returns the displacement to the screw axis and the inverse displacement.
 
     Therefore, all link frames equal the base frame at the zero configuration.
     """

@@ -205,7 +205,7 @@ def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
 
 
 def _without_motion(base: str, leaves: Sequence[str], left_out: Sequence[EndPart]) -> Ends:
-    """Returns the only end of a tree without arm joints, or raises an error."""
+    """Returns the only end link of a tree in which no joint moves, or raises an error."""
     if leaves == [base]:
         raise NoChain("tip", base, "a link other than the base, and a joint that moves it")
     if len(leaves) == 1:

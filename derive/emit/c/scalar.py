@@ -43,7 +43,7 @@ def source(
         robot: The robot; its name is the prefix of all C names.
         functions: The functions, with documented arguments and results.
         programs: The programs of the functions.
-        written: Functions in separate files.
+        written: The functions whose code is in separate files.
         further: Names of the files to include at the end.
     """
     included = f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"'
@@ -154,7 +154,7 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
 
 
 def _filled(function: SymbolicFunction) -> dict[str, str]:
-    """Maps an output array of a call to the function result that the call can write directly.
+    """Maps output arrays of calls to function results. A call writes these results directly.
 
     A call must not write a result before all inputs are read.
     """

@@ -11,7 +11,7 @@
 
 #include "chasles_nearest.h"
 
-/* Maximum distance from the number of full turns that is nearest to the seed. */
+/* Maximum number of full turns between the solution nearest to the seed and a returned one. */
 #define CHASLES_MAX_WINDINGS 4
 
 /* The couplings of n coordinates q and the joints theta. The independent joints phi determine q. */
@@ -22,7 +22,7 @@ typedef struct {
     const double *joint;   /* theta = joint q + offset (joints, n) */
     const double *offset;
     const int *only;     /* index of the phi that alone moves each joint, otherwise -1 (joints) */
-    const double *ratio; /* change of each joint per unit of the phi in `only` */
+    const double *ratio; /* change of each joint per unit of phi[only] */
     const int *alone;    /* index of the only coordinate that a turn of phi changes, or -1 (n) */
 } chasles_couplings;
 

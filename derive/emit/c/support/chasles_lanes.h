@@ -324,7 +324,7 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     even = LANES_FMA(zz, even, LANES_OF(p[0]));
     odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
     /* The arc tangent is measured from the axis or diagonal at `count` eighths of a turn from the x
-     * axis. Its sign is negated if exactly one of |y| > |x| and x < 0 holds. */
+     * axis. The sign of the arc tangent is negated if exactly one of |y| > |x| and x < 0 holds. */
     const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
     const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
     const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));

@@ -34,8 +34,8 @@ typedef struct {
     double points[3][4]; /* the ball joints in the platform frame (meter) */
 } chasles_carried_arm_arm;
 
-/* The equations at a tool pose, divided by the size of the mechanism. They are linear in (1, cos,
- * sin) or (1, x, 0) of each unknown. */
+/* The equations at a tool pose, divided by the size of the mechanism. Each equation is linear in
+ * (1, cos, sin) or (1, x, 0) of each unknown. */
 typedef struct {
     const chasles_carried_arm_arm *arm;
     double at[3][3][3][3];
