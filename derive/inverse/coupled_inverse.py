@@ -22,8 +22,8 @@ def in_coordinates(
 
     Args:
         robot: The coupled robot.
-        chain: The chain of the coupled robot. The number of chain joints equals the number of robot
-            coordinates.
+        chain: The chain of the coupled robot. The task solves for joint values that the couplings
+            allow.
         terms: Table of named terms.
         solved: The task of the chain.
 
@@ -44,7 +44,10 @@ def in_coordinates(
     made = replace(
         function,
         inputs=tuple(inputs),
-        outputs=(replace(q, entries=entries, unit=unit), *others),
+        outputs=(
+            replace(q, entries=entries, shape=(q.shape[0], len(entries)), unit=unit),
+            *others,
+        ),
         role=replace(function.role, fixed=given or (), free=free),
     )
     return replace(solved, function=made)

@@ -33,6 +33,7 @@ from .coupled_inverse import (
 from .coupled_wrist import coupled_wrist
 from .families import FAMILIES
 from .families.family import Family
+from .families.turntable import TURNTABLE, level_position
 from .general.general_inverse import (
     GeneralInverse,
     GeneralTables,
@@ -331,7 +332,7 @@ STRUCTURED = METHODS[: METHODS.index(_by_self_motion)]
 def _by_free_followers(
     robot: SerialRobot, chain: CoupledChain, terms: Terms, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the task ``ik`` of a robot with coupled joints.
+    """Derives the tasks of a robot with coupled joints: ``ik``, and the position of a palletizer.
 
     The steps treat all joints as free, unless a structure includes the couplings. The residual is
     evaluated at the coordinates. Solutions that violate a coupling are therefore invalid.
@@ -366,7 +367,12 @@ def _by_free_followers(
     identity = "fk(q[k]) = T wherever residual[k] is rounding"
     residual = with_rounding(terms, residual, lengths)
     function = function_of("ik", work, (pose_argument(robot),), q, unit, residual, identity)
-    return Inverses(classification, {"ik": Solved(function, work)}, chain=chain)
+    solved = {"ik": Solved(function, work)}
+    is_turntable = found.family is TURNTABLE and found.is_whole
+    level = level_position(chain, classification.lines) if is_turntable else None
+    task = level and in_coordinates(robot, chain, terms, level)
+    solved |= {task.function.name: task} if task else {}
+    return Inverses(classification, solved, chain=chain)
 
 
 def _solves_free_chain(classification: Classification) -> bool:

@@ -16,13 +16,15 @@ from ...model.robot import SerialRobot
 from ...model.tolerances import TOOL_ON_AXIS
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, added, dot, subtracted
-from ..steps.plane import ARM, arm_in_plane, leave, turned_to_plane
+from ..coupled_chain import CoupledChain
+from ..steps.plane import ARM, arm_in_plane, in_plane, leave, reach, turned_as_one, turned_to_plane
 from ..steps.triangle import triangle
 from ..steps.work import Work
 from ..structure.lines import Lines
 from ..structure.requirement import Requirement, across, parallel, revolute
 from ..subproblems.found import FoundTurn
 from ..subproblems.quartic import select
+from ..subproblems.sp1 import sp1
 from ..subproblems.sp3 import sp3
 from ..subproblems.turns import NO_TURN, CosSin, perpendicular, rotated
 from ..tasks.partial_poses import POSITION, position, tool_origin
@@ -91,6 +93,36 @@ def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTu
         select(terms, stays, sp.Integer(0), found.turn.s),
     )
     return FoundTurn(turn, found.equation)
+
+
+def level_position(chain: CoupledChain, lines: Lines) -> Solved | None:
+    """Returns the task for a position if couplings fix the hand's orientation in the arm plane.
+
+    An example is a palletizer whose hand stays level. The sum of the parallel joints' angles is
+    then constant.
+
+    Args:
+        chain: The chain of a coupled arm, which has this structure.
+        lines: The axes of the chain.
+
+    Returns:
+        None if the sum of the angles changes, or if a fifth joint moves the tool origin.
+    """
+    robot, terms, arm = chain.robot, lines.terms, in_plane(lines)
+    senses = sp.zeros(1, chain.C.rows)
+    for axis in arm:
+        senses[axis.joint] = 1 if float(axis.direction @ arm[0].direction) > 0 else -1
+    if any(senses * chain.C) or not _keeps_position(robot, lines):
+        return None
+    ((total,),) = (senses * chain.c).tolist()
+    work, tool, h = Work(terms), tool_origin(robot, terms), arm[0].h
+    U, _ = turned_to_plane(work, lines, tool, POSITION)
+    e = perpendicular(terms, h, lines.axes[0].h)
+    level = sp1(terms, h, e, rotated(terms, h, CosSin(*terms.cos_sin(total)), e))
+    hand = turned_as_one(work, lines, level, "the couplings keep the orientation of the hand")
+    reach(work, lines, tool, U, hand)
+    leave(work, lines, ARM)
+    return position(robot, work)
 
 
 TURNTABLE = Family(

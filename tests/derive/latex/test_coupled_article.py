@@ -55,6 +55,8 @@ def test_printed_steps_and_coordinates_reproduce_ik(article):
     opening, structure, steps = texts["inverse.tex"].partition("The structure is")
     if name == "follower":
         texts = texts | {"symbols.tex": opening.partition("Here ")[2]}
+    position = r"\\paragraph\{\\texttt\{ik\\_position.*?(?=The residual of)"
+    steps = re.sub(position, "", steps, flags=re.DOTALL)
     assert read_back(found, 10, texts | {"inverse.tex": structure + steps}) > 10
 
 
@@ -66,7 +68,8 @@ def test_printed_inverse_ends_with_its_coordinates(article):
         rf"q_\{{3\}} &= {joint}_\{{2\}} \+ {joint}_\{{3\}}",
         texts["inverse.tex"],
     )
-    assert ("also satisfies the couplings" in texts["inverse.tex"]) == (name == "palletizer")
+    for words in ("also satisfies the couplings", "the couplings keep the orientation of the hand"):
+        assert (words in texts["inverse.tex"]) == (name == "palletizer")
 
 
 def test_merged_joints_have_their_own_letters(article):

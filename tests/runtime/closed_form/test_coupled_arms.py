@@ -251,3 +251,18 @@ def test_a_solution_moves_into_limits_by_full_turns_of_coupled_joints(text, tmp_
     starts = [arm.ik_path(row[None], seed).q[0] for row, seed in zip(T[:30], seeds, strict=True)]
     nearest = arm.ik_nearest(T[:30], seeds).q
     np.testing.assert_allclose(*(np.abs(q - seeds).max(-1) for q in (starts, nearest)), atol=1e-9)
+
+
+def test_position_of_a_palletizer_keeps_its_hand_level(tmp_path):
+    palletizer = compiled(read_text(PALLETIZER), tmp_path)
+    q = np.random.default_rng(4).uniform(-1.5, 1.5, (200, 4))
+    T = palletizer.fk(q)
+    found = palletizer.ik_position(T[:, :3, 3])
+    assert palletizer.free_coordinates["position"] == ("j4",)
+    apart = np.remainder(found.q - q[:, None] + np.pi, 2 * np.pi) - np.pi
+    apart = np.where(found.valid, np.abs(apart[..., :3]).max(-1), np.inf)
+    assert apart.min(1).max() < 1e-9
+    reached = palletizer.fk(found.q)[found.valid]
+    wanted = np.broadcast_to(T[:, None], (*found.valid.shape, 4, 4))[found.valid]
+    np.testing.assert_allclose(reached[:, :3, 3], wanted[:, :3, 3], atol=1e-12)
+    np.testing.assert_allclose(reached[:, :3, 2], wanted[:, :3, 2], atol=1e-12)
