@@ -1,4 +1,4 @@
-"""Minimal form of a chain. The equations of every serial robot are built from this minimal form.
+"""Minimal form of a chain, from which the equations of every serial robot are built.
 
 A chain is a product of rotations about z, constant rotations about x (tilts) and translations.
 Adjacent rotations about z are merged. Therefore consecutive parallel axes share one angle, which is

@@ -159,7 +159,7 @@ def of_lines(
 def _turns_within(lines: Lines, given: tuple[int, ...]) -> bool:
     """Whether a fixed revolute joint lies between free joints.
 
-    A chain with such a fixed joint has no nominal arm.
+    A chain with a fixed revolute joint between free joints has no nominal arm.
     """
     free = [k for k in range(len(lines.axes)) if k not in given]
     return any(lines.axes[k].turns and free[0] < k < free[-1] for k in given)

@@ -99,7 +99,7 @@ def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> lis
 def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
     """Returns an axis after a fixed rotation.
 
-    The numeric values of the axis hold at a generic angle of the fixed rotation.
+    The numeric direction and origin are computed at one generic angle of the fixed joint.
     """
     h = axis.h if axis.is_along(given) else rotated(terms, given.h, turn, axis.h)
     lever = subtracted(terms, axis.p, given.p)
@@ -117,7 +117,7 @@ def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
 def _shifted(terms: Terms, axis: Axis, by: Vector, slid: Axis) -> Axis:
     """Returns an axis after a fixed translation.
 
-    The numeric origin of the axis holds at a generic displacement of the fixed translation.
+    The numeric origin of the axis is computed at one generic displacement of the fixed joint.
     """
     p = combination(terms, (sp.Integer(1), sp.Integer(1)), (axis.p, by))
     return replace(axis, p=p, origin=axis.origin + slid.some_motion * slid.direction)

@@ -5,8 +5,8 @@ do not depend on angle 6. Therefore, every reachable pose has a solution with an
 six joints fit no family, another axis is added for the pose task. The joint on the added axis keeps
 the value 0, because the arm has no joint there. The added axis passes through the intersection of
 the first or the last two axes, as in a spherical wrist. If an added axis leads to no solution,
-another axis is tried. Other candidate axes pass through a point of an axis next to a prismatic
-joint, or are at a distance from all axes.
+another axis is tried. An axis next to a prismatic joint gives further candidates, which intersect
+this axis. The last candidates intersect no axis.
 """
 
 from collections.abc import Iterator, Sequence

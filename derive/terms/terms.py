@@ -228,7 +228,7 @@ class Terms:
         last = max((s for s in angle.free_symbols if s in self.solved), key=order.__getitem__)
         factor = angle.coeff(last)
         if not factor.is_Integer:
-            # The addition theorem needs whole multiples of an angle, unlike a gear ratio.
+            # The addition theorem needs a whole multiple of an angle; gear ratios may be fractions.
             name = self.let(angle)
             return self.let(sp.cos(name)), self.let(sp.sin(name))
         sign = sp.sign(factor)

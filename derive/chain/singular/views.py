@@ -88,8 +88,9 @@ def minors(
     There is one submatrix if the Jacobian has as many nonzero rows as joints. If the robot has more
     joints than nonzero rows, each submatrix omits joints. Each submatrix that omits joints has its
     own frame and reference point. If the robot has fewer joints than nonzero rows, each submatrix
-    omits rows. Submatrices that omit rows share the frame and reference point for which their
-    largest block is smallest. Submatrices that are singular in every configuration are omitted.
+    omits rows. All submatrices that omit rows have the same frame and reference point. In this
+    frame, the largest block of the submatrices is as small as possible. Submatrices that are
+    singular in every configuration are omitted.
 
     Args:
         robot: A serial robot.

@@ -41,8 +41,7 @@ class ArmStep(LoopStep):
     """Joints of a serial arm between known bodies, with up to two solutions.
 
     Attributes:
-        found: The values of all joints that the arm determines. Only the first step of an arm
-            contains the joint values. ``found`` is empty in all later steps of the arm.
+        found: The values of all joints of the arm in its first step, and empty in its later steps.
         arm: The arm. None in later steps of an arm, and for locked joints.
     """
 

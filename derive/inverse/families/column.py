@@ -79,7 +79,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     e = cross(terms, a6.h, a5.h)
     last_turn(work, a6, e, target.turned(terms, e), ((a1, q14_turn), (a5, q5)), is_regular=True)
 
-    # 4. The column rotates the plane of the prismatic joints to the target position of the wrist.
+    # 4. Joint 1 rotates the plane of the prismatic joints to the target position of the wrist.
     lever = rotated(terms, a1.h, q14_turn, reach)
     V = subtracted(terms, subtracted(terms, wanted, lever), a1.p)
     normal = cross(terms, a1.h, a2.h)

@@ -36,8 +36,8 @@ class Family:
             has a reason, a degenerate case and an equation for the explanation and the article.
         readings: The ends at which the numbering of axes may start.
         behind_given: Whether a longer chain with fixed joints is also compared with the family.
-        rather_gives: Whether the family is tried last for chains with fixed joints. For such a
-            family, it is better to fix a prismatic joint.
+        rather_gives: Whether the family is tried last for chains with fixed joints, because it is
+            better to fix a prismatic joint of the family.
         solves_pose: Whether the family solves for the full tool pose (task ``ik``). A family with
             ``solves_pose = False`` solves only parts of the pose, such as the position.
         inputs: Inputs of ``solve`` other than the displacement, for example a swivel angle.

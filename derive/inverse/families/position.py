@@ -71,9 +71,9 @@ def _whole_pose(robot: SerialRobot, lines: Lines) -> Solved:
     return of_pose_task(robot, work, (), {})
 
 
-# The target is a position. The inverse of a position is not defined, so the numbering starts at the
-# base. Fixed joints cannot be factored out of a position target, so a chain with fixed joints is
-# not compared with this family.
+# A pose target can be inverted, so that axes are numbered from the tool. A position cannot be
+# inverted, so the numbering starts at the base. Fixed joints cannot be factored out of a position
+# target, so a chain with fixed joints is not compared with this family.
 POSITION = Family(
     "three joints that position the tool",
     (3,),

@@ -6,8 +6,8 @@ and its pitch in the plane of the arm. A fifth joint rotates the tool about an a
 the arm. For an unreachable pose, the steps return a nearby pose. The residual is the distance to
 the target pose.
 
-Maximum number of solutions: 4 for a pose, 2 for a pose with four joints. A position and a pitch
-have up to 8 solutions, because the tool may point outward or inward.
+Maximum number of solutions for a pose: 4 with five joints, 2 with four joints. A position and a
+pitch have up to 8 solutions, because the tool may point outward or inward.
 """
 
 import sympy as sp
@@ -73,8 +73,8 @@ def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTu
     """Returns the smallest angle of joint 4 for which the elbow can reach the target.
 
     Shoulder, elbow and wrist form a triangle if the elbow-wrist distance is between the difference
-    and the sum of the other two sides. Angle 4 determines the elbow-wrist distance. The selected
-    distance forms a triangle and is nearest to the distance for angle 4 = 0.
+    and the sum of the other two sides. Angle 4 determines the elbow-wrist distance. Of the
+    distances that form a triangle, the one nearest to the distance for angle 4 = 0 is selected.
     """
     let, (_, a2, a3, a4, *_) = terms.let, lines.axes
     fore, hand, upper, displacement = (

@@ -48,7 +48,7 @@ KEPT, MAX_KEPT = 3, 4
 """Number of elimination orders of an arm. If one elimination order fails at a pose, the solver
 tries the next elimination order.
 
-A fourth order is added only if it works at configurations where the first three fail.
+An arm gets a fourth elimination order only if this order works where the first three fail.
 """
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 MAX_JOINTS = len(PRIMES)
@@ -74,10 +74,7 @@ class Rating:
 
     @property
     def least(self) -> tuple[float, ...]:
-        """For each configuration, the smaller of the separation value and the pair value.
-
-        NaN propagates.
-        """
+        """For each configuration, the smaller entry of `separations` and `pairs`, or NaN."""
         return tuple(map(float, np.minimum(self.separations, self.pairs)))
 
     @property
@@ -239,9 +236,9 @@ def _ratings(
 
     left = [rating for rating in _rated(constants, given, slides) if rating.is_fit]
     if not any(rating.good_at for rating in left):
-        # If four or more axes pass through two points, A is singular for every order. If joints 1
-        # and 2 are parallel prismatic joints, A is also singular. An arm with singular A lacks a
-        # degree of freedom.
+        # If each of four or more axes passes through one of two points, A is singular for every
+        # order. If joints 1 and 2 are parallel prismatic joints, A is also singular. An arm with
+        # singular A lacks a degree of freedom.
         sliding = slides_left(slides, len(constants) - 1, given)
         left = [
             replace(rating, pairs=(1.0,) * len(rating.pairs))

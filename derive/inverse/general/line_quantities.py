@@ -2,11 +2,10 @@
 
 Let p be a point on a line with unit direction l. The equations of Raghavan and Roth use the
 fourteen quantities ``x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)``. A rigid motion with
-rotation R and translation d maps p to R p + d and l to R l. The rigid motion also maps the vector
-(x, 1) of the fourteen quantities and the number 1 linearly. The matrix of this linear map depends
-only on R and d. Every quantity is linear in the cosine and sine of a revolute joint, and quadratic
-in the displacement of a prismatic joint. Let h = R^T d and w = (p.p) l - 2 (p.l) p. A motion
-changes the quantities as follows.
+rotation R and translation d maps p to R p + d and l to R l. The motion also acts on the vector (x,
+1) as a matrix that depends only on R and d. Every quantity is linear in the cosine and sine of a
+revolute joint, and quadratic in the displacement of a prismatic joint. Let h = R^T d and w = (p.p)
+l - 2 (p.l) p. A motion changes the quantities as follows.
 
     A point moves by ``p' = R p + d``, and a direction by ``l' = R l``.
 
@@ -38,7 +37,7 @@ SIZE = COUNT + 1
 
 
 def quantities(p: Array, direction: Array) -> Array:
-    """Returns the quantities (15,) of a line, with a 1 appended."""
+    """Returns the vector (x, 1) (15,) of the line through p, with its fourteen quantities x."""
     pp, pl = p @ p, p @ direction
     moment = hat(p) @ direction
     return np.array([*p, *direction, pp, pl, *moment, *(pp * direction - 2 * pl * p), 1], p.dtype)

@@ -11,9 +11,10 @@ not move its axis, so the equations of the axis do not contain joint 6.
     Let a be the axis of joint 6. Then ``Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 a = C_2^-1 Rz_2^-1 C_1^-1
     Rz_1^-1 C_6^-1 a``.
 
-Each side of this equation is a line with fourteen quantities (:mod:`.line_quantities`). The
-quantities are linear in the cosine and sine of each joint. The result is ``A y = B(theta_3) x``.
-Here, y contains the eight products for joints 1 and 2, and x the nine products for joints 4 and 5.
+The two sides of this equation are the same line, which has fourteen quantities
+(:mod:`.line_quantities`). The quantities are linear in the cosine and sine of each joint. The
+result is ``A y = B(theta_3) x``. Here, y contains the eight products for joints 1 and 2, and x the
+nine products for joints 4 and 5.
 
 The matrix A (14, 8) depends only on the pose, and B depends only on theta_3. Six linear
 combinations of the fourteen equations eliminate the eight products y of joints 1 and 2. The
@@ -22,8 +23,8 @@ depends on the suppressed joint (:mod:`.elimination_choice`).
 
 A prismatic joint with displacement d has Tz(d) instead of Rz(theta). The products of a prismatic
 joint contain 1, d, d^2 instead of 1, cosine, sine. Joints 1 and 2 may be prismatic. One of joints 4
-and 5 must be revolute, because the equations use its half angle. The second of joints 4 and 5 may
-be prismatic. All other joints of the order must be revolute.
+and 5 must be revolute, because the equations use its half angle. The other joint may be prismatic.
+All other joints of the order must be revolute.
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,

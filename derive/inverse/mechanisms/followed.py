@@ -1,7 +1,7 @@
 """Numeric poses and Jacobians of robots whose loops have no closed form.
 
-All configurations are followed together from the reference on straight lines. Each point on a line
-takes a few Newton steps.
+A straight line connects the reference with each configuration. Newton's method closes the loops at
+points of the line, a few steps for each point. All lines are followed together.
 """
 
 import numpy as np

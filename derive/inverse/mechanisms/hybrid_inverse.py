@@ -81,7 +81,7 @@ def hybrid_inverses(
         families: The families of axis structures to try on the main chain, in order.
         give: Indices of the chain joints to fix. With (), suitable joints are selected.
         closure: Closure equations of loops without a closed form. None if all loops have a closed
-            form. Such loops require a nominal robot.
+            form. Loops without a closed form require a nominal robot.
     """
     if closure is not None:
         exact = Inverses(classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give), {})

@@ -116,7 +116,7 @@ class LegChain:
 
 
 def leg_chains(h: SolvedLoops) -> tuple[LegChain, ...] | None:
-    """Returns the legs whose joints have no other closed form. None if there are no such legs.
+    """Returns the legs whose joints have no other closed form, or None without any of these legs.
 
     The tuple is empty if the main chain determines all joints in closed form.
     """

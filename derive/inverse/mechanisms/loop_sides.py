@@ -47,7 +47,7 @@ configuration.
 
 
 def solved_on_sides(hybrid: SolvedLoops, work: Work) -> Solution:
-    """Solves for all joints from the main chain. Each loop has a branch sign.
+    """Computes all joints from the joints of the main chain. Each loop has a branch sign.
 
     Args:
         hybrid: The robot.

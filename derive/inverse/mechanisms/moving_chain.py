@@ -3,7 +3,8 @@
 The rods of a delta keep its platform parallel to the base. The three rotations of the platform are
 therefore locked. An axis mounted on the platform moves together with the three translations. If the
 robot has more actuators than the tool has degrees of freedom, the caller chooses the values of some
-actuated joints. Examples of such joints are a rail below a hexapod and an axis on its platform.
+actuated joints. A rail below a hexapod and an axis on its platform are
+actuated joints whose values the caller may choose.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

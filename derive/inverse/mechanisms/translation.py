@@ -1,4 +1,4 @@
-"""Replaces the part of a chain that only translates by virtual prismatic joints.
+"""Virtual prismatic joints in place of the part of a chain that only translates.
 
 The rods of a built delta robot are not exactly parallel, so its platform rotates slightly. The
 three actuated coordinates then determine the orientation as well as the position. The inverse of

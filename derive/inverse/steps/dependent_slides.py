@@ -26,7 +26,7 @@ The angle is between two joints, or between a joint and the plane of two other j
 """
 _TRIPLE = 3
 OneOf = Callable[..., sp.Expr]
-"""Selects one of three values: one value per cyclic order of three joint directions."""
+"""Type of functions that select one of three values, one for each cyclic order of directions."""
 
 
 def dependent_lengths(

@@ -70,7 +70,7 @@ def case_of(lines: Lines) -> Case | None:
 
 
 def requires(lines: Lines) -> Requirement:
-    """Returns the conditions of the first arrangement that fits.
+    """Returns the conditions of the first arrangement of axes that fits the chain.
 
     If no arrangement fits the chain, the conditions of the nearest arrangement are returned.
     """

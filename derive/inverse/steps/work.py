@@ -57,7 +57,7 @@ class Remainder:
     """A joint whose angle is an angle sum minus the angles of the other joints in the sum.
 
     Attributes:
-        joints: Names of the joints in the sum, in the order of the step.
+        joints: Names of the joints in the sum, ordered as in the solution step.
         last: Name of the joint whose angle is computed.
     """
 

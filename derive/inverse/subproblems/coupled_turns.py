@@ -49,7 +49,7 @@ class CoupledPair:
     """Two coupled rotations and the vectors of their equation.
 
     Attributes:
-        h: The direction of the known component.
+        h: The direction in which the component of the rotated vector is known.
         k1: The first axis.
         k2: The second axis.
         p: The rotated unit vector.
@@ -75,7 +75,7 @@ class CoupledPair:
         )
 
     def middle(self, terms: Terms) -> sp.Expr:
-        """Returns the component along h at theta = 90 degrees."""
+        """Returns the component of the rotated vector along h at theta = 90 degrees."""
         A, _, _, E = self.coefficients(terms)
         return terms.let(A + E)
 

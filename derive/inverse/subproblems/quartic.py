@@ -91,7 +91,8 @@ class Conic:
 class Reference:
     """Reference direction and sense for the labels of roots.
 
-    The reference direction rotates with the circle of the polynomial.
+    The roots are angles on a circle, which rotates with a joint. The reference direction rotates
+    with the circle.
 
     Attributes:
         along: A direction in the plane of the circle. Roots in the half plane of this direction

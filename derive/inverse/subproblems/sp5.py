@@ -6,8 +6,8 @@ for the three angles.
 Derivation: let v be the left side and ``R(k2, theta2) w`` the right side. The second rotation keeps
 the length of w and its component along k2. Therefore, ``|v|^2 = |w|^2`` and ``k2.v = k2.w``.
 
-Both equations are linear in the cosine and sine of theta1 and of theta3. Subproblem 6 solves them
-with up to four solutions. The angle theta2 is the rotation about k2 from w to v.
+Both equations are linear in the cosine and sine of theta1 and of theta3. Subproblem 6 solves the
+two equations with up to four solutions. The angle theta2 is the rotation about k2 from w to v.
 
 At a shoulder singularity, v and w are almost parallel to k2. The squared lengths then determine the
 components v' and w' normal to k2 only to 1e-8. Two solutions that the squared lengths cannot
