@@ -1,8 +1,8 @@
 """Detects loops that almost have a closed form, such as loops of a real robot.
 
 There are two closed forms. A platform on pairs of equal, parallel rods only translates. A loop with
-parallel axes is planar. If the geometry differs from the two closed forms by more than rounding
-errors, Newton's method must close the loops. The report states a small difference between the
+parallel axes is planar. If a geometry differs by more than rounding errors from both of these
+geometries, Newton's method must close the loops. The report states a small difference between the
 geometry and the conditions of a closed form.
 """
 

@@ -89,7 +89,7 @@ class Counts:
         in_plane: Names of the closures and struts of planar loops.
         order: Dimension lambda of the motion group: 3 if all bodies move in parallel planes,
             otherwise 6.
-        virtual: The sequences of virtual joints, which are not counted.
+        virtual: The sequences of virtual joints. Virtual joints are not counted.
         loop_orders: Dimension lambda of the motion group of each independent loop.
     """
 

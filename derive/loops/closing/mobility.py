@@ -29,7 +29,7 @@ class Mobility:
         joints: Number j of joints, including the ends of rods and cylinders.
         freedoms: Sum of the joint freedoms f in the motion group of the mechanism.
         order: Dimension lambda of the motion group: 3 if all bodies move in one plane, otherwise 6.
-        loop_freedoms: Sum of f if each joint counts in the motion group of its loop.
+        loop_freedoms: Sum of the joint freedoms f, each in the motion group of the joint's loop.
         loop_orders: Dimension lambda of the motion group of each independent loop.
         idle: Number of struts with two ball ends, which can rotate about their own axes (idle
             rotations).

@@ -90,7 +90,7 @@ def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> Descrip
 
     Args:
         mechanism: The description.
-        error: The solver's error. If the loops close numerically, the error is returned unchanged.
+        error: The solver's error. It is returned without advice if the loops close numerically.
     """
     found = open_loop(mechanism)
     swapped = swapped_ends(mechanism)

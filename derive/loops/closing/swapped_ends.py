@@ -19,8 +19,8 @@ Reference values of passive joints are only approximate. A wrong exchange may cl
 distant configuration.
 """
 CLEARLY = 0.02
-"""A closed configuration farther from the reference than this value has another cause than
-reference values with two digits. The unit is the unit of :data:`NEAR`.
+"""Maximum distance of the closed configuration from a reference that is given with two digits. The
+unit is the unit of :data:`NEAR`.
 """
 PART = 0.1
 """An exchange of rod ends must reduce the distance from the reference to at most this fraction."""
@@ -50,8 +50,8 @@ def swapped_ends(mechanism: Mechanism) -> str:
     """States which rods seem to have swapped ends. Returns "" if no exchange closes the loops.
 
     Exchanges are tried for single rods, then for all rods between two bodies, and then for all
-    rods. The text reports the exchange for which the closed configuration is nearest to the
-    reference.
+    rods. The text reports the exchanged rods for which the closed configuration is nearest to
+    the reference.
 
     Args:
         mechanism: A description whose loops do not close at the reference.
@@ -65,7 +65,7 @@ def _best(mechanism: Mechanism) -> tuple[tuple[str, ...], float]:
     planes = NumericMechanism(mechanism).planes
     found = {names: _motion(_exchanged(mechanism, names), planes) for names in _groups(mechanism)}
     for names in sorted(found, key=found.__getitem__):
-        # After the exchange, the pins of a rod may lie outside the plane of the loop.
+        # A rod with exchanged ends may have pins outside the plane of the loop.
         if found[names] < math.inf and _motion(_exchanged(mechanism, names)) < math.inf:
             return names, found[names]
     return (), math.inf

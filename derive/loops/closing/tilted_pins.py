@@ -31,7 +31,7 @@ class Tilt:
         joint: The joint whose axis deviates most.
         angle: Angle (radian) between the axis of ``joint`` and the mean of the other axes, or 0 for
             a single axis.
-        offset: Distance (meter) between the ends of the rod along the mean axis at zero.
+        offset: Component of the distance (meter) between the rod ends along the mean axis, at zero.
         span: Distance (meter) between the ends of the rod at zero.
         axes: Number of axes of the loop. If the loop has two axes, the tilted axis is unknown.
     """

@@ -200,7 +200,7 @@ ACTUATORS = Map(
     ("{} of the actuated coordinates.", "actuator {}"),
 )
 _DOMAINS = {"q": ACTUATORS, "theta": CHAIN}
-"""The joint maps by the name of their coordinates."""
+"""The joint maps, keyed by the name of the coordinates that are their input."""
 
 
 def margin(h: SolvedLoops) -> SymbolicFunction:

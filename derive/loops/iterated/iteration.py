@@ -207,7 +207,7 @@ def _inner(closure: LoopClosure, name: str, _: SolvedLoops) -> SymbolicFunction:
 
 
 def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Maker]:
-    """Returns the builders of the maps through the loops, by name.
+    """Returns the functions that build the maps between actuated and other joints, by name.
 
     Args:
         iteration: The loop variables as functions of the actuated coordinates.

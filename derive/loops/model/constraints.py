@@ -86,8 +86,8 @@ class LoopEquations:
     def factors(self) -> tuple[Factor, ...]:
         """The exponentials around the loop, from a body back to the same body.
 
-        If the loop is closed, their product is 1. The factor ``home`` comes after the factors of
-        the closure or strut.
+        If the loop is closed, the product of the exponentials is 1. The factor ``home`` comes after
+        the factors of the closure or strut.
 
         """
         return self._around[0]
@@ -150,7 +150,7 @@ def constraints(
             equation that holds in no configuration causes no error.
 
     Raises:
-        DescriptionError: A strut in a spatial loop has pin ends, or a loop never closes.
+        DescriptionError: A loop never closes, or a spatial loop contains a strut with pin ends.
     """
     names = [variable.name for variable in configuration_names(mechanism)]
     values = dict(zip(names, z, strict=True))

@@ -25,9 +25,9 @@ class Factor:
     """An exponential in the product of a loop.
 
     Attributes:
-        name: Name of the joint, swing angle or cylinder in z. The freedoms of the closure itself
-            are not in z. Closure freedoms have the names ``<closure>`` or ``<strut>.end``. A ball
-            joint has three names, which end with ``.x``, ``.y`` and ``.z``.
+        name: Name of the entry of z: a joint, a swing angle or a cylinder. The freedoms of the
+            closure itself are not in z. Closure freedoms have the names ``<closure>`` or
+            ``<strut>.end``. A ball joint has three names, which end with ``.x``, ``.y`` and ``.z``.
         screw: Twist (v, omega), shape (6, 1), at zero, in the frame of the body at which the loop
             starts. The twist has unit speed: omega has norm 1 for a revolute joint, and v has norm
             1 for a slider.

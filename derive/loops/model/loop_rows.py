@@ -71,7 +71,7 @@ def loop_rows(
 def _coupling_rows(
     mechanism: Mechanism, terms: Terms, geometry: MechanismGeometry
 ) -> Iterator[Row]:
-    """Yields the equation of each coupling. Each joint value acts like a motion."""
+    """Yields the equation of each coupling, whose factors are joint values instead of motions."""
     for coupling in mechanism.couplings:
         offset = geometry.offsets[coupling.joint]
         residual = terms.let(residual_of(coupling, geometry.values) + coupling.offset - offset)
@@ -142,7 +142,7 @@ class _Ends:
         return combination(self.terms, named(self.terms, list(vector)), self.body.pose[0])
 
     def _of_end(self, end: Reached, vector: sp.Matrix) -> Vector:
-        """Returns a direction in the frame of an end in base axes."""
+        """Converts a direction from the frame of an end to base axes."""
         return combination(self.terms, named(self.terms, list(vector)), end.pose[0])
 
     def _along(self, direction: Vector) -> Row:

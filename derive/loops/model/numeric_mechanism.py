@@ -138,7 +138,7 @@ class NumericMechanism:
         return found
 
     def _offset(self, name: str, placement: Placement) -> Floats:
-        """Returns a placement whose translation has the length of a constant."""
+        """Returns a placement. A constant, if there is one, is the length of its translation."""
         T = self._placed.get(name)
         if T is None:
             T = self._placed[name] = self.matrix(placement)

@@ -102,7 +102,7 @@ class PhasorSum:
     def reduced(
         self, relations: "Sequence[PhasorSum]", cost: "Callable[[PhasorSum], int]"
     ) -> "PhasorSum":
-        """Returns a vector with lower cost that equals this vector if the loops are closed.
+        """Returns an equal vector of lower cost, where closed loops give the equality.
 
         Args:
             relations: One sum for each loop, which is zero if the loop is closed.

@@ -36,9 +36,9 @@ class PinEdge:
     Attributes:
         name: Name of the joint, swing angle or closure.
         a: The first body. The second body rotates relative to the first body.
-        at_a: The common point in the axes of a.
+        at_a: The common point in the frame of body a.
         b: The other body.
-        at_b: The common point in the axes of b.
+        at_b: The common point in the frame of body b.
         rotor: The orientation of b in the axes of a at joint value zero, as a unit complex number.
         sense: 1, or -1 if the joint axis is opposite to the normal of the plane.
     """
@@ -60,7 +60,7 @@ class SlideEdge:
         name: Name of the joint, cylinder or closure.
         a: The body with the guide. The body b slides along the guide.
         at_a: A point of the guide in the axes of a.
-        direction: The unit direction of the guide in the axes of a.
+        direction: The unit direction of the guide in the frame of body a.
         b: The other body.
         at_b: The point of b that lies at ``at_a + value * direction`` on a.
         rotor: The orientation of b in the axes of a.

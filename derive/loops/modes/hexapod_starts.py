@@ -65,7 +65,7 @@ class RodFamily:
         self.moves = bool(np.ptp(a, axis=0).max() > RODS_SPAN)
 
     def member(self, phase: int) -> SixRods:
-        """Returns generic complex rods of the family."""
+        """Returns six rods of the family with generic complex coordinates."""
         # The singular vectors of a subspace are not unique, but the projector on the subspace is
         # unique.
         away = self.directions.T @ (self.directions @ generic(len(self.middle), phase))
@@ -96,7 +96,7 @@ def starts(family: RodFamily) -> tuple[SixRods, Array]:
 
 
 def _around(family: RodFamily, own: SixRods, known: Array, phase: int) -> Array:
-    """Returns the known poses and the poses that a closed path of the rods reaches."""
+    """Returns the known poses, and poses found by moving the rods along a closed path."""
     stations = [own, family.member(phase), family.member(phase + 1), own]
     x = known
     for start, end in pairwise(stations):

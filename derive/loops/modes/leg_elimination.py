@@ -65,7 +65,7 @@ def leg_elimination(legs: Triad, phi: sp.Expr, name: Name) -> LegElimination:
     """Returns the equations of three legs in given symbols.
 
     Args:
-        legs: The legs, circles before lines.
+        legs: The legs. Legs whose ends move on circles come before legs with ends on lines.
         phi: The platform's angle.
         name: Returns the symbols.
     """

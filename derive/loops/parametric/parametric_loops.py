@@ -310,10 +310,10 @@ def file_parts(
 
     Returns:
         The frames in the order of the file: the base body in the base frame, each joint in its
-        parent body, both ends of each closure or strut, and the tool. The far ends of the struts
-        follow, relative to their first ends. The positions of the link masses in their link frames
-        come after the struts. The x coordinate of each last entry is the offset of a coupling
-        (degree or meter).
+        parent body, both ends of each closure or strut, and the tool. The next
+        frames are the second ends of the struts, relative to the first ends. The next frames are
+        the positions of the link masses in their link frames. The last frames contain the offset of
+        each coupling as x coordinate (degree or meter).
     """
     zero: dict[sp.Symbol, sp.Expr] = dict.fromkeys(coordinates, sp.S.Zero)
     behind: dict[str, Placement] = {mechanism.base_frame: ()}

@@ -29,7 +29,7 @@ class PinAndTwoSlides(PlanarStep):
     """Two consecutive slides whose outer bodies share a pin.
 
     Attributes:
-        offset: The vector from the pin at zero travels to the pin on the base.
+        offset: The vector from the pin to the pin on the base if both travels are zero.
         first: Direction of the first slide.
         second: Direction of the second slide.
         travels: Travels along the first and the second slide (meter).

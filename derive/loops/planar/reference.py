@@ -41,8 +41,7 @@ class Branch:
     def others_since(self, taken: int) -> "list[Branch]":
         """Returns a branch for each sign after the first ``taken`` signs.
 
-        Each returned branch has the opposite sign at one step. All signs before the changed sign
-        are kept.
+        Each returned branch keeps the first signs of this branch and reverses the next sign.
         """
         found = []
         for k in range(max(taken, len(self.requested)), len(self.taken)):
@@ -101,7 +100,7 @@ class FreeSides(Branch):
         return sp.Integer(self.own.get(joined, 1))
 
     def figure(self, joined: Joined) -> int:
-        """Returns the mode at the reference."""
+        """Returns the assembly mode of a step at the reference configuration."""
         return self.own.get(joined, 1)
 
 
@@ -191,7 +190,7 @@ class AtReference:
             return value.real if value.imag == 0 else math.nan
 
     def number(self, value: Complex) -> complex:
-        """Returns the value of a complex number."""
+        """Returns a symbolic complex number as a Python number."""
         return complex(self.of(value[0]), self.of(value[1]))
 
     def vector(self, total: PhasorSum) -> complex:

@@ -69,7 +69,7 @@ def two_circles(
     """Intersects the circles of radius |v| about the first end of D and |w| about its second end.
 
     Let d be the length of D, p = (d^2 + v^2 - w^2) / 2, and 4 h^2 = ((d + w)^2 - v^2)(v^2 - (d -
-    w)^2). The intersection is C relative to the first end of D, and W relative to the second end.
+    w)^2). C is the vector from the first end of D to the intersection, and W from the second end.
 
         C = D (p + i h) / d^2,   W = C - D
 
@@ -135,7 +135,7 @@ def _moving(triangle: TwoCircles) -> tuple[Complex, Complex, Complex]:
 
 
 def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> StepEquations:
-    """Returns the equations of two intersecting circles. The vectors are D, A for v, and B for w.
+    """Returns the equations of two intersecting circles. In them, A and B replace v and w.
 
     Args:
         triangle: The triangle.

@@ -20,7 +20,7 @@ def allowed(solutions: Sequence[Solution]) -> sp.Basic:
     """Returns the condition that the known loops close for at least one solution.
 
     Args:
-        solutions: The solutions from the main chain on different branches.
+        solutions: The solutions on different branches, computed from the main chain.
     """
     return sp.Or(*map(_closes, solutions))
 

@@ -247,7 +247,7 @@ def with_free_sides(
 ) -> Solution:
     """Returns the solution with a symbol for each branch sign.
 
-    On the branch of the reference, all symbols are 1.
+    On the branch of the reference, all branch signs are 1.
 
     Args:
         loops: The mechanism and its loops.
@@ -337,7 +337,7 @@ def factors_of(coupling: Coupling) -> dict[str, sp.Expr]:
 
 
 def reported(solution: Solution, values: Mapping[str, sp.Expr], name: str) -> sp.Expr:
-    """Returns the value of a joint in a coupling. A solved angle is the reported angle."""
+    """Returns the value of a joint in a coupling, as `configuration` returns it."""
     member = solution.mechanism.members[name]
     if name in solution.coupled or is_length(member) or not isinstance(member, Joint):
         return values[name]

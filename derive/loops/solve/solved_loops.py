@@ -117,7 +117,7 @@ class SolvedLoops(LoopModel):
         requested = [all(steps) for steps in unguarded]
         if not any(requested):
             return tuple(entries)
-        # All entries share one NaN term, because a second square root costs more.
+        # One NaN term serves all entries, because each NaN term is a square root.
         conditions = []
         for k, solution in enumerate(solutions):
             indices = {
@@ -169,8 +169,7 @@ class SolvedLoops(LoopModel):
 
     def where(self, condition: sp.Basic) -> sp.Expr:
         """Returns 0 if a condition holds, otherwise NaN."""
-        # The square has the constant values 0 and -1, so its root has a derivative without a
-        # division by zero.
+        # The radicand is 0 or -1, both constant. The derivative of its root divides by no zero.
         square = self.terms.let(sp.Piecewise((0, condition), (-1, True)))
         return self.terms.let(sp.sqrt(square))
 
@@ -251,7 +250,7 @@ def _described(model: LoopModel, forward: Solution) -> dict[str, float]:
 
 
 def _closed(model: LoopModel, numbers: ClosedLoops, free: Vector) -> dict[str, float]:
-    """Returns the reference, closed by Newton's method.
+    """Returns the reference configuration after Newton's method closed the loops.
 
     Values below the precision of the iteration become 0, because they differ between processors.
     """

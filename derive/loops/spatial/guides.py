@@ -6,7 +6,7 @@ independent, each rotation stays at its reference value. The travels of the slid
 a linear equation for the points of the closure.
 
 The linear equation omits a second assembly mode of the guides, in which bearings are rotated by
-half a turn. Bearings are not mounted with such a rotation.
+half a turn. Bearings are not mounted with this rotation by half a turn.
 
 Source:
     Blanding, Exact Constraint, 1999, ch. 4, for bodies on guides without forced constraints.

@@ -1,9 +1,9 @@
 """Solves a hinge before the ball of a PRS or RRS leg. The body of the hinge acts like a rod.
 
-The ball has a constant distance from a point of the hinge axis. The joint before the hinge may keep
-the ball and this point in the plane of the hinge. A rod with ball ends between ball and point then
-determines the joint before the hinge. If ball and point are known, the direction from the point to
-the ball gives the hinge angle.
+The ball moves on a circle about the hinge axis, at a constant distance from the circle's center. If
+the joint before the hinge moves center and ball within the plane of the circle, a rod with ball
+ends between center and ball determines the joint before the hinge. If center and ball are known,
+the direction from the center to the ball gives the hinge angle.
 
 Source:
     Tsai, Robot Analysis, 1999, ch. 3, for the legs of platforms.
@@ -134,6 +134,6 @@ class HingePoints(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equation for the rotation of A to C."""
+        """Returns the equation for the rotation that maps A to C."""
         (angle,) = self.solved
         return direction_equations(angle, {"C": self.direction, "A": self.tip.vector})

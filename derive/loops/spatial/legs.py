@@ -38,7 +38,7 @@ LastStep = Callable[[Legs, Loop], bool]
 BeforeBall = UniversalJoint | HingedRod | Telescope
 BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
 """Kinds of joints before the ball of a closure, in the order in which they are tried. Each kind
-has its own step."""
+of joint has its own solution step."""
 
 
 def assemble_in_space(
@@ -102,7 +102,7 @@ def _is_attached(legs: Legs, strut: Strut) -> bool:
 
 
 def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
-    """Whether a leg is the best one for a joint, because it is far from its dead point.
+    """Whether, of all legs that determine a joint, a leg is farthest from its dead point.
 
     In a chain with more joints than degrees of freedom, several rods may determine the same joint.
     A rod that is almost aligned with its crank can pass its dead point. After the dead point, the

@@ -69,7 +69,7 @@ class Telescope:
         return next((telescope for telescope in found if telescope is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves the prismatic joint, but no revolute joint, if foot and ball are known."""
+        """Solves for the displacement of the prismatic joint if foot and ball are known."""
         return TelescopeTravel.use(legs, self)
 
 

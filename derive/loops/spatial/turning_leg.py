@@ -86,7 +86,7 @@ class TurningLeg(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the intersection of the circles with the margin of the whole leg."""
+        """Returns the equations of the intersecting circles, and the margin of the whole leg."""
         flat = circle_equations(self.circles, self.sign, *self.solved)
         square = quantity("l^2")
         assert flat.margin is not None
@@ -101,8 +101,8 @@ class TurningLeg(LegStep):
 
 def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
     """Whether a squared distance from the joint axis is zero."""
-    # If the distance at the reference is not zero, the end is not on the axis. If the distance at
-    # the reference is zero, `vanishes` tests whether the distance is always zero.
+    # An end at a distance from the axis at the reference is not on the axis. Otherwise,
+    # `vanishes` tests whether the distance is zero in all configurations.
     return legs.reference.of(square) < OFF_AXIS and vanishes(legs.terms, square)
 
 

@@ -1,10 +1,10 @@
 """Solves a rod between a universal joint and a ball: first its length, then the joint angles.
 
 The axes of the last two joints before the ball intersect in the center of the universal joint. The
-ball has a constant distance from the center. A ball-ended leg between center and ball therefore
-determines a joint that moves either point. If both points are known, the direction of the rod gives
-both angles. There are two branches. On the second branch, the fork is rotated by half a turn, and
-the rod has the supplementary angle.
+ball has a constant distance from the center. Center and ball are therefore connected like the ends
+of a leg with ball ends, which determines a joint that moves either point. If both points are known,
+the direction of the rod gives both angles. There are two branches. On the second branch, the fork
+is rotated by half a turn, and the rod has the supplementary angle.
 
 Source:
     Hunt, Kinematic Geometry of Mechanisms, 1978, ch. 13, for RSUR as a spatial four-bar.
@@ -240,7 +240,7 @@ class _Aim:
         )
 
     def on_fork(self, C: tuple[sp.Expr, sp.Expr]) -> Arm:
-        """Returns the component of the rod normal to the first axis in the axes of the fork."""
+        """Returns the rod without its component along the first axis, in the fork frame."""
         rod = (*C, self.joint.tip[2])
         x, y = (dot(self.terms, axis, rod) for axis in self.joint.axes[:2])
         return Arm((x, y), ZERO, self.terms.let(x**2 + y**2))
