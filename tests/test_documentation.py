@@ -14,7 +14,7 @@ from tests.support.pages import PAGES, ROOT, examples, run, text
 README = "../README.md"
 LANGUAGE = re.compile(r"^```(\w+)$", re.MULTILINE)
 SINGLE_FIELDS = {("how-to/loops-as-built.md", "toml")}
-"""Pages with the language of code blocks that show a single field of a file, not a program."""
+"""For each page, the language of the code blocks that show one field of a file, not a program."""
 
 
 @pytest.fixture(autouse=True)

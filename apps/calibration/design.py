@@ -197,7 +197,7 @@ class _Exchange:
         return np.asarray(B.T @ B)
 
     def best(self, count: int) -> NDArray[np.intp]:
-        """Return the configurations found by additions and exchanges."""
+        """Return the best configurations found by adding and exchanging configurations."""
         chosen = list(self.extended(np.zeros(0, dtype=np.intp), count))
         for _ in range(_PASSES):
             exchanged = False

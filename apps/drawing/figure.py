@@ -40,7 +40,7 @@ _GHOSTS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#9
 """Colors that color-blind readers can distinguish (Okabe and Ito, 2008)."""
 MAX_GHOSTS = 3
 """Maximum number of automatically selected additional configurations in pale colors. Readers could
-hardly distinguish more than three such configurations."""
+hardly distinguish more than three pale configurations."""
 _VISIBLE = 1e-3
 """Maximum distance of coinciding configurations, relative to the robot size."""
 _PATH = "#cc79a7"

@@ -89,7 +89,7 @@ class Skeleton:
             `robot.fk(q)`. Body poses are NaN if loops do not close.
 
         Raises:
-            OutOfReachError: Loops do not close at a single q.
+            OutOfReachError: q is a single configuration at which loops do not close.
         """
         if not self.robot.configuration_variables:
             return self.poses_from_configuration(q)

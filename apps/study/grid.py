@@ -147,7 +147,7 @@ def indices(grid: Grid, points: FloatArray) -> IntArray:
 
     Returns:
         (m,) indices into the `count` cells in C order. Points outside the box have the index of the
-        nearest cell. NaN has the index `count`.
+        nearest cell. A point with a NaN has the index `count`.
     """
     nx, ny, nz = grid.shape
     place = points - grid.lower

@@ -105,8 +105,8 @@ class Reach(StudyResult):
         """Plot the fraction of reached orientations, and how many poses each limit excludes.
 
         Args:
-            ax: Three matplotlib axes, or None for a new figure. The axes show cells from above,
-                cells from the side, and limits.
+            ax: Three matplotlib axes, or None for a new figure. The first two axes show the cells
+                from above and from the side, and the third axes show a bar for each limit.
 
         Returns:
             The axes.
@@ -141,7 +141,7 @@ def reach(
             within its limits. The solutions for all redundancy values are counted.
         threads: Number of threads in this process or in each worker, or "all" for one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to show a progress bar. None shows the bar only on a terminal.
+        progress: Whether to show a progress bar. With None, a terminal shows the bar.
 
     Raises:
         AttributeError: The robot has no `ik`. The message lists the robot's other inverse
@@ -182,7 +182,7 @@ def base_placement(
         T_w_0: (m, 4, 4) base poses in the world frame.
         threads: Number of threads in this process or in each worker, or "all" for one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to show a progress bar. None shows the bar only on a terminal.
+        progress: Whether to show a progress bar. With None, a terminal shows the bar.
 
     Returns:
         (m,) fractions of the poses that have a solution within limits.

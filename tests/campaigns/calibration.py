@@ -19,9 +19,10 @@ arms, separately for too narrow and too wide intervals.
 
 A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``, which is below 1e-6. Even
 for measurements with outliers, a correct program fails a trial with a probability below 1e-6. With
-outliers, the F distribution is approximate. On six-axis arms, wrong standard deviations with 90 %
-or 98.6 % coverage fail 98 of 100 trials. A coverage of 92 % fails one of four trials, and a
-coverage of 98 % three of four. A long campaign measures the coverage of the intervals directly.
+outliers, the F distribution is approximate. On six-axis arms, wrong standard deviations for which
+the intervals contain 90 % or 98.6 % of the true values fail 98 of 100 trials. A coverage of 92 %
+fails one of four trials, and a coverage of 98 % three of four. A long campaign measures the
+coverage of the intervals directly.
 
 Odd trials test warnings on arms, a delta and other robots with loops. The measuring devices of the
 trials cover all kinds of measurements. Measurements are few or many, exact or noisy, with and

@@ -73,7 +73,7 @@ def trial(number: int) -> Outcome:
 
 
 def in_cuda(name: str, folder: Path, rng: np.random.Generator) -> list[str]:
-    """Compiles the CUDA kernels for the processor, and returns their differences."""
+    """Compiles the CUDA kernels for the processor, and returns differences from the C."""
     shim, failures = Shim(name, folder), []
     q = rng.permutation(configurations(shim.robot, 10 * ROWS))[:ROWS]
     poses = rng.integers(-2, 3, (RIGHT_ANGLES, shim.robot.n)) * (np.pi / 2)

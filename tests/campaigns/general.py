@@ -54,10 +54,7 @@ LANGUAGES = emitters_of(("c", "python"))
 
 @dataclass(frozen=True)
 class Judged:
-    """A compiled arm. The description of the arm verifies the solutions.
-
-    The attribute `robot` is the description, and `arm` is the compiled robot.
-    """
+    """A compiled arm, and its description `robot`, which verifies the solutions."""
 
     robot: SerialRobot
     arm: chasles.Robot

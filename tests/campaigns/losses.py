@@ -62,7 +62,7 @@ class Loss:
 
 
 def trial(number: int) -> Outcome:
-    """Tests each inverse of one random arm. Odd trials fix random joints."""
+    """Tests each inverse of one random arm. Trials with odd numbers fix random joints."""
     try:
         arm = random_arm(number)
         cases = cases_for_given(arm, number) if number % 2 else cases_of(arm)

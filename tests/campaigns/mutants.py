@@ -51,7 +51,7 @@ class Finding:
 
     @property
     def is_good(self) -> bool:
-        """Whether the poses are accurate, and a message explains a changed structure."""
+        """Whether the poses are accurate, and any change of the structure is explained."""
         return self.excess <= 1 and (self.kept or bool(self.missed))
 
     def __str__(self) -> str:

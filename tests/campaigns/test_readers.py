@@ -32,7 +32,8 @@ COMMANDS = (
 PLACES = re.compile(
     r"(?<=\")[^\"\n]+(?=\")|(?<=[=,:] )[^\s,]+|(?<=,)[^\s,]+|^[^\s,<>]+", re.MULTILINE
 )
-"""Values between quotes, after equal signs, colons and commas, and words at the start of a line."""
+"""Pattern of the values in a file: text between quotes, after an equal sign, colon or comma, or at
+the start of a line."""
 
 
 @pytest.fixture(scope="module")

@@ -40,8 +40,8 @@ def test_rates_match_finite_differences_of_angles():
     inside[-1] = False
     for values, rates in ((found.theta, found.rates), (found.sampled.q, found.sampled.qd)):
         slopes = np.gradient(values, t, axis=0)
-        # The error of the difference quotient is a sixth of the third derivative, below 0.5/s^3,
-        # times the squared step.
+        # The error of the difference quotient is step^2 / 6 times the third derivative. The third
+        # derivative is below 0.5/s^3.
         np.testing.assert_allclose(slopes[inside], rates[inside], atol=0.1 / paper.RATE**2)
 
 

@@ -72,8 +72,8 @@ def install(python, version, *wheels):
     """Unpacks the wheels next to a copy of CPython for Windows."""
     shutil.rmtree(SITE, ignore_errors=True)
     shutil.copytree(python, SITE)
-    # Wine 8 does not have the functions that _wmi.pyd calls. Without _wmi.pyd, Python uses other
-    # functions.
+    # Wine 8 does not have the functions that _wmi.pyd calls. Without _wmi.pyd, Python
+    # calls functions that Wine has.
     (SITE / "_wmi.pyd").unlink(missing_ok=True)
     (SITE / f"python{version}._pth").write_text(f"python{version}.zip\n.\nLib\n")
     for wheel in wheels:

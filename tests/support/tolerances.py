@@ -23,9 +23,9 @@ LIBMVEC = 4
 COS_SIN = 1.5
 """Maximum error (units in the last place) of lane cosines and sines up to 1e5 radian."""
 ANGLE = 2
-"""Maximum error (units in the last place) of lane atan2; 1.6 was observed."""
+"""Maximum error (units in the last place) of atan2 in SIMD code; 1.6 was observed."""
 RECIPROCAL_ROOT = 2
-"""Maximum error (units in the last place) of lane 1 / sqrt(x); 1.5 was observed."""
+"""Maximum error (units in the last place) of 1 / sqrt(x) in SIMD code; 1.5 was observed."""
 NEAR_ROOT = 1e-11
 """Tolerance for the branches of a function that are compared with 40-digit arithmetic. Near a root
 that is zero, rounding errors are amplified."""

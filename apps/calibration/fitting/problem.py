@@ -163,7 +163,8 @@ def problem_nearby(
     The returned problem has the variables that are identifiable at the first fit.
 
     Args:
-        first: The least-squares problem. Its variables are identifiable at the nominal robot.
+        first: The least-squares problem with the variables that are identifiable at the nominal
+            robot.
         start: The measurements, with start values of the base frame and the unknowns.
         vary: As in :func:`identify`.
         parameter_std: As in :func:`identify`.

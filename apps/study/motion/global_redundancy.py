@@ -169,7 +169,7 @@ class _States:
 
 @dataclass(frozen=True)
 class _Search:
-    """The search for the best sequence at K knots.
+    """The search for the best sequence of configurations at K knots.
 
     Attributes:
         robot: The robot.

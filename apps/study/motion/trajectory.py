@@ -230,8 +230,8 @@ def _table(path: Path, robot: Robot) -> dict[str, Any]:
     missing = [name for name in names if name not in header]
     if len(missing) == len(names) and all(map(_is_number, header)):
         raise InputValueError(
-            f"{path}: the first line has numbers, not the names of columns; add the header "
-            f"{','.join(names)}, with t before it for times"
+            f"{path}: the first line has numbers, not the names of columns; add the line "
+            f"{','.join(names)}, or t,{','.join(names)} if the first column has times"
         )
     if missing:
         raise InputValueError(f"{path}: no column for {', '.join(missing)} of robot {robot.name}")

@@ -99,7 +99,7 @@ class ArcRegion:
     def moment(self) -> float:
         """The integral of x over the part with x > 0 [m^3].
 
-        By Green's theorem, this is the integral of max(x, 0)^2 / 2 dy along the border.
+        By Green's theorem, the moment is the integral of max(x, 0)^2 / 2 dy along the border.
         """
         return sum(_moment(arc) for arc in self.arcs)
 

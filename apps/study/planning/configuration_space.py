@@ -132,7 +132,7 @@ class ConfigurationSpace:
         return np.asarray(moves[common, own] + others_move)
 
     def clearance(self, q: FloatArray) -> tuple[float, str]:
-        """Return the smallest distance at a configuration.
+        """Return the smallest distance between two shapes at a configuration.
 
         Args:
             q: (n,) coordinates [rad or m].
@@ -204,7 +204,7 @@ class ConfigurationSpace:
     def _pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
         """Return (shape, second shape, last body that moves both shapes) of each checked pair.
 
-        Negative numbers of the second shape are obstacles.
+        A negative number of the second shape is the number of an obstacle.
         """
         own, others = np.array(self.checks).T
         others = others - len(self.obstacles)

@@ -138,7 +138,8 @@ def test_measurements_of_other_robots_get_a_doubt(arm):
 
 
 def test_length_that_tolerances_exclude_gets_a_doubt(arm):
-    """The complete model can fit the long link only with a length error of forty tolerances."""
+    """The model of all parameters fits the too long link by an error of forty standard
+    deviations."""
     draw = simulated(arm, 24, another=True)
     assert draw.parameter_std
     assert "times its standard deviation" in verdict(arm, draw).text

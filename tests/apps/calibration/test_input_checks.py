@@ -91,7 +91,7 @@ def test_wrong_joint_zero_is_diagnosed(case, degrees):
 
 
 def test_two_simultaneous_mistakes_are_diagnosed(loaded):
-    """One joint value is added to a later joint, whose sign is reversed."""
+    """The sign of joint 3 is reversed, and the value of joint 2 is added to it."""
     robot = loaded("ur5e")
     truth = drawn(robot, 3, zero=0.01, count=24)
     wrong = truth.q.copy()

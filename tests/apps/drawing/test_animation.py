@@ -46,7 +46,7 @@ def test_gif_has_changing_frame_for_each_configuration(tmp_path):
 
 
 def test_gif_shows_trajectory_at_its_times(tmp_path, monkeypatch):
-    """The test records the configuration of each frame."""
+    """The test records the configuration in each image of the animation."""
     robot = chasles.load("four_bar")
     q = np.array(robot.reference.q)
     curve = joint_line(q, q + 0.2)

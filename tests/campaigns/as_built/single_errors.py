@@ -1,10 +1,10 @@
 """Shipped robots with loops, each with an error in one or all of its lengths and axes.
 
 One length is 0.2 mm longer, one axis is rotated by 0.1 degrees, or all lengths and axes have an
-error. The loops must close around the reference. If the loops cannot close, the robot must report
-an open loop, and minimize the sum of squared closure errors. If the design has an inverse, the
-as-built inverse must recover the configurations. If the loops close, the main chain must determine
-the actuated coordinates.
+error. The loops must close at configurations near the reference. If the loops cannot close, the
+robot must report an open loop, and minimize the sum of squared closure errors. If the design has an
+inverse, the as-built inverse must recover the configurations. If the loops close, the main chain
+must determine the actuated coordinates.
 """
 
 import tempfile

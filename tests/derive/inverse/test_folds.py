@@ -21,7 +21,7 @@ search."""
 TRUE = 1e-8
 """A solution with a larger pose error (meter, or rotation matrix entry) is wrong."""
 KNOWN = 1e-4
-"""The reference search separates solutions above this singular value (meter, radian)."""
+"""Minimum singular value of the Jacobian at which the reference search finds all solutions."""
 
 
 @pytest.fixture(scope="module")

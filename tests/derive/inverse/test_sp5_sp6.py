@@ -22,7 +22,7 @@ NEAR_AXIS = (0.0, 1e-12, 1e-10, 1e-9, 3e-9, 1e-8, 3e-8, 1e-7, 1e-6, 1e-5, 1e-4, 
 
 
 def lowered(terms, symbols, values):
-    """Compiles values to a CasADi function of a vector and two signs."""
+    """Returns a CasADi function that computes expressions from a vector and two signs."""
     arguments = (
         Argument("x", tuple(symbols), (len(symbols),), "", ""),
         Argument("signs", SIGNS, (2,), "", ""),

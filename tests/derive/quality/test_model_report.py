@@ -1,4 +1,4 @@
-"""Model reports: determinants, ranks, and displacements without a parameter."""
+"""Model reports: determinants, ranks, and displacements that no parameter describes."""
 
 from functools import cache
 
@@ -115,9 +115,9 @@ def test_printed_report_names_displacements_missed_by_dh():
 TURNS, MIXED = ("revolute",) * 3, ("revolute", "revolute", "prismatic", "revolute")
 INCOMPLETE = {"poe": (TURNS, MIXED), "s_model": (MIXED,)}
 """Conventions without parameters for some displacements, and the pairs of joint types for which
-these displacements occur. A vector that represents a direction has no free parameters. The
-parameters of an S-model follow a rotation but precede a translation. Therefore, the S-model has no
-parameter between a prismatic and a revolute joint.
+these displacements occur. A vector that represents a direction has no free parameters. In a product
+of motions, the parameters of an S-model come after a rotation and before a translation. Therefore,
+the S-model has no parameter between a prismatic and a revolute joint.
 """
 
 

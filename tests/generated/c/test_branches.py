@@ -260,8 +260,8 @@ def assert_exact(library):
 def test_other_compiler_flags_give_exact_results(flags, sources, arm_sources):
     """Batches and other functions only have to compile without a warning.
 
-    Other tests compile robots at other optimization levels: with `compiled_quickly`, and for the
-    package.
+    Tests with `compiled_quickly` and tests of the package compile robots at other optimization
+    levels.
     """
     assert_exact(compiled(arm_sources, "avx2", *flags, program="gcc", batches=False))
     run_compiler(sources, "avx2", FASTEST, "-fsyntax-only", *flags)

@@ -25,10 +25,7 @@ def inputs_behind(program):
 
 
 def arguments(robot, function, rng):
-    """Returns arguments near the reference.
-
-    Without a reference, an argument is a random angle or length.
-    """
+    """Returns arguments of a function near the robot's reference, or random without a reference."""
     reference = getattr(robot, "reference", None)
     known = {}
     if reference is not None:

@@ -154,8 +154,8 @@ def test_batch_of_every_length_equals_single_calls(name, item):
     single = loop(function, *inputs)
     assert_close(whole, single)
     for n in LENGTHS[:FEW] if item in POSE_BY_POSE else LENGTHS:
-        # Rows are selected from the end, so that each row is computed in every lane. The result
-        # of a row is the same in every lane, but a batch of one row equals a single call.
+        # The last n rows are computed. For different n, a row is computed in different lanes, with
+        # the same result. A batch of one row gives the result of a single call.
         got = call(function, *(x[len(x) - n :] for x in inputs))
         assert [x.shape for x in got] == [(n, *out.shape) for out in function.outputs]
         assert_same(got, [x[len(x) - n :] for x in (single if n == 1 else whole)])

@@ -43,7 +43,7 @@ SOLVED = 1e-9
 """Below this residual, a solution slot or an iteration counts as solved."""
 
 ROUNDED_AS_FAR = 10
-"""Largest residual for a rounded pose, relative to its distance from a rigid pose."""
+"""Largest residual for a rounded pose, relative to the distance of the pose from a rigid pose."""
 TILTED = 1e-5
 """Tolerance for the nearest pose of arms with few joints, which amplify the rounding of single
 precision."""

@@ -78,8 +78,7 @@ def test_search_works_for_single_poses(arm, q, T):
 
 
 def test_search_keeps_unreachable_poses_unchanged(arm):
-    """At these values of the fixed joint, the arm is shorter than its offsets and its prismatic
-    joint."""
+    """The fixed values make the prismatic joint and the offsets longer than the rest of the arm."""
     rng = np.random.default_rng(1)
     q = rng.uniform(-3, 3, (400, 8))
     q[:, 5] = rng.uniform(-0.4, 0.4, 400)

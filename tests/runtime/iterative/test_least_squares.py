@@ -50,7 +50,7 @@ def configurations(robot, count=40):
 
 
 def weighted(mechanism):
-    """Returns gaps in meters and their derivative."""
+    """Returns the closure errors in meters and their derivative."""
     model = Model(mechanism)
     size = float(f"{NumericMechanism(mechanism).size:.3g}")
     weights = []

@@ -193,8 +193,8 @@ class Derived(Case):
 def cases_for_given(robot: SerialRobot, seed: int) -> list[Derived]:
     """Returns the inverses of a serial robot for random sets of fixed joints.
 
-    A non-redundant robot has one fixed joint. A redundant robot has as many fixed joints as
-    redundant degrees of freedom.
+    In a redundant robot, as many joints are fixed as there are redundant degrees of freedom. In
+    other robots, one joint is fixed.
     """
     lines = Lines(_terms(robot), axes_of(robot, _terms(robot)))
     count = max(len(lines.axes) - rank.of_chain(lines), 1)

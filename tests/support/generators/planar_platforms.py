@@ -203,7 +203,7 @@ def _link(generator: np.random.Generator) -> Place:
 
 
 def _rounded(place: np.ndarray) -> Place:
-    """Rounds to short decimals, because a robot file is exact."""
+    """Rounds to three decimals, because numbers in a robot file are exact decimals."""
     x, y, angle = (round(float(value), 3) for value in place)
     return x, y, angle
 

@@ -10,6 +10,6 @@ def solved(mechanism):
 
 
 def forward(mechanism):
-    """Returns the loop solution from the actuators. Some joints may remain unsolved."""
+    """Solves the loops for given actuators. Some joints may remain unsolved."""
     model = loop_model(mechanism)
     return from_actuators(sorted_loops(model.mechanism), model.terms, model.q)

@@ -176,7 +176,7 @@ def test_limits_of_another_shape_are_refused(limits):
 def test_predecessors_are_the_cheapest_of_all_pairs(spread, highest):
     """The search treats the cost as a coordinate.
 
-    A high cost lengthens the shortest step beyond the maximum.
+    With a high cost, the shortest step exceeds the maximum.
     """
     rng = np.random.default_rng(5)
     before, after = (rng.normal(0, spread, (count, 4)) for count in (300, 200))
