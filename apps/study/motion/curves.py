@@ -104,8 +104,7 @@ class TaskLine:
         start: (k,) task coordinates at the start, in the order of the inverse for the task.
         end: (k,) task coordinates at the end.
         task: "position", "position_pitch" or "planar".
-        length: Distance between start and end position [m]. If the positions are equal, the norm of
-            end - start.
+        length: Distance of the positions [m], or the norm of end - start for equal positions.
     """
 
     start: FloatArray
