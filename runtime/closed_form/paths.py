@@ -272,7 +272,7 @@ class InverseMethods(RobotFacts):
         moves, joints = allowed.distances_from(q_seed), slots.joint_limits
         if allowed is inside and joints is not None:
             ends = self.lower, self.upper
-            q, _ = moved_inside(joints, inside.q, inside.valid, q_seed, *ends, type(slots))
+            q, _ = moved_inside(joints, inside.q, inside.valid, q_seed, ends, type(slots))
             moves = q - q_seed
         best = _least(moves / facts_of(type(slots)).units, allowed.valid)
         q = q_seed + moves[best]

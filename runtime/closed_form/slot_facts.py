@@ -24,19 +24,14 @@ def moved_inside(
     q: FloatArray,
     valid: BoolArray,
     q_seed: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
+    ends: Sequence[FloatArray],
     kind: Any,
 ) -> tuple[FloatArray, BoolArray]:
-    """Move solutions (..., n) by full turns of joints into the limits, near q_seed (..., n).
-
-    Returns:
-        The coordinates, and whether they are valid.
-    """
+    """Move solutions (..., n) by full turns into the limits, near q_seed. Return q and valid."""
     rows, judged = q.reshape(-1, 1, q.shape[-1]), np.where(valid, 0.0, np.inf).reshape(-1, 1)
     seeds = np.broadcast_to(q_seed, q.shape).reshape(-1, q.shape[-1])
     slots, seeds, facts = np.ascontiguousarray(rows), np.ascontiguousarray(seeds), facts_of(kind)
-    lower, upper = np.append(low, joints.lower), np.append(high, joints.upper)
+    lower, upper = np.concatenate([ends, [joints.lower, joints.upper]], -1)
     found = np.empty_like(seeds), *np.empty((2, len(rows))), np.empty(len(rows), np.int8)
     moves = lower, upper, 1 / facts.units, facts.turn
     nearest_of_slots(joints.functions[joints.inverse], (slots, judged, judged), seeds, moves, found)

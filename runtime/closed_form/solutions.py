@@ -177,7 +177,7 @@ class Solutions(Fields):
         kind = cast("type[Self]", listing.kind)
         q, valid, joints = self.q, self.valid, self.joint_limits
         if limits is not None and joints is not None:
-            q, valid = moved_inside(joints, q, valid, q, *listing.limits[:2], type(self))
+            q, valid = moved_inside(joints, q, valid, q, listing.limits[:2], type(self))
         q, valid = _filtered(_filters.windings, (q, valid), listing.limits)
         if limits is not None and joints is not None:
             valid &= joints.inside(q).all(-1)
