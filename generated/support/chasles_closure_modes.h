@@ -12,6 +12,17 @@
 
 #include "chasles_closure_tolerances.h"
 
+/* Moves the angles q (n,) of a solution by full turns to within half a turn of the reference
+ * angles. Entries whose reference angle is NaN stay. */
+static inline void chasles_mode_turns(double *q, const double *angles, int n)
+{
+    const double turn = 6.283185307179586;
+    for (int j = 0; j < n; j++) {
+        if (angles[j] == angles[j])
+            q[j] -= turn * rint((q[j] - angles[j]) / turn);
+    }
+}
+
 /* Returns the residual of a solution: the larger of the leg error `legs` and the deviation of its
  * fk pose `reached` from T. The residual is infinite if the fk pose belongs to another assembly
  * mode, or NaN if the forward kinematics fails. Two modes are compared with lengths relative to the

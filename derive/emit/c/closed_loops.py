@@ -1,5 +1,6 @@
 """Generates the constants for ``chasles_closure.h``, which solves loops by iteration."""
 
+import math
 import textwrap
 from collections.abc import Iterable, Mapping
 
@@ -71,9 +72,17 @@ def loops_file(robot: Described, system: str) -> str:
 def _modes(robot: Described, function: NativeSolverFunction) -> str:
     (T, *given), (q, residual, margin) = function.inputs, function.outputs
     legs, fk = (f"{robot.name}_{name}" for name in function.calls)
-    assert isinstance(function.tables, mode_check.ClosureSize)
-    size = number(function.tables.size)
+    tables = function.tables
+    assert isinstance(tables, mode_check.ModeTables)
+    size = number(tables.size)
     n = q.size // function.branches
+    turns: list[str] = []
+    if any(abs(angle) > 0 for angle in tables.angles):
+        angles = ", ".join("NAN" if math.isnan(x) else number(x) for x in tables.angles)
+        turns = [
+            f"    static const double angles[] = {{{angles}}};",
+            f"    chasles_mode_turns({q.name} + {n} * k, angles, {n});",
+        ]
     inputs = ", ".join([f"own_{T.name}", *(argument.name for argument in given)])
     return "\n".join(
         [
@@ -86,6 +95,7 @@ def _modes(robot: Described, function: NativeSolverFunction) -> str:
             f"  for (int k = 0; k < {function.branches}; k++) {{",
             f"    if ({residual.name}[k] != {residual.name}[k])",
             "      continue;",
+            *turns,
             "    double reached[16];",
             f"    {fk}({q.name} + {n} * k, reached);",
             f"    {residual.name}[k] =",
@@ -103,7 +113,7 @@ def _through_chain(derivation: Derivation, function: NativeSolverFunction) -> st
     T, (q, residual, margin) = function.inputs[0], function.outputs
     (slots, joints), (branches, n) = chain.outputs[0].shape, every.outputs[0].shape
     margins = every.outputs[1].shape[-1]
-    assert isinstance(function.tables, mode_check.ClosureSize)
+    assert isinstance(function.tables, mode_check.ModeTables)
     inputs = ", ".join(f"own_{argument.name}" for argument in function.inputs)
     return "\n".join(
         [

@@ -18,7 +18,7 @@ from ...terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from ..classify import unfit
 from ..families.family import Family
 from ..serial_inverse import WRITTEN, Inverses, inverses
-from .mode_check import FK, IDENTITY, IK, ClosureSize
+from .mode_check import FK, IDENTITY, IK, ModeTables
 
 SOLVER = "chain_modes"
 CHAIN_IK, CHAIN_POSE, ACTUATORS = "ik_chain", "fk_jacobian_chain", "actuators_all"
@@ -98,7 +98,7 @@ def _composed(
             replace(margin, shape=(slots,), meaning="least margin of the main chain and the loops"),
         ),
         SOLVER,
-        ClosureSize(hybrid.backward.reference.size),
+        ModeTables(hybrid.backward.reference.size),
         (CHAIN_IK, ACTUATORS, FK),
         slots,
         chain.operations,

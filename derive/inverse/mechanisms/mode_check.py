@@ -9,6 +9,7 @@ solution if ``fk`` returns the target pose. If ``fk`` returns a different pose, 
 belongs to an assembly mode other than the reference mode.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -24,6 +25,8 @@ from .carried_wrist import PLATFORM, CarriedWrist, carried_wrist
 
 IK, LEGS, FK = "ik", "ik_legs", "fk"
 SOLVER = "closure_modes"
+REFERENCE_DIGITS = 9
+"""Decimals of a reference angle, which are the same on all machines."""
 IDENTITY = (
     "fk(q[k]) = T wherever residual[k] is rounding; the loops close with q[k] at T in another "
     "assembly mode than that of fk(q[k]) wherever residual[k] is infinite and q[k] is not NaN"
@@ -64,10 +67,18 @@ def _on_legs(function: SymbolicFunction) -> SymbolicFunction:
 
 
 @dataclass(frozen=True)
-class ClosureSize(Tables):
-    """The length of the mechanism (meter), which scales the length tolerances."""
+class ModeTables(Tables):
+    """Numbers of the check of assembly modes.
+
+    Attributes:
+        size: The length of the mechanism (meter), which scales the length tolerances.
+        angles: The reference angle (radian) of each coordinate that moves a joint by full turns,
+            otherwise NaN. The function ``fk`` follows the loops from the reference, so that each
+            solution is moved to within half a turn of it.
+    """
 
     size: float
+    angles: tuple[float, ...] = ()
 
 
 def _checked(closure: LoopClosure, legs: SymbolicFunction) -> NativeSolverFunction:
@@ -87,7 +98,7 @@ def _checked(closure: LoopClosure, legs: SymbolicFunction) -> NativeSolverFuncti
             margin,
         ),
         SOLVER,
-        ClosureSize(closure.size),
+        ModeTables(closure.size, _reference_angles(closure.hybrid)),
         (LEGS, FK),
         slots,
         SYSTEM * STEPS * slots,
@@ -112,6 +123,15 @@ def _checked(closure: LoopClosure, legs: SymbolicFunction) -> NativeSolverFuncti
             labels=_by_solution(carried, legs.role.labels),
             fixed=tuple(sorted(coordinates_of(h, carried.given))),
         ),
+    )
+
+
+def _reference_angles(h: SolvedLoops) -> tuple[float, ...]:
+    return tuple(
+        round(h.at_reference[c.moves], REFERENCE_DIGITS)
+        if c.kind == "revolute" and c.ratio == 1
+        else math.nan
+        for c in h.mechanism.coordinates
     )
 
 
