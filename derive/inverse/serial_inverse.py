@@ -33,7 +33,6 @@ from .coupled_inverse import (
 from .coupled_wrist import coupled_wrist
 from .families import FAMILIES
 from .families.family import Family
-from .families.turntable import TURNTABLE, level_position
 from .general.general_inverse import (
     GeneralInverse,
     GeneralTables,
@@ -368,8 +367,8 @@ def _by_free_followers(
     residual = with_rounding(terms, residual, lengths)
     function = function_of("ik", work, (pose_argument(robot),), q, unit, residual, identity)
     solved = {"ik": Solved(function, work)}
-    is_turntable = found.family is TURNTABLE and found.is_whole
-    level = level_position(chain, classification.lines) if is_turntable else None
+    position = found.family.coupled_position if found.is_whole else None
+    level = position and position(chain, classification.lines)
     task = level and in_coordinates(robot, chain, terms, level)
     solved |= {task.function.name: task} if task else {}
     return Inverses(classification, solved, chain=chain)

@@ -10,11 +10,12 @@ from typing import Literal
 
 from ...model.robot import SerialRobot
 from ...terms.symbolic_function import SymbolicFunction
+from ..coupled_chain import CoupledChain
 from ..steps.target import Target
 from ..steps.work import Work
 from ..structure.lines import Lines
 from ..structure.requirement import Requirement
-from ..tasks.task import Task, TaskInput
+from ..tasks.task import Solved, Task, TaskInput
 
 Reading = Literal["base", "tool"]
 """The end of the chain at which the numbering of axes starts."""
@@ -46,6 +47,8 @@ class Family:
         functions: Returns more functions of a chain without fixed joints, for example its swivel
             angle.
         has_couplings: Whether the solution steps include the couplings of joints.
+        coupled_position: Returns the task for a position if couplings fix the hand's orientation,
+            otherwise None. The field is None if the family never has this task.
     """
 
     title: str
@@ -60,3 +63,4 @@ class Family:
     tasks: tuple[Task, ...] = ()
     functions: Callable[[SerialRobot, Lines], tuple[SymbolicFunction, ...]] = _no_functions
     has_couplings: bool = False
+    coupled_position: Callable[[CoupledChain, Lines], Solved | None] | None = None

@@ -135,4 +135,5 @@ TURNTABLE = Family(
         WITH_PITCH,
         WITH_DIRECTION,
     ),
+    coupled_position=level_position,
 )

@@ -11,7 +11,6 @@ import sympy as sp
 
 from ...derivation import Derivation, derive
 from ...inverse.coupled_chain import CoupledChain, coupled_chain
-from ...inverse.families.turntable import level_position
 from ...inverse.structure.words import listed
 from ...inverse.tasks.partial_poses import POSITION_TASK
 from ...model.coupling import Motor
@@ -138,7 +137,8 @@ def inverse_of_coupled(page: CoupledPage) -> str:
     else:
         tasks = {name: task for name, task in arm.inverse.solved.items() if name in found.solved}
         if page.free.surplus > 0 and POSITION_TASK.name in tasks:
-            level = level_position(page.free, arm.inverse.classification.lines)
+            position = attempt.family.coupled_position
+            level = position and position(page.free, arm.inverse.classification.lines)
             tasks |= {POSITION_TASK.name: level} if level else {}
         shown = inverse(replace(arm, inverse=replace(arm.inverse, solved=tasks)))
     surplus = _SURPLUS if page.free.surplus > 0 and not attempt.family.has_couplings else ""

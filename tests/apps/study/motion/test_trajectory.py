@@ -70,7 +70,7 @@ def test_table_columns_are_read_in_any_order_and_rates_are_differences(tmp_path)
     [
         ("", "header"),
         (f"{HEAD}\n", "at least one row"),
-        ("0.1,0.2,0.3,0.4\n", "add the header shoulder,elbow,quill,flange, with t before"),
+        ("0.1,0.2,0.3,0.4\n", "add the line shoulder,elbow,quill,flange, or t,shoulder"),
         ("shoulder,elbow\n1,2\n", "no column for quill, flange of robot scara"),
         (f"{HEAD}\n1,2,3,x\n", "line 2, flange: expected a number, got 'x'"),
         (f"{HEAD}\n1,2,3\n", "line 2, flange: expected a number, got no entry"),
