@@ -65,9 +65,9 @@ class Nominal:
 
 
 def nominal_mechanisms(mechanism: Mechanism) -> Iterator[Nominal]:
-    """Yields nominal mechanisms: the design if it is known, otherwise one mechanism per grid.
+    """Yields the design if it is known, otherwise mechanisms with rounded numbers.
 
-    The coarsest grid comes first. A grid that rounds a rod length to 0 is skipped.
+    The mechanism with the fewest digits comes first. A rounding of a rod length to 0 is skipped.
     """
     if mechanism.nominal is not None:
         design = _in_numbers(mechanism.nominal)

@@ -31,7 +31,7 @@ def labels(robot: SerialRobot) -> list[str]:
 
 
 def first_number(robot: SerialRobot) -> int:
-    """Returns the index of the first joint. A fixed joint before moving joints has index 0."""
+    """Returns 0 if only the first joint is fixed, otherwise 1: the index of the first joint."""
     first, *others = robot.joints
     is_mount = first.kind == "fixed" and all(joint.kind != "fixed" for joint in others)
     return 0 if is_mount and not robot.base and robot.base_frame != "0" else 1

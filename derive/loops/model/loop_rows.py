@@ -1,4 +1,4 @@
-"""Equations of loops with variable geometry, and their wrenches.
+"""Closure equations of loops with variable geometry, and the wrench of each equation.
 
 An equation compares end b of a closure or strut with end a in the axes of a. If the body at end b
 moves, the rate of the residual is the power of a wrench on this body. If the body at end a moves,

@@ -11,7 +11,7 @@ import numpy as np
 from tests.support.oracles.screws import Screws, locked, meeting
 
 INSTALL = {"eaik": "EAIK", "ik_geo": "ik-geo", "ssik": "ssik"}
-"""Module of each other inverse kinematics library, and its pip package.
+"""Modules of other libraries of inverse kinematics, each with its pip package.
 
 `inverse(chain)` of a module returns None for unsupported arms.
 """
