@@ -27,10 +27,10 @@ MAX_LINES = 500
 MAX_LINES_OF_RUNTIME = 15_000
 MAX_LINES_OF_EXPORTER = 600
 """Number of lines of a folder of `derive/emit`, templates and support files included."""
-MAX_LINES_OF_PLUGIN = 1_040
-"""Number of lines of the exporter for MoveIt. The exporter contains 670 lines of C++ that are the
-same for every robot. The plugin implements MoveIt's class of kinematics plugins, and compares the
-robot with MoveIt's model."""
+MAX_LINES_OF_PLUGIN = 645
+"""Number of lines of the exporter for MoveIt. The plugin implements twelve functions of MoveIt's
+class of kinematics plugins, samples redundant joints, and compares the robot with MoveIt's model.
+"""
 SUFFIXES = {".py", ".c", ".cpp", ".h"}
 BUILT = {".so", ".pyc", ".o"}
 SHARED = {"support", "campaigns", "laws"}

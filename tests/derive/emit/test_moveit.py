@@ -162,6 +162,21 @@ def test_wrong_models_are_refused(packages):
     moving = bare(packages, "ur5e", chasles_base_link="link1")
     assert not moving.initialize()
     assert "a joint moves link1 relative to base" in moving.error
+    missing = bare(packages, "ur5e", chasles_base_link="nowhere")
+    assert not missing.initialize()
+    assert "has no link nowhere" in missing.error
+
+
+@pytest.mark.parametrize("kind", ["fixed", "revolute"])
+def test_joints_outside_the_group_must_not_move_the_tip(kind, packages):
+    """At the default positions, the tip of both models has the exported pose."""
+    end = f'<joint name="ee_{moveit.TIP}" type="{kind}"><axis xyz="0 1 0"/>'
+    urdf = re.sub(rf'<joint name="ee_{moveit.TIP}".*?/>', end, moveit.urdf_of("ur5e"))
+    parameters = {"chasles_tip_link": moveit.TIP}
+    library = moveit.compiled(packages("ur5e"), "ur5e")
+    found = Plugin(library, moveit.model_of(urdf), 6, parameters)
+    assert found.initialize(tip=moveit.TIP) == (kind == "fixed")
+    assert kind == "fixed" or "differs from the exported robot" in found.error
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -196,6 +211,8 @@ def test_seed_selects_the_solution_and_its_full_turns(plugin):
     rows = found.all_solutions(pose, beyond)[0]
     assert np.abs(rows - q).max(axis=1).min() <= 1e-9
     assert found.nearest(pose, q * np.nan) == (None, NO_SOLUTION)
+    scaled = pose * [1, 1, 1, 2, 2, 2, 2]  # the quaternion has the norm 2
+    np.testing.assert_allclose(found.nearest(scaled, q)[0], q, atol=1e-9)
 
 
 @pytest.mark.parametrize("as_list", [False, True])
@@ -286,6 +303,9 @@ def test_discretization_lists_solutions_of_further_samples(plugin):
         np.testing.assert_allclose(
             robot.fk(many), np.tile(robot.fk(q), (len(many), 1, 1)), atol=1e-9
         )
+        steps = (many[len(few) :, 6] - q[6]) / 0.1
+        is_step = np.abs(steps - np.round(steps)) <= 1e-9
+        assert is_step.all() if method == moveit.ALL_DISCRETIZED else not is_step.any()
     assert found.all_solutions(pose, q, moveit.SOME_DISCRETIZED)[2] == moveit.UNSUPPORTED
     assert found.all_solutions(pose, q, poses=2)[2] == moveit.MULTIPLE_TIPS
     assert found.all_solutions(pose, q, poses=0)[2] == moveit.EMPTY
@@ -296,8 +316,11 @@ def test_discretization_lists_solutions_of_further_samples(plugin):
 
 
 def test_only_the_exported_redundant_joint_is_accepted(plugin):
-    found = plugin("panda")
-    assert found.set_redundant(6)
+    found, q = plugin("panda", step=0.07), np.array(Q["panda"])
+    assert found.set_redundant(6)  # MoveIt resets the distance of the samples to 0.1
+    pose = to_pose(chasles.load("panda").fk(q))
+    steps = (found.all_solutions(pose, q, moveit.ALL_DISCRETIZED)[0][:, 6] - q[6]) / 0.1
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
     assert not found.set_redundant(5)
     assert not plugin("ur5e").set_redundant(5)
 
@@ -316,22 +339,31 @@ def test_cost_function_selects_the_cheapest_solution(plugin):
     np.testing.assert_array_equal(theta, accepted[np.argmin(accepted[:, 1])])
 
 
-@pytest.mark.parametrize("release", ["HUMBLE", "JAZZY"])
-def test_gcc_accepts_all_sources_without_warnings(release, packages, tmp_path):
+@pytest.mark.parametrize("ending", [".hpp", ".h"])
+def test_gcc_accepts_the_plugin_without_warnings(ending, packages, tmp_path):
+    """Up to MoveIt 2.12, the names of its headers end in .h."""
     package = packages("ur5e")
-    places = [f"-I{moveit.STUBS / 'include'}", f"-I{package / 'include/chasles_ur5e_moveit'}"]
-    flags = [*moveit.WARNINGS, *moveit.EIGEN, *places, f"-D{release}", "-fsyntax-only"]
-    sources = sorted((package / "src").glob("*.cpp"))
-    unit = tmp_path / "unit.cpp"
-    unit.write_text("".join(f'#include "{source}"\n' for source in sources))
-    subprocess.run(["g++", "-std=c++17", *flags, unit], check=True)
+    stubs = tmp_path / "include"
+    for header in (moveit.STUBS / "include").rglob("*.hpp"):
+        name = str(header.relative_to(moveit.STUBS / "include"))
+        copied = stubs / with_ending(name, ending)
+        copied.parent.mkdir(parents=True, exist_ok=True)
+        copied.write_text(with_ending(header.read_text(), ending))
+    places = [f"-I{stubs}", f"-I{package / 'include/chasles_ur5e_moveit'}"]
+    flags = [*moveit.WARNINGS, *moveit.EIGEN, *places, "-fsyntax-only"]
+    subprocess.run(["g++", "-std=c++17", *flags, package / "src" / "plugin.cpp"], check=True)
+
+
+def with_ending(text, ending):
+    """Replaces the ending of the headers of MoveIt in a path or in the lines that include them."""
+    return re.sub(r"\b(moveit/\w+/\w+)\.hpp", rf"\1{ending}", text)
 
 
 def test_swivel_angle_is_an_input(tmp_path):
     write(robot_of("iiwa14"), tmp_path, functions=["fk", "ik", "swivel"], languages=["moveit"])
     source = (tmp_path / "src" / "plugin.cpp").read_text()
-    assert "iiwa14_swivel(theta, inputs);" in source
-    assert "{-1}, // inputs" in source
+    assert "Values{robot::swivel(theta)}" in source
+    assert "REDUNDANT = {};" in source
 
 
 def test_robot_with_loops_has_a_plugin_for_its_chain(packages):
@@ -394,7 +426,7 @@ def test_example_of_the_page_maps_joint_states(packages, tmp_path):
 @needs("cmake")
 def test_package_builds_with_cmake(packages, tmp_path):
     package, prefix = packages("excavator"), tmp_path / "prefix"
-    for name in ("moveit_core", "pluginlib", "rclcpp", "ament_cmake"):
+    for name in ("moveit_core", "pluginlib", "rclcpp", "tf2_eigen", "ament_cmake"):
         folder = prefix / "lib" / "cmake" / name
         folder.mkdir(parents=True)
         text = CONFIG.format(package=name, include=moveit.STUBS / "include")

@@ -61,6 +61,14 @@ Plugin *create(const char *lines)
         model.links[child].joint = &joint;
         joint.parent = &model.links[parent];
     }
+    // The group is the chain from "base" to "ee", as in an SRDF file.
+    auto &group = model.group;
+    for (const auto *link = &model.links["ee"]; link->name != "base"; link = link->joint->parent) {
+        group.links.insert(group.links.begin(), link->name);
+        if (link->joint->type != moveit::core::JointModel::FIXED && !link->joint->mimic) {
+            group.joints.insert(group.joints.begin(), link->joint->name);
+        }
+    }
     return plugin;
 }
 

@@ -1,6 +1,4 @@
 /** Stubs of ROS 2 and of the base class of MoveIt 2: declarations that a kinematics plugin needs.
- *
- * HUMBLE declares cost functions as in that release.
  */
 #ifndef STUB_KINEMATICS_BASE_HPP
 #define STUB_KINEMATICS_BASE_HPP
@@ -24,6 +22,15 @@ inline Logger get_logger(const std::string &)
     static char text[400];
     return {text};
 }
+class Parameter
+{
+  public:
+    const std::string &as_string() const
+    {
+        return text;
+    }
+    std::string text;
+};
 class Node
 {
   public:
@@ -32,10 +39,9 @@ class Node
     {
         return parameters.count(name) > 0;
     }
-    bool get_parameter(const std::string &name, std::string &value) const
+    Parameter get_parameter(const std::string &name) const
     {
-        value = parameters.at(name);
-        return true;
+        return {parameters.at(name)};
     }
     template <typename T> T declare_parameter(const std::string &name, const T &value)
     {
@@ -124,16 +130,9 @@ class KinematicsBase
     static constexpr double DEFAULT_SEARCH_DISCRETIZATION = 0.1;
     using IKCallbackFn =
         std::function<void(const stub::Pose &, const stub::Values &, stub::Code &)>;
-#ifdef HUMBLE
-    using IKCostFn = std::function<double(const stub::Pose &, const moveit::core::RobotState &,
-                                          moveit::core::JointModelGroup *, const stub::Values &)>;
-    using PassedCost = IKCostFn;
-#else
     using IKCostFn =
         std::function<double(const stub::Pose &, const moveit::core::RobotState &,
                              const moveit::core::JointModelGroup *, const stub::Values &)>;
-    using PassedCost = const IKCostFn &;
-#endif
 
     virtual ~KinematicsBase() = default;
     virtual bool getPositionIK(const stub::Pose &, const stub::Values &, stub::Values &,
@@ -169,7 +168,8 @@ class KinematicsBase
     }
     virtual bool searchPositionIK(const std::vector<stub::Pose> &, const stub::Values &, double,
                                   const stub::Values &, stub::Values &, const IKCallbackFn &,
-                                  PassedCost, stub::Code &, const stub::Options & = stub::Options(),
+                                  const IKCostFn &, stub::Code &,
+                                  const stub::Options & = stub::Options(),
                                   const moveit::core::RobotState * = nullptr) const = 0;
     virtual bool getPositionFK(const std::vector<std::string> &, const stub::Values &,
                                std::vector<stub::Pose> &) const = 0;

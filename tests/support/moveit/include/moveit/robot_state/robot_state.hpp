@@ -3,6 +3,7 @@
 #define STUB_ROBOT_STATE_HPP
 
 #include <Eigen/Geometry>
+#include <cstdlib>
 #include <map>
 #include <memory>
 #include <string>
@@ -72,10 +73,20 @@ class LinkModel
 class JointModelGroup
 {
   public:
-    bool hasJointModel(const std::string &) const
+    const std::vector<std::string> &getActiveJointModelNames() const
+    {
+        return joints;
+    }
+    const std::vector<std::string> &getLinkModelNames() const
+    {
+        return links;
+    }
+    bool isSingleDOFJoints() const
     {
         return true;
     }
+
+    std::vector<std::string> joints, links;
 };
 
 class RobotModel
@@ -87,15 +98,11 @@ class RobotModel
     }
     const LinkModel *getLinkModel(const std::string &name) const
     {
-        return &links.at(name);
+        return hasLinkModel(name) ? &links.at(name) : nullptr;
     }
-    bool hasJointModelGroup(const std::string &name) const
+    const JointModelGroup *getJointModelGroup(const std::string &name) const
     {
-        return name == "arm";
-    }
-    const JointModelGroup *getJointModelGroup(const std::string &) const
-    {
-        return &group;
+        return name == "arm" ? &group : nullptr;
     }
     const VariableBounds &getVariableBounds(const std::string &name) const
     {
@@ -124,6 +131,12 @@ class RobotState
     {
         positions_.clear();
     }
+    void setToRandomPositions()
+    {
+        for (const auto &[name, joint] : model_->joints) {
+            positions_[name] = static_cast<double>(std::rand()) / RAND_MAX;
+        }
+    }
     void setVariablePositions(const std::vector<std::string> &names,
                               const std::vector<double> &positions)
     {
@@ -139,8 +152,9 @@ class RobotState
     void update()
     {
     }
-    Eigen::Isometry3d getGlobalLinkTransform(const LinkModel *link) const
+    Eigen::Isometry3d getGlobalLinkTransform(const std::string &name) const
     {
+        const LinkModel *link = model_->getLinkModel(name);
         if (!link->joint) {
             return Eigen::Isometry3d::Identity();
         }
@@ -154,7 +168,7 @@ class RobotState
         } else if (joint.type == JointModel::PRISMATIC) {
             motion.translation() = position * joint.axis;
         }
-        return getGlobalLinkTransform(joint.parent) * joint.origin * motion;
+        return getGlobalLinkTransform(joint.parent->name) * joint.origin * motion;
     }
 
   private:
