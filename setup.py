@@ -85,7 +85,7 @@ setup(
             "robots/shelf/*",
             "description/templates/*.toml",
             "emit/*/support/*",
-            "emit/c/support/*/*.h",
+            "emit/*/support/*/*",
         ],
         **{
             name: [

@@ -16,14 +16,6 @@ from ..seeds import seed_inputs, wraps_of
 from ..templates import filled
 
 SUPPORT = Path(__file__).parent / "support"
-TEMPLATES = {
-    "package.xml": "package.xml",
-    "CMakeLists.txt": "CMakeLists.txt",
-    "plugin.xml": "plugin.xml",
-    "README.md": "README.md",
-    "config/kinematics.yaml": "kinematics.yaml",
-    "src/plugin.cpp": "plugin.cpp.in",
-}
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
@@ -53,7 +45,10 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     }
     return {
         **generated,
-        **{file: filled(SUPPORT / template, values) for file, template in TEMPLATES.items()},
+        **{
+            path.relative_to(SUPPORT).as_posix().removesuffix(".in"): filled(path, values)
+            for path in sorted(SUPPORT.rglob("*.*"))
+        },
         **map_files(derivation, inverse, package),
     }
 
@@ -105,9 +100,8 @@ def _calls(derivation: Derivation, inverse: Signature) -> dict[str, str]:
     is_swivel = own is not None and own.function in own.names
     redundant = [moving[k] for k in own.entries] if own and not is_swivel else []
     if own is None or not set(redundant) <= set(names):
-        name = derivation.robot.name
         raise InputValueError(
-            f"{name}: a plugin of MoveIt cannot sample the inputs {', '.join(inputs)}"
+            f"{derivation.robot.name}: a plugin of MoveIt cannot sample {', '.join(inputs)}"
         )
     indices = [names.index(joint) for joint in redundant]
     coordinates = "theta" if _is_direct(derivation) else "robot::actuators(theta)"

@@ -325,20 +325,6 @@ def test_only_the_exported_redundant_joint_is_accepted(plugin):
     assert not plugin("ur5e").set_redundant(5)
 
 
-def test_cost_function_selects_the_cheapest_solution(plugin):
-    found, q = plugin("ur5e"), np.array(Q["ur5e"])
-    pose = to_pose(chasles.load("ur5e").fk(q))
-    every = found.all_solutions(pose, q)[0]
-    cheapest = every[np.argmin(every[:, 1])]
-    theta, code = found.search(pose, q, cost=lambda theta: theta[1], as_list=True)
-    assert code == SUCCESS
-    np.testing.assert_array_equal(theta, cheapest)
-    others = {"accept": lambda theta: theta[1] > cheapest[1], "as_list": True}
-    theta, _ = found.search(pose, q, cost=lambda theta: theta[1], **others)
-    accepted = every[every[:, 1] > cheapest[1]]
-    np.testing.assert_array_equal(theta, accepted[np.argmin(accepted[:, 1])])
-
-
 @pytest.mark.parametrize("ending", [".hpp", ".h"])
 def test_gcc_accepts_the_plugin_without_warnings(ending, packages, tmp_path):
     """Up to MoveIt 2.12, the names of its headers end in .h."""

@@ -39,7 +39,6 @@ CAPACITY = 10_000
 SOLVED = 1e-9
 """Largest residual of a solution."""
 ACCEPT = ctypes.CFUNCTYPE(ctypes.c_bool, ctypes.POINTER(ctypes.c_double))
-COST = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.POINTER(ctypes.c_double))
 
 
 def exported(name: str, folder: Path) -> Path:
@@ -232,17 +231,15 @@ class Plugin:
         timeout=10.0,
         limits=None,
         accept=None,
-        cost=None,
         as_list=False,
         locked=False,
     ):
         """Returns the solution or None, and the error code."""
         theta, code = np.empty(self.n), ctypes.c_int()
         callback = ACCEPT(lambda q: accept(np.array(q[: self.n]))) if accept else ACCEPT()
-        by_cost = COST(lambda q: cost(np.array(q[: self.n]))) if cost else COST()
         inputs = (_row(pose), _row(seed), ctypes.c_double(timeout), _row(limits))
         outputs = (_row(theta), ctypes.byref(code))
-        done = self._c.search(self._plugin, as_list, *inputs, callback, by_cost, locked, *outputs)
+        done = self._c.search(self._plugin, as_list, *inputs, callback, locked, *outputs)
         return (theta if done else None), code.value
 
     def forward(self, link, theta) -> np.ndarray | None:

@@ -11,7 +11,6 @@ using Pose = geometry_msgs::msg::Pose;
 using Values = std::vector<double>;
 using Code = moveit_msgs::msg::MoveItErrorCodes;
 using Accept = bool (*)(const double *theta);
-using Cost = double (*)(const double *theta);
 
 struct Plugin {
     moveit::core::RobotModel model;
@@ -134,7 +133,7 @@ int all_solutions(Plugin *plugin, int poses, const double *target, const double 
 
 /** Searches with the overload that takes the given arguments; as_list passes a list of poses. */
 bool search(Plugin *plugin, bool as_list, const double *target, const double *seed, double timeout,
-            const double *limits, Accept accept, Cost cost, bool locked, double *theta, int *code)
+            const double *limits, Accept accept, bool locked, double *theta, int *code)
 {
     Values found;
     Code error;
@@ -149,24 +148,10 @@ bool search(Plugin *plugin, bool as_list, const double *target, const double *se
             answer.val = accept(row.data()) ? Code::SUCCESS : Code::NO_IK_SOLUTION;
         };
     }
-    kinematics::KinematicsBase::IKCostFn by_cost;
-    if (cost) {
-        by_cost = [cost, &base](const Pose &, const moveit::core::RobotState &state, auto *,
-                                const Values &) {
-            Values row;
-            for (const auto &name : base.getJointNames()) {
-                row.push_back(state.getVariablePosition(name));
-            }
-            return cost(row.data());
-        };
-    }
     bool is_found;
-    if (as_list && cost) {
+    if (as_list) {
         is_found = base.searchPositionIK(std::vector<Pose>{one}, from, timeout, near, found,
-                                         callback, by_cost, error, options);
-    } else if (as_list) {
-        is_found = base.searchPositionIK(std::vector<Pose>{one}, from, timeout, near, found,
-                                         callback, error, options);
+                                         callback, nullptr, error, options);
     } else if (limits && accept) {
         is_found = base.searchPositionIK(one, from, timeout, near, found, callback, error, options);
     } else if (limits) {

@@ -166,11 +166,17 @@ class KinematicsBase
                                       options)
                    : searchPositionIK(poses[0], seed, timeout, limits, solution, code, options);
     }
-    virtual bool searchPositionIK(const std::vector<stub::Pose> &, const stub::Values &, double,
-                                  const stub::Values &, stub::Values &, const IKCallbackFn &,
-                                  const IKCostFn &, stub::Code &,
-                                  const stub::Options & = stub::Options(),
-                                  const moveit::core::RobotState * = nullptr) const = 0;
+    // As in MoveIt, a plugin that does not override this function supports no cost function.
+    virtual bool searchPositionIK(const std::vector<stub::Pose> &poses, const stub::Values &seed,
+                                  double timeout, const stub::Values &limits,
+                                  stub::Values &solution, const IKCallbackFn &callback,
+                                  const IKCostFn &cost, stub::Code &code,
+                                  const stub::Options &options = stub::Options(),
+                                  const moveit::core::RobotState *state = nullptr) const
+    {
+        return !cost && searchPositionIK(poses, seed, timeout, limits, solution, callback, code,
+                                         options, state);
+    }
     virtual bool getPositionFK(const std::vector<std::string> &, const stub::Values &,
                                std::vector<stub::Pose> &) const = 0;
     virtual bool initialize(const rclcpp::Node::SharedPtr &, const moveit::core::RobotModel &,
