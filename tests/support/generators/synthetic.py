@@ -31,7 +31,7 @@ from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import SymbolicFunction
 from chasles.derive.terms.terms import Terms
 from tests.support.generators.poses import Case
-from tests.support.oracles.screws import Screws
+from tests.support.oracles.screws import Screws, turned
 from tests.support.oracles.verdict import VALID
 from tests.support.peers.interface import Answers
 
@@ -151,21 +151,20 @@ class Function:
 
 def jacobian(chain: Screws, q: np.ndarray) -> np.ndarray:
     """Returns the mixed Jacobian (..., 6, n), linear first."""
-    T = np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4))
-    tip = chain.fk(q)[..., :3, 3]
-    columns = []
-    for k in range(len(chain.axes)):
-        R, p = T[..., :3, :3], T[..., :3, 3]
-        h, u = R @ chain.axes[k], R @ chain.slides[k]
-        lever = tip - (R @ chain.points[k] + p)
-        columns.append(np.concatenate([np.cross(h, lever) + u, h], axis=-1))
-        one = Screws(*(part[k : k + 1] for part in parts(chain)), np.eye(4))
-        T = T @ one.fk(q[..., k : k + 1])
-    return np.stack(columns, axis=-1)
-
-
-def parts(chain: Screws) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return chain.axes, chain.points, chain.slides
+    n = len(chain.axes)
+    at_zero = np.stack([chain.axes, chain.slides, chain.points], axis=1).reshape(-1, 3)
+    at_zero = np.vstack([at_zero, chain.home[:3, 3]]).T
+    is_point = np.array([0, 0, 1] * n + [1])
+    columns = np.broadcast_to(at_zero, (*q.shape[:-1], 3, 3 * n + 1)).copy()
+    # Each joint moves the axes, slides and points of the joints after it, and the tip.
+    for k in reversed(range(n)):
+        after, value = columns[..., 3 * k + 3 :], q[..., k, None, None]
+        where = is_point[3 * k + 3 :]
+        shift, travel = (part[k, :, None] * where for part in (chain.points, chain.slides))
+        after[...] = turned(after - shift, chain.axes[k], value) + shift + value * travel
+    h, u, points = (columns[..., part : 3 * n : 3] for part in range(3))
+    velocity = np.cross(h, columns[..., -1:] - points, axis=-2) + u
+    return np.concatenate([velocity, h], axis=-2)
 
 
 def robot_of(chain: str, *, right: bool = False, seed: int = 0) -> SerialRobot:

@@ -46,18 +46,19 @@ class Screws:
         Source: Brockett, Robotic manipulators and the product of exponentials formula, 1983.
         """
         T = np.broadcast_to(self.home, (*theta.shape[:-1], 4, 4)).copy()
+        revolute = self.revolute
         for k in reversed(range(len(self.axes))):
             angle = theta[..., k, None, None]
-            if self.revolute[k]:
+            if revolute[k]:
                 T[..., :3, 3] -= self.points[k]
-                T[..., :3, :] = _turned(T[..., :3, :], self.axes[k], angle)
+                T[..., :3, :] = turned(T[..., :3, :], self.axes[k], angle)
                 T[..., :3, 3] += self.points[k]
             else:
                 T[..., :3, 3] += angle[..., 0] * self.slides[k]
         return T
 
 
-def _turned(columns: np.ndarray, axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
+def turned(columns: np.ndarray, axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Rotates columns (..., 3, m) about an axis through the origin (Rodrigues)."""
     cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     once = cross @ columns
@@ -110,12 +111,12 @@ def locked(chain: Screws, joint: int, value: float) -> Screws:
     after = np.arange(len(chain.axes)) > joint
     keep = np.arange(len(chain.axes)) != joint
 
-    def turned(vectors: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    def displaced(vectors: np.ndarray, shift: np.ndarray) -> np.ndarray:
         return np.where(after[:, None], vectors @ R.T + shift, vectors)[keep]
 
     none = np.zeros(3)
-    axes, slides = turned(chain.axes, none), turned(chain.slides, none)
-    return Screws(axes, turned(chain.points, p), slides, frame @ chain.home)
+    axes, slides = displaced(chain.axes, none), displaced(chain.slides, none)
+    return Screws(axes, displaced(chain.points, p), slides, frame @ chain.home)
 
 
 def reverse(chain: Screws) -> Screws:

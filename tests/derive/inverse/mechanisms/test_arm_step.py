@@ -18,7 +18,9 @@ REACH = {"revolute": 0.2, "prismatic": 0.05}
 """Maximum distance of a coordinate from the reference (radian or meter)."""
 STEP, CURVED = 1e-5, 1e-3
 """Step of a second difference (s), and its error relative to the largest acceleration."""
-KINDS = LEG_KINDS | {name: MACHINE_KINDS[name] for name in ("Exechon with a head", "pentapod")}
+KINDS = {kind: draw for kind, draw in LEG_KINDS.items() if kind not in ("3-PUU", "3-RUU")}
+KINDS |= {name: MACHINE_KINDS[name] for name in ("Exechon with a head", "pentapod")}
+"""Platforms; 3-PUU and 3-RUU are also drawn with offsets, which take the same steps."""
 SHORT = {"pentapod": 0.1}
 """Fraction of the reach in which Newton's method converges, for platforms near a singularity."""
 MAPS = ("actuators", "actuators_D_chain", "actuator_rates", "actuator_accelerations")

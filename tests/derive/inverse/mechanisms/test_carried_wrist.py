@@ -90,7 +90,7 @@ def rotations(model, z, start):
         step = -np.linalg.solve(np.cross(turned, n) + 1e-14 * np.eye(3), errors[..., None])[..., 0]
         size = np.linalg.norm(step, axis=-1)
         step *= (np.minimum(1.0, 0.5 / np.maximum(size, 1e-300)))[:, None]
-        R = np.array([rotation(v) for v in step]) @ R
+        R = turns(step) @ R
     R = R[np.abs(errors).max(-1) < CLOSED]
     found = []
     for one in R:
@@ -99,11 +99,11 @@ def rotations(model, z, start):
     return len(found)
 
 
-def rotation(v):
-    """Returns the rotation about a vector by its length (Rodrigues)."""
-    angle = np.linalg.norm(v)
-    x, y, z = v / max(angle, 1e-300)
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+def turns(vectors):
+    """Returns the rotations (k, 3, 3) about vectors (k, 3) by their lengths (Rodrigues)."""
+    angle = np.linalg.norm(vectors, axis=-1)[:, None, None]
+    axes = vectors / np.maximum(angle[:, 0], 1e-300)
+    K = np.cross(axes[:, None], -np.eye(3))
     return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
 
 
@@ -111,7 +111,7 @@ def rotation(v):
 def test_all_platform_rotations_are_found(loaded):
     robot, model, z = loaded
     rng = np.random.default_rng(5)
-    start = np.array([rotation(v) for v in rng.uniform(-np.pi, np.pi, (STARTS, 3))])
+    start = turns(rng.uniform(-np.pi, np.pi, (STARTS, 3)))
     counts = []
     for k in range(len(z)):
         q = robot.ik(model.tip(z[[k]])[0]).q.reshape(8, -1)
