@@ -17,8 +17,8 @@ BASELINE = Path(__file__).with_name("baseline.json")
 MARGIN = 0.4
 """Allowed relative decrease of a time ratio, if the baseline was measured on this machine.
 
-Other processes on the same core slow chasles more than other libraries. Instruction counts
-(`count.py`) detect small slowdowns.
+Other processes on the same core reduce the speed of chasles more than of other libraries.
+Instruction counts (`count.py`) detect small slowdowns.
 """
 MARGIN_ELSEWHERE = 0.5
 """Allowed relative decrease of a time ratio, if processor or compiler differ from the baseline."""

@@ -237,7 +237,7 @@ def test_steps_of_a_mechanism_follow_the_plan():
 
 
 def names_read(tree: ast.Module) -> Iterator[str]:
-    """Yields the names that the derivation of a mechanism and its steps read."""
+    """Yields the names of variables and attributes in the code that derives a mechanism."""
     steps = [part for node in tree.body for part in (node, *getattr(node, "body", ()))]
     step_of = {step.name: step for step in steps if isinstance(step, ast.FunctionDef)}
 

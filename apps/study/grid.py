@@ -16,8 +16,8 @@ excess volume is between 0 and h times the area of the open faces. Open faces at
 of the body are coplanar with the adjacent open faces. Second, the points may miss a cell that
 contains only a small corner of the body. A power law extrapolates the number of missed cells from a
 random half of the points. Third, if the body covers few cells, few lines determine by how much the
-visited cells extend beyond the body on average. Fourth, the products of the numbers c in the
-correction are exact only for boxes.
+visited cells extend beyond the body on average. Fourth, the
+correction, a product of factors 1 - c, is exact only for boxes.
 
 Source:
     L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for the area

@@ -140,7 +140,7 @@ def _lines(points: FloatArray, radius: float) -> Iterator[Triangles]:
 
 
 def _plate(points: FloatArray, radius: float) -> Iterator[Triangles]:
-    """Yield a plate for coplanar points. Connect points that are not coplanar to their mean."""
+    """Yield a plate for coplanar points, or else rods from their mean to each point."""
     center = points.mean(0)
     _, spread, axes = np.linalg.svd(points - center)
     if len(spread) < 3 or spread[2] < 1e-6 * spread[0]:  # noqa: PLR2004 - an axis has three directions

@@ -22,7 +22,7 @@ def run(plan: Plan) -> list[Ratio | Limit]:
 
 
 def one_arm(plan: Plan, arm: Arm) -> list[Ratio | Limit]:
-    """Return ratios and times of an arm."""
+    """Return the times of calls for an arm, and the ratios of these times to chasles."""
     calls: list[Call] = setups("calls", arm, plan.leave_out)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (VECTORS, arm.joints))
     repeats = max(plan.calls // VECTORS, 1)

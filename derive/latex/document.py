@@ -260,8 +260,7 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
         [
             preamble,
             "\\begin{document}",
-            # The title may be a maker's name, a plural or a possessive. No sentence contains the
-            # title.
+            # No sentence contains the title, because the title may be a plural or a genitive.
             f"\\begin{{center}}\n{{\\LARGE {title}}}\\\\[1ex]\n\\large Kinematics\n\\end{{center}}",
             *([source] if source else []),
             *sections,

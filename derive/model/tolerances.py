@@ -365,8 +365,8 @@ NEARLY_REAL = sp.Rational(1, 10**7)
 """Most negative margin at which solutions are refined. For margins below -1e-7, Newton's method
 finds other solutions."""
 SOLUTION_SEPARATION = sp.Rational(1, 10**7)
-"""Distance (radian) of start values from the common point of solutions with equal squared lengths.
-From squared lengths, an angle can be computed with an error of 1e-8."""
+"""Distance (radian) of start values from the point at which two solutions meet. An angle from
+squared lengths has an error of 1e-8."""
 PARABOLA_STEP = sp.Rational(1, 10**5)
 """Maximum step (radian) on the second-order parabola. The maximum step is a hundred times
 SOLUTION_SEPARATION, the distance of the start values."""
@@ -448,7 +448,7 @@ a singularity, the errors have no bound."""
 
 FACTORS_VANISH = 1e-9
 """Maximum factor of minors that counts as zero (no unit, or meter for lengths near one meter). The
-rounding error of the sums in the factors is ten thousand times smaller (1e-13)."""
+rounding error of the sums in the factors is 1e-13."""
 NO_WORK = 1e-12
 """A configuration is singular if J^T y or J x is at most this long for a unit vector y or x.
 Lengths are relative to the arm length. Rounding is 1e-15."""

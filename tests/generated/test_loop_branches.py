@@ -1,4 +1,4 @@
-"""No solution of a loop is wrong or missed out of reach, at dead points or on any branch."""
+"""On every branch, at dead points and out of reach, no solution of a loop is wrong or missing."""
 
 from contextlib import suppress
 from functools import partial

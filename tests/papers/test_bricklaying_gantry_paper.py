@@ -22,7 +22,7 @@ def test_every_cell_of_the_tables_has_a_row():
     where = Counter(row.where.partition(",")[0] for row in rows())
     assert where["table 1"] == where["table 2"] == 2 * 5
     # In tables 4 and 5 of the paper, the columns x and y repeat tables 1 and 2 in another unit.
-    # Therefore, each of these columns has a single row in our tables.
+    # Therefore, each column x or y has a single row in our tables.
     assert where["table 4"] == where["table 5"] == 5 * 5 + 3
 
 

@@ -337,7 +337,7 @@ def _points(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> di
 
 
 def _position(heading: _Heading) -> tuple[str, str] | None:
-    """Return the axis and the number of a position, or None for other headings."""
+    """Return axis and number of a heading such as "x 2", or None for headings without positions."""
     core = _core(heading)
     axes = [word[-1] for word in core if word in _POSITIONS]
     numbers = [word for word in core if word.isdecimal()]

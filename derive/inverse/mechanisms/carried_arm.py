@@ -77,8 +77,8 @@ class CarriedArmTables(Tables):
             value is -1 - k with the index k among the fixed joints.
         kinds: Whether the joint of each map is prismatic.
         size: Length of the mechanism (meter).
-        maps: For each joint, the factors of 1, cosine and sine in the inverse of the joint pose.
-            For a prismatic joint, the factors of 1, displacement and 0.
+        maps: For each revolute joint, the factors of 1, cosine and sine in the inverse of the joint
+            pose. For a prismatic joint, the factors of 1 and of the displacement, and 0.
         planes: Unit normal and negative offset of each plane in the frame of the legs (1, meter).
         points: The ball joints in the platform frame (meter).
     """

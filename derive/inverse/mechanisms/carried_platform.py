@@ -194,7 +194,7 @@ def names_of(robot: SerialRobot) -> list[str]:
 
 
 def _plane(h: SolvedLoops, parts: _Parts, loop: Loop) -> Plane | None:
-    """Returns the plane of the ball joint at the end of a leg, or None if it moves differently."""
+    """Returns the plane in which a leg keeps its ball joint, or None if the ball leaves a plane."""
     closure, chain = loop.loop_joint, {joint.name for joint in h.robot.joints}
     if not isinstance(closure, Closure) or closure.kind != "ball":
         return None

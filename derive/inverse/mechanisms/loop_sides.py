@@ -81,8 +81,8 @@ def settled_choices(
     """Returns the indices of branch signs that an inverse does not need.
 
     The inverse is evaluated at the poses of random configurations. A branch sign is not needed if
-    both of its values lead to the same coordinates. A loop branch is not needed if the opposite
-    branch has no solution.
+    both of its values lead to the same coordinates. The sign of a loop is not
+    needed if its value -1 gives no solution.
 
     Args:
         hybrid: The robot.
@@ -152,9 +152,8 @@ def idle_choices(
         within: Maximum residual of a solution. By default, only rounding errors are accepted.
 
     Returns:
-        Two sets of indices of branch signs. The first set contains the branch signs that do not
-        change the coordinates. The second set contains the branch signs whose value -1 gives no
-        solution.
+        A set with the indices of the branch signs that do not change the coordinates, and a set
+        with the indices of the branch signs whose value -1 gives no solution.
     """
     if within is None:
         within = RECOVERED * min(hybrid.backward.reference.size, 1.0)

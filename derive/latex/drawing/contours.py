@@ -14,7 +14,7 @@ _Side = tuple[int, int, int, int]
 
 
 def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
-    """Computes level lines by marching squares. Higher values are on the left of a line.
+    """Computes level lines by marching squares. Values above the level are left of its line.
 
     Args:
         levels: Values (n, m) at integer coordinates. Border values must be below the argument

@@ -1,4 +1,4 @@
-"""Integer points on paper. Integer coordinates make the layout exact and reproducible."""
+"""Points on paper with integer coordinates, which make the layout exact and reproducible."""
 
 import math
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ class Paper:
     Attributes:
         view: Directions to the right, upwards and towards the eye, as rows of a matrix (3, 3).
         scale: Tenths of a millimeter per meter.
-        corner: Origin of the paper in the view (meter).
+        corner: The corner of the paper, in view coordinates (meter).
     """
 
     view: Array

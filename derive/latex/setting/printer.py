@@ -147,7 +147,7 @@ def _comparable(part: object) -> tuple[object, ...]:
 
 
 class FractionPrinter(Printer):
-    """Prints quotients as fractions, and functions of several arguments."""
+    """Prints quotients as fractions. Also prints functions with several arguments."""
 
     def _product(self, addend: sp.Expr) -> str:
         positive = -addend if _is_negative(addend) else addend

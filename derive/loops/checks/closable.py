@@ -36,7 +36,7 @@ OMITTED = 0.01
 or relative to the size).
 """
 LITTLE = 0.5
-"""Minimum fraction of closed configurations without a remark."""
+"""If a smaller fraction of configurations closes, the check prints a remark."""
 
 
 def limits_of(h: SolvedLoops) -> tuple[str, ...]:

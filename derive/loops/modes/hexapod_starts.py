@@ -219,7 +219,7 @@ def _solved(J: Array, right: Array) -> Array:
     try:
         return np.asarray(np.linalg.solve(J, padded)[..., 0])
     except np.linalg.LinAlgError:
-        # Some poses have an exactly singular Jacobian. Poses at infinity are an example.
+        # Some poses, such as poses at infinity, have an exactly singular Jacobian.
         return np.asarray((np.linalg.pinv(J) @ padded)[..., 0])
 
 

@@ -192,8 +192,8 @@ def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Comple
     accurate even if u_2 and u_3 are parallel. The third circle determines the sign of the
     orthogonal component. If the three centers are collinear, both signs are solutions. The function
     returns the first solution, and :func:`triad_mirror` returns the second solution. If the centers
-    coincide, the position is NaN. Legs with lines come first. If there are three lines, the two
-    lines that are closest to perpendicular determine the position.
+    coincide, the position is NaN. Legs whose ends move on lines come first. If there are three
+    lines, the two lines that are closest to perpendicular determine the position.
 
     Args:
         terms: Receives the terms.

@@ -2,7 +2,7 @@
 
 At first, each body of a linkage is a separate group. Bodies with a known joint or a weld between
 them are joined first. Then the first step of :data:`STEPS` that can be applied joins more bodies.
-Joining at known joints and the first applicable step alternate until all bodies are joined. The
+These two operations alternate until all bodies are joined. The
 mechanism is then a sequence of Assur groups of class II. The known joints are the actuated joints
 or the main-chain joints.
 """

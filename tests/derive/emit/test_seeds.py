@@ -1,4 +1,4 @@
-"""Inverses with a nearest solution in languages other than C."""
+"""The function ik_nearest in languages other than C."""
 
 import pytest
 

@@ -14,7 +14,7 @@ BOOM = Path(__file__).parents[1] / "inverse" / "mechanisms" / "skew_boom.toml"
 
 
 def printed(robot):
-    """Returns the inverse part of an article."""
+    """Returns the section about the inverse kinematics in an article."""
     return files(derive(robot, functions=["ik"]), NO_PROGRAMS)["latex/inverse.tex"]
 
 

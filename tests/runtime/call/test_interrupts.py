@@ -54,7 +54,7 @@ class Stopped(Exception):
 
 @pytest.fixture
 def stop_signal():
-    """Sends signals at short intervals. The handler raises an error at signal number `CHECKS`."""
+    """Sends signals at short intervals. The handler raises an error after `CHECKS` signals."""
     handled = []
 
     def handle(*_):

@@ -128,7 +128,7 @@ def assert_close(got, expected):
 def alone(function, *row):
     """Returns the results of a single call.
 
-    If a loop is open, the input is a batch with one row.
+    A single call raises an error for an open loop. The result of a batch of one row is then used.
     """
     try:
         return call(function, *row)

@@ -1,7 +1,7 @@
 """The inverse of random arms, some with intersecting or parallel axes.
 
-Five-joint arms recover the solutions of reachable poses. Six-joint arms with prismatic joints agree
-with arms with round dimensions.
+Five-joint arms recover the solutions of reachable poses. Six-joint arms with prismatic joints have
+the solutions of arms whose dimensions are round numbers.
 """
 
 import numpy as np

@@ -42,10 +42,7 @@ The campaign ``memory`` runs all functions.
 SUFFIXES = ("", "_branch", "_rows", "_batch")
 """Suffixes of the C function names that belong to one generated function."""
 UNUSED = "-Wno-unused-function"
-"""Option for vector code, which refers to functions that are not tested.
-
-The compiler drops the functions that are not tested.
-"""
+"""Compiler option for vector code. The code contains functions that no test calls."""
 FUNCTION = re.compile(r"^(?:static )?void (\w+)\(.*?^}\n", re.MULTILINE | re.DOTALL)
 
 

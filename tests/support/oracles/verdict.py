@@ -33,8 +33,7 @@ class Verdict:
 
     Attributes:
         poses: Number of targets, all reachable.
-        missed: Number of targets without a solution that is claimed as exact and reaches the
-            target.
+        missed: Number of targets that no solution reaches, except least-squares results.
         unfound: Number of targets that no returned configuration reaches, including least-squares
             results.
         wrong: Number of targets with a solution that is claimed as exact but does not reach the
