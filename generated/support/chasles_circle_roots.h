@@ -271,7 +271,8 @@ static void chasles_circle_convex(const chasles_circle_part *part, chasles_circl
 static void chasles_circle_divided(const chasles_circle_part *part, int halvings,
                                    chasles_circle_roots *roots)
 {
-    /* The tests show that the interval has no root, no extremum or no inflection point. */
+    /* Each test proves one fact about the interval: no root, no extremum, or no inflection point.
+     */
     const double wide = 1.0 + part->nearly / part->radius;
     double change = 0.0, value = 0.0, slope = part->noise, bend = part->noise, power = 1.0;
     for (int k = 1; k < CHASLES_TERMS; k++) {
