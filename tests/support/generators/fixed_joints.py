@@ -1,6 +1,7 @@
 """Arms whose inverse has the value of one joint as an input."""
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 
@@ -18,13 +19,18 @@ FIXED = ("F", (1, 0, 0))
 def solved_with_fixed(
     joints: Sequence[tuple[str, Vector]], seed: int, meeting: int | None = None
 ) -> Derived:
-    """Returns the pose inverse of an arm with one fixed joint.
+    """Returns the pose inverse of an arm with one fixed joint, derived once.
 
     Args:
         joints: Type (R, P, or F for the fixed joint) and axis direction of each joint.
         seed: Seed of the random lengths.
         meeting: The axes from this index on meet in one point. By default, no axes meet.
     """
+    return _solved(tuple(joints), seed, meeting)
+
+
+@cache
+def _solved(joints: tuple[tuple[str, Vector], ...], seed: int, meeting: int | None) -> Derived:
     rng = np.random.default_rng(seed)
     text = ['name = "r"', 'convention = "urdf"', 'units = { length = "m", angle = "rad" }']
     for k, (kind, axis) in enumerate(joints):
@@ -33,6 +39,6 @@ def solved_with_fixed(
         name = "prismatic" if kind == "P" else "revolute"
         text += ["[[joints]]", f'name = "j{k}"\ntype = "{name}"\nxyz = {at}\naxis = {list(axis)}']
     robot = read_text("\n".join(text))
-    give = tuple(k for k, joint in enumerate(joints) if joint is FIXED)
+    give = tuple(k for k, joint in enumerate(joints) if joint == FIXED)
     found = inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}), give=give)
     return Derived("fixed", "ik", described=robot, inverses=found)

@@ -2,18 +2,20 @@
 
 from dataclasses import dataclass
 
+import casadi as ca
 import numpy as np
 
-from chasles.derive import derive
+from chasles.derive import Derivation, derive
 from chasles.derive.terms.casadi_graph import lower
-from chasles.derive.terms.symbolic_function import SymbolicFunction
 from tests.support.generators.coupled_arms import CoupledArm
 from tests.support.generators.synthetic import Function
 
 FUNCTIONS = (
     *("fk", "fk_jacobian_mixed", "jacobian_space", "jacobian_body", "jacobian_mixed_dot"),
-    *("hessian_mixed", "twist_body", "acceleration_space", "chain", "actuators", "ik"),
+    *("hessian_mixed", "twist_body", "acceleration_space"),
 )
+MAPS = ("chain", "actuators")
+"""Functions of coupled arms only."""
 VALID = 1e-9
 SAME = 1e-7
 
@@ -43,8 +45,7 @@ class ProductErrors:
 def product_errors(arm: CoupledArm, poses: int, rng: np.random.Generator) -> ProductErrors:
     """Compares the coupled arm with its uncoupled arm at random configurations."""
     coupled, plain = derive(arm.robot), derive(arm.plain)
-    mine = {f.name: f for f in coupled.functions}
-    its = {f.name: f for f in plain.functions}
+    mine, its = _kernels(coupled, (*FUNCTIONS, *MAPS)), _kernels(plain, FUNCTIONS)
     pose = jacobian = rate = maps = 0.0
     n = len(arm.c)
     C = arm.C
@@ -66,24 +67,27 @@ def product_errors(arm: CoupledArm, poses: int, rng: np.random.Generator) -> Pro
         A = _at(its["acceleration_space"], theta, thetad, thetadd)
         rate = max(rate, _off(_at(mine["acceleration_space"], q, qd, qdd), A))
         maps = max(maps, _off(_at(mine["chain"], q), theta), _off(_at(mine["actuators"], theta), q))
-    lost, solutions = _lost(arm, mine, its, rng, poses) if "ik" in its else (0, 0)
+    lost, solutions = (0, 0)
+    if "ik" in plain.inverse.functions:
+        lost, solutions = _lost(arm, coupled, plain, rng, poses)
     return ProductErrors(pose, jacobian, rate, maps, lost, solutions)
 
 
 def _lost(
     arm: CoupledArm,
-    mine: dict[str, SymbolicFunction],
-    its: dict[str, SymbolicFunction],
+    coupled: Derivation,
+    plain: Derivation,
     rng: np.random.Generator,
     poses: int,
 ) -> tuple[int, int]:
     lost = solutions = 0
-    extra = [argument.size for argument in its["ik"].inputs[1:]]
+    (fk,) = lower([plain.function("fk")], "arm")
+    mine, its = (Function(derived.inverse.functions["ik"]) for derived in (coupled, plain))
+    extra = [argument.size for argument in its.inputs[1:]]
     for _ in range(poses):
-        theta = rng.uniform(-3, 3, len(arm.c))
-        T = _at(its["fk"], theta).reshape(4, 4)
+        T = _at(fk, rng.uniform(-3, 3, len(arm.c))).reshape(4, 4)
         given = rng.uniform(-1, 1, sum(extra))
-        found, wanted = (Function(f["ik"])(T[None], *given[:, None]) for f in (mine, its))
+        found, wanted = (ik(T[None], *given[:, None]) for ik in (mine, its))
         for k in np.flatnonzero(wanted.valid[0]):
             solutions += 1
             q = np.linalg.solve(arm.C, wanted.q[0, k] - arm.c)
@@ -93,10 +97,13 @@ def _lost(
     return lost, solutions
 
 
-def _at(function: SymbolicFunction, *inputs: np.ndarray) -> np.ndarray:
-    (kernel,) = lower([function], "arm")
-    found = kernel(*inputs)
-    return np.array(found[0] if isinstance(found, tuple | list) else found).ravel()
+def _kernels(derived: Derivation, names: tuple[str, ...]) -> dict[str, ca.Function]:
+    functions = [derived.function(name) for name in names]
+    return dict(zip(names, lower(functions, "arm"), strict=True))
+
+
+def _at(kernel: ca.Function, *inputs: np.ndarray) -> np.ndarray:
+    return np.array(kernel(*inputs)).ravel()
 
 
 def _off(found: np.ndarray, wanted: np.ndarray) -> float:

@@ -115,16 +115,16 @@ def counts(case: Case, found: Answers) -> np.ndarray:
     return np.array([len(distinct(case, q[claimed])) for q, claimed in pairs])
 
 
-def newton(case: Case, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def newton(case: Case, q: np.ndarray, rng: np.random.Generator, starts: int = STARTS) -> np.ndarray:
     """Returns the distinct solutions (k, n) of Newton's method for the target at q (n,).
 
-    The iteration starts from many random coordinates.
+    The iteration starts from random coordinates, ``starts`` times.
     """
     target, others = case.targets(q), case.others(q)
     finite = partial(np.nan_to_num, nan=0.0, posinf=0.0, neginf=0.0)
-    z = np.tile(q, (STARTS, 1))
+    z = np.tile(q, (starts, 1))
     columns = list(case.solved)
-    z[:, columns] = case.random(rng, STARTS)[:, columns]
+    z[:, columns] = case.random(rng, starts)[:, columns]
     active = np.arange(len(z))
     for _ in range(STEPS):
         J, left = (finite(array) for array in _system(case, z[active], target, others))
