@@ -12,7 +12,7 @@ from chasles.study import reach, uniform_orientations, workspace
 from chasles.study.samples import PIECE
 from tests.support.optional import OptionalPackage
 
-distributed = OptionalPackage("distributed")
+dask, distributed = OptionalPackage("dask"), OptionalPackage("distributed")
 pytestmark = [
     pytest.mark.filterwarnings("ignore::DeprecationWarning"),
     pytest.mark.filterwarnings("ignore::ResourceWarning"),
@@ -21,7 +21,9 @@ pytestmark = [
 
 @pytest.fixture(scope="module")
 def client():
+    """Returns a client of two worker processes, forked from a server that has imported Dask."""
     with (
+        dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"}),
         distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
         ) as cluster,
