@@ -1,10 +1,12 @@
 """Derives and compiles test robots once for all worker processes of a test run."""
 
 import hashlib
+import io
 import shutil
+import subprocess
 import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from functools import cache
 from pathlib import Path
 
@@ -12,6 +14,7 @@ import pytest
 
 import chasles
 import chasles.derive
+from chasles.cli import app
 from chasles.contract import Manifest
 from chasles.derive import read, write
 from chasles.derive.emit.manifest import description_text
@@ -66,6 +69,24 @@ def own_robots_compiled_quickly() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cache_module, "make_recipe", make)
         yield
+
+
+def compiler_in_process() -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Returns a `subprocess.run` that derives robots for `chasles.load` in this process.
+
+    This process has already imported SymPy. Other programs run in separate processes, as usual.
+    """
+    run = subprocess.run
+
+    def run_here(command, **options):
+        if "--sources" not in command:
+            return run(command, **options)
+        out, err = io.StringIO(), io.StringIO()
+        with redirect_stdout(out), redirect_stderr(err):
+            code = app.run(command[command.index("derive") :])
+        return subprocess.CompletedProcess(command, code, out.getvalue(), err.getvalue())
+
+    return run_here
 
 
 @contextmanager
