@@ -91,8 +91,11 @@ def called(library, name, info, inputs):
     function = library[f"{name}_float_{info.name}"]
     given = [np.ascontiguousarray(x.reshape(len(x), -1), dtype=np.float32) for x in inputs]
     found = [np.empty((len(given[0]), *item.shape), dtype=np.float32) for item in info.outputs]
-    for row in range(len(given[0])):
-        function(*(array[row].ctypes.data_as(SINGLE) for array in (*given, *found)))
+    arrays = (*given, *found)
+    function.argtypes = [ctypes.c_void_p] * len(arrays)
+    rows = [range(x.ctypes.data, x.ctypes.data + x.nbytes, x[0].nbytes) for x in arrays]
+    for addresses in zip(*rows, strict=True):
+        function(*addresses)
     return found
 
 
