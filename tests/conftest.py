@@ -1,14 +1,14 @@
 """Settings of all tests, and reports of missing programs."""
 
 import gc
-import subprocess
+from contextlib import nullcontext
 
 import hypothesis
 import pytest
 
 # Sets the size of SymPy's cache before a test imports SymPy.
 import chasles.derive  # noqa: F401
-from tests.support.compiling import compiler_in_process, own_robots_compiled_quickly
+from tests.support.compiling import own_robots_compiled_quickly
 
 # The deadline and the check `too_slow` measure wall-clock time, which depends on the load of the
 # machine.
@@ -30,12 +30,9 @@ MISSING = ("missing program", "missing package")
 
 @pytest.fixture(scope="module", autouse=True)
 def own_robots(request):
-    """Derives and compiles robots that are not shipped quickly, except in tests of compilation."""
-    if ABOUT_COMPILATION & {*request.path.parts}:
-        yield
-        return
-    with pytest.MonkeyPatch.context() as patch, own_robots_compiled_quickly():
-        patch.setattr(subprocess, "run", compiler_in_process())
+    """Compiles robots that are not shipped quickly, except in the tests of compilation."""
+    is_about_compilation = ABOUT_COMPILATION & {*request.path.parts}
+    with nullcontext() if is_about_compilation else own_robots_compiled_quickly():
         yield
 
 

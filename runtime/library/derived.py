@@ -15,11 +15,15 @@ import warnings
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .. import contract
 from ..contract import MAX_DESCRIPTION, UnknownRobotError, read_input
 from ..errors import CacheError, DerivationError
 from .cache import cache_folder
+
+if TYPE_CHECKING:
+    from subprocess import CompletedProcess
 
 _COMPILER = "chasles.derive"
 _GENERATED = ("chasles.generated", "chasles_robots")
@@ -194,17 +198,13 @@ def _in_words(options: Sequence[str]) -> str:
 
 
 def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> None:
-    import subprocess  # noqa: PLC0415
-
     # The flag -P prevents modules in the working directory from replacing installed modules.
     python = [sys.executable or "python3", "-P", "-m", "chasles", "derive"]
     # The LaTeX article takes a large share of the derivation time and is not needed in the cache.
     wanted = ["--to", folder, "--sources", folder / _SOURCES, "--jobs", "1", "--detail", "none"]
     command = [*python, *map(str, (description.absolute(), *wanted)), *options]
     try:
-        result = subprocess.run(
-            command, capture_output=True, text=True, errors="replace", check=False
-        )
+        result = _finished(command)
     except OSError as error:
         raise DerivationError(f"{description}: {python[0]} cannot be run ({error})") from None
     if result.returncode:
@@ -216,6 +216,12 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
     for line in result.stderr.splitlines():
         if line.startswith(_WARNING):
             warnings.warn(line.removeprefix(_WARNING), stacklevel=2)
+
+
+def _finished(command: list[str]) -> CompletedProcess[str]:
+    import subprocess  # noqa: PLC0415
+
+    return subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
 
 
 def _move(derived: Path, home: Path) -> None:

@@ -3,12 +3,12 @@
 import hashlib
 import io
 import shutil
-import subprocess
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from functools import cache
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import pytest
 
@@ -20,6 +20,7 @@ from chasles.derive import read, write
 from chasles.derive.emit.manifest import description_text
 from chasles.derive.model.mechanism import Described
 from chasles.library import cache as cache_module
+from chasles.library import derived
 from chasles.library.cache import Recipe
 from tests.support.derivations import GENERATED, description
 from tests.support.locking import locked
@@ -55,9 +56,20 @@ def compiled_quickly(flags: str = QUICK) -> Iterator[None]:
         yield
 
 
+def derived_here(command: Sequence[str]) -> CompletedProcess[str]:
+    """Runs the compiler of chasles in the test process, which has already imported SymPy."""
+    out, err = io.StringIO(), io.StringIO()
+    with redirect_stdout(out), redirect_stderr(err):
+        code = app.run(command[command.index("derive") :])
+    return CompletedProcess(command, code, out.getvalue(), err.getvalue())
+
+
 @contextmanager
 def own_robots_compiled_quickly() -> Iterator[None]:
-    """Context like `compiled_quickly`, for robots that are not shipped."""
+    """Context like `compiled_quickly`, for robots that are not shipped.
+
+    `chasles.load` derives these robots in the test process.
+    """
     make_recipe = cache_module.make_recipe
 
     def make(manifest: Manifest) -> Recipe:
@@ -68,25 +80,8 @@ def own_robots_compiled_quickly() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cache_module, "make_recipe", make)
+        patch.setattr(derived, "_finished", derived_here)
         yield
-
-
-def compiler_in_process() -> Callable[..., subprocess.CompletedProcess[str]]:
-    """Returns a `subprocess.run` that derives robots for `chasles.load` in this process.
-
-    This process has already imported SymPy. Other programs run in separate processes, as usual.
-    """
-    run = subprocess.run
-
-    def run_here(command, **options):
-        if "--sources" not in command:
-            return run(command, **options)
-        out, err = io.StringIO(), io.StringIO()
-        with redirect_stdout(out), redirect_stderr(err):
-            code = app.run(command[command.index("derive") :])
-        return subprocess.CompletedProcess(command, code, out.getvalue(), err.getvalue())
-
-    return run_here
 
 
 @contextmanager

@@ -177,7 +177,7 @@ def test_mesh_that_exceeds_limits_is_one_sentence(meshed, tmp_path, monkeypatch,
     line = b"v 0 0 0\n"
     with ZipFile(tmp_path / "part.zip", "w", ZIP_DEFLATED, compresslevel=1) as archive:
         archive.writestr("part.obj", line * (1 << 24))
-    (tmp_path / "part.obj").write_bytes(line * (1 << 21))
+    (tmp_path / "part.obj").write_bytes(line * (1 << 20))
     monkeypatch.setattr(meshes, "READING", Limits(seconds=10, memory=1 << 26))
     with pytest.raises(InputValueError, match=r"cannot read the meshes \(.*\)$") as caught:
         body_meshes(file, skeleton(robot))

@@ -10,6 +10,7 @@ import pytest
 
 import chasles
 from chasles.call.capabilities import Capability
+from tests.support.compiling import own_robots_compiled_quickly
 
 
 def message(robot, name):
@@ -39,7 +40,8 @@ def test_name_without_representation_suggests_all_three():
     ids=["planar_3rrr", "planar_3rrr_170"],
 )
 def test_a_robot_without_an_inverse_names_the_reason_and_substitutes(name, reason, substitutes):
-    robot = chasles.load(name)
+    with own_robots_compiled_quickly():
+        robot = chasles.load(name)
     text = message(robot, "ik")
     assert text.startswith(f"robot '{name}' has no 'ik': {reason}")
     for substitute in substitutes:

@@ -21,7 +21,7 @@ from chasles import robot as robot_module
 from chasles.cli.app import run as main
 from chasles.derive import read_text
 from chasles.library import derived as described
-from tests.support.compiling import COMPILER, compiled
+from tests.support.compiling import COMPILER, compiled, derived_here
 from tests.support.waiting import SECONDS, until
 
 ROOT = Path(__file__).parents[3]
@@ -60,9 +60,9 @@ def fast(cache, monkeypatch):
 
 
 @pytest.fixture
-def here(monkeypatch, compiler_in_process):
+def here(monkeypatch):
     """Runs the compiler of chasles in the test process."""
-    monkeypatch.setattr(subprocess, "run", compiler_in_process)
+    monkeypatch.setattr(described, "_finished", derived_here)
 
 
 @pytest.fixture
@@ -334,15 +334,13 @@ def test_interrupted_derivation_leaves_no_loadable_robot(arm, cache):
 
 @pytest.mark.usefixtures("few")
 def test_description_changed_during_derivation_is_rejected(arm, cache):
-    run = subprocess.run
-
-    def run_and_change(command, **options):
-        done = run(command, **options)
+    def run_and_change(command):
+        done = derived_here(command)
         arm.write_text(ARM.replace("a = 0.2", "a = 0.25"))
         return done
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(subprocess, "run", run_and_change)
+        patch.setattr(described, "_finished", run_and_change)
         with pytest.raises(chasles.DerivationError, match="changed while it was derived"):
             chasles.find_folder(arm)
     assert derived(cache) == []

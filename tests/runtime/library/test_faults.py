@@ -16,7 +16,7 @@ import chasles
 from chasles.derive import read, write
 from chasles.library import derived as described
 from tests.support.command_line import run
-from tests.support.compiling import COMPILER
+from tests.support.compiling import COMPILER, derived_here
 from tests.support.faults import check_writes, killed, steps_of
 from tests.support.handwritten import tiny
 from tests.support.waiting import until
@@ -50,10 +50,10 @@ def arm(tmp_path):
 
 
 @pytest.fixture
-def here(monkeypatch, compiler_in_process):
+def here(monkeypatch):
     """Runs the compiler of chasles in the test process, and derives only forward kinematics."""
     run_compiler = described._run_compiler
-    monkeypatch.setattr(subprocess, "run", compiler_in_process)
+    monkeypatch.setattr(described, "_finished", derived_here)
     monkeypatch.setattr(
         described, "_run_compiler", lambda file, to, words: run_compiler(file, to, (*words, *FEW))
     )

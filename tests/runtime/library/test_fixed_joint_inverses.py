@@ -1,7 +1,6 @@
 """`ik(T, fixed={...})` with inverses for fixed joints, which are derived on first use."""
 
 import inspect
-import subprocess
 from types import MappingProxyType
 
 import numpy as np
@@ -12,7 +11,8 @@ from chasles import se3
 from chasles.closed_form import fixed_joints
 from chasles.closed_form.complete_inverse import CompleteInverse
 from chasles.derive import write
-from tests.support.compiling import COMPILER, loaded
+from chasles.library import derived as described
+from tests.support.compiling import COMPILER, derived_here, loaded
 from tests.support.generators.drawn_arms import random_arm
 
 DEG, MM = np.pi / 180, 1e-3
@@ -26,7 +26,7 @@ def shipped():
 
 
 @pytest.fixture(scope="module", autouse=True)
-def cache(shipped, tmp_path_factory, compiler_in_process):
+def cache(shipped, tmp_path_factory):
     """Prepares a separate cache and fast compilation."""
     fixed_joints._inverse_of.cache_clear()
     with pytest.MonkeyPatch.context() as patch:
@@ -34,7 +34,7 @@ def cache(shipped, tmp_path_factory, compiler_in_process):
         patch.setenv("CHASLES_CFLAGS", "-O0")
         if COMPILER:
             patch.setenv("CC", COMPILER)
-        patch.setattr(subprocess, "run", compiler_in_process)
+        patch.setattr(described, "_finished", derived_here)
         yield
 
 
