@@ -8,7 +8,7 @@ import pytest
 
 # Sets the size of SymPy's cache before a test imports SymPy.
 import chasles.derive  # noqa: F401
-from tests.support.compiling import own_robots_compiled_quickly
+from tests.support.compiling import own_robots_compiled_quickly, reading_here
 
 # The deadline and the check `too_slow` measure wall-clock time, which depends on the load of the
 # machine.
@@ -24,6 +24,11 @@ SymPy allocates many small, long-lived objects, and a collection that scans them
 """
 ABOUT_COMPILATION = {"call", "library", "test_portable.py"}
 """Folders and modules whose tests compile robots with the flags of users."""
+ABOUT_READING = {
+    *("test_crafted_corpus.py", "test_crafted_files.py", "test_known_files.py"),
+    *("test_checking.py", "test_isolation.py", "test_readers.py"),
+}
+"""Modules whose tests read files in a separate process with limits, as users do."""
 MISSING = ("missing program", "missing package")
 """Prefixes of skip reasons that name a missing program or package."""
 
@@ -33,6 +38,13 @@ def own_robots(request):
     """Compiles robots that are not shipped quickly, except in the tests of compilation."""
     is_about_compilation = ABOUT_COMPILATION & {*request.path.parts}
     with nullcontext() if is_about_compilation else own_robots_compiled_quickly():
+        yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def files_read_here(request):
+    """Reads robot files in the test process, whose fork takes 0.1 s."""
+    with nullcontext() if request.path.name in ABOUT_READING else reading_here():
         yield
 
 

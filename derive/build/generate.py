@@ -3,7 +3,7 @@
 import gc
 import json
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 from chasles.contract import SUPPORT, as_path, check_type, is_inside, make_folder, write_files
@@ -87,7 +87,8 @@ def files_of(derivation: Derivation, emitters: Sequence[Emitter] = EMITTERS) -> 
     """Returns the text of every generated file, keyed by path."""
     articles = [emitter for emitter in emitters if emitter.prints_equations]
     others = [emitter for emitter in emitters if not emitter.prints_equations]
-    with run_in_fork(lambda: _files(articles, derivation, NO_PROGRAMS)) as printed:
+    printing = run_in_fork(lambda: _files(articles, derivation, NO_PROGRAMS))
+    with printing if articles else nullcontext(dict) as printed:
         made = programs(derivation.functions, derivation.robot.name)
         written = {**_files(others, derivation, made), **printed()}
     texts = _merged(written)

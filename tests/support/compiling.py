@@ -17,6 +17,7 @@ import chasles.derive
 from chasles.cli import app
 from chasles.contract import Manifest
 from chasles.derive import read, write
+from chasles.derive.description.importers import chains
 from chasles.derive.emit.manifest import description_text
 from chasles.derive.model.mechanism import Described
 from chasles.library import cache as cache_module
@@ -59,9 +60,17 @@ def compiled_quickly(flags: str = QUICK) -> Iterator[None]:
 def derived_here(command: Sequence[str]) -> CompletedProcess[str]:
     """Runs the compiler of chasles in the test process, which has already imported SymPy."""
     out, err = io.StringIO(), io.StringIO()
-    with redirect_stdout(out), redirect_stderr(err):
+    with redirect_stdout(out), redirect_stderr(err), reading_here():
         code = app.run(command[command.index("derive") :])
     return CompletedProcess(command, code, out.getvalue(), err.getvalue())
+
+
+@contextmanager
+def reading_here() -> Iterator[None]:
+    """Context in which robot files are read in the test process."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(chains, "isolated", lambda work, _: work())
+        yield
 
 
 @contextmanager

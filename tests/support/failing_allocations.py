@@ -17,7 +17,7 @@ import numpy as np
 import chasles
 
 OWN = f"{Path(chasles.__file__).parent}/".encode()
-LOADS = 10
+LOADS = 4
 """Approximate number of tested allocations per call. One allocation fails in each repetition of the
 call. A call makes hundreds of allocations."""
 POSES = 20_000

@@ -20,7 +20,7 @@ from tests.support.generators.carried_planes import carrying, moved
 from tests.support.loops.closures import TINY, Model
 from tests.support.loops.legs_of_joints import drawn
 
-POSES, CONFIGURATIONS, STARTS, STEPS = 2, 300, 80, 25
+POSES, CONFIGURATIONS, STARTS, STEPS = 1, 120, 80, 25
 REACH, FAR, LARGEST = 1.0, 2.0, 0.5
 """Maximum distance of a start from the reference and of a found displacement, and of a step."""
 CLOSED, SAME = 1e-12, 1e-7
