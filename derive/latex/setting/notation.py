@@ -84,7 +84,7 @@ class Notation:
         self.meanings: dict[sp.Symbol, sp.Expr] = {}
         self.angles: dict[sp.Expr, tuple[str, str]] = {}
         self.constants: list[sp.Symbol] = []
-        self._raw: dict[sp.Expr, sp.Expr] = {}
+        self._reduced: dict[sp.Expr, sp.Expr] = {}
         self._constants: dict[sp.Expr, sp.Expr] = {}
         self._sums: dict[sp.Expr, sp.Expr] = {}
         self.halves = _has_thirds(robot)
@@ -118,9 +118,7 @@ class Notation:
             return self._numeric(self.terms.value(expression))
         if is_long(self.terms, expression):
             return self._by_parts(expression)
-        raw = self._raw.get(expression)
-        if raw is None:
-            raw = self._raw[expression] = reduced(self.expanded(expression))
+        raw = self._short(self.expanded(expression))
         known = self._constants.get(raw)
         if known is None:
             known = self._constants[raw] = self._printed_constant(raw)
@@ -128,7 +126,12 @@ class Notation:
 
     def shortened(self, expression: sp.Expr) -> sp.Expr:
         """Returns a constant expression with short symbols."""
-        return self._shortened(reduced(expression))
+        return self._shortened(self._short(expression))
+
+    def _short(self, expression: sp.Expr) -> sp.Expr:
+        if expression not in self._reduced:
+            self._reduced[expression] = reduced(expression)
+        return self._reduced[expression]
 
     def _shortened(self, expression: sp.Expr) -> sp.Expr:
         if expression.is_Atom or is_surd(expression):
