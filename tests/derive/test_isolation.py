@@ -20,7 +20,7 @@ WIDE = """<mujoco><asset><hfield name="f" nrow="100000" ncol="100000" size="1 1 
 REPEATED = """<mujoco><worldbody><body name="b"><joint name="j"/><geom size="0.1"/>
 <replicate count="100000000" offset="0 0 1"><body><geom size="0.1"/></body></replicate>
 </body></worldbody></mujoco>"""
-SHORT = Limits(seconds=0.6, memory=1 << 30)
+SHORT = Limits(seconds=0.3, memory=1 << 30)
 
 
 @pytest.fixture(params=["forked", "started"])
@@ -39,8 +39,8 @@ def test_results_and_errors_arrive(run):
 
 def test_limits_hold(run, tmp_path):
     file = tmp_path / "written"
-    with pytest.raises(IsolatedWorkError, match=r"longer than 0\.5 s"):
-        run(partial(sum, range(10**12)), Limits(seconds=0.5))
+    with pytest.raises(IsolatedWorkError, match=r"longer than 0\.2 s"):
+        run(partial(sum, range(10**12)), Limits(seconds=0.2))
     with pytest.raises(IsolatedWorkError, match=r"0\.25 GiB"):
         run(partial(bytes, 1 << 30), Limits(memory=1 << 28))
     with pytest.raises(OSError, match="File too large"):
@@ -97,5 +97,5 @@ def test_listing_the_files_of_an_endless_xacro_ends(tmp_path, monkeypatch):
     monkeypatch.setattr(chains, "READING", SHORT)
     file = tmp_path / "arm.xacro"
     file.write_text(ENDLESS)
-    with pytest.raises(DescriptionError, match=r"longer than 0\.6 s"):
+    with pytest.raises(DescriptionError, match=r"longer than 0\.3 s"):
         source_files(Job(file, tmp_path))

@@ -61,9 +61,9 @@ def awkward():
 
 
 def calibrated():
-    """Robot with four joints and only symbolic Denavit-Hartenberg parameters."""
+    """Robot with three joints and only symbolic Denavit-Hartenberg parameters."""
     parameters, joints = [], []
-    for k in range(1, 5):
+    for k in range(1, 4):
         kinds = {"a": "length", "d": "length", "alpha": "angle", "theta": "angle"}
         own = [Parameter(f"{field}_{k}", R(k, 7), kind) for field, kind in kinds.items()]
         parameters += own

@@ -96,13 +96,13 @@ def stepped(T, x):
     return moved
 
 
-def followed(legs, start, q, steps=20):
+def followed(legs, start, q, steps=4):
     """Returns the pose by Newton's method along the line from the reference strokes to q."""
     T = np.eye(4)
     T[2, 3] = UP
     for part in np.linspace(0, 1, steps):
         strokes = start + part * (q - start)
-        for _ in range(8):
+        for _ in range(12):
             r = gaps(legs, T, strokes)
             if np.abs(r).max() < CONVERGED:
                 break

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from chasles.derive import derive, read
-from chasles.derive.latex import files
-from chasles.derive.program.programs import NO_PROGRAMS
+from chasles.derive.latex.inverse.inverse_of_loops import inverse_of_loops
+from chasles.derive.latex.loops.loop_page import LoopPage
 from tests.support.generators.carried_platforms import drawn_platform
 from tests.support.generators.leg_platforms import LEG_KINDS, drawn_as
 
@@ -15,7 +15,7 @@ BOOM = Path(__file__).parents[1] / "inverse" / "mechanisms" / "skew_boom.toml"
 
 def printed(robot):
     """Returns the section about the inverse kinematics in an article."""
-    return files(derive(robot, functions=["ik"]), NO_PROGRAMS)["latex/inverse.tex"]
+    return inverse_of_loops(LoopPage.of(derive(robot, functions=["ik"])))
 
 
 def test_general_main_chain_is_solved_before_the_actuators():

@@ -2,6 +2,7 @@
 
 import random
 import re
+from functools import cache
 
 import pytest
 import sympy as sp
@@ -74,8 +75,14 @@ joints = [
 """
 
 
+@cache
+def twelve_degrees():
+    """Returns the LaTeX fragments of an arm with angles of 12 degrees."""
+    return fragments(derive(read_text(TWELVE_DEGREES), functions=["fk"]))
+
+
 def test_constant_table_has_no_empty_cell_and_no_nested_root():
-    text = fragments(derive(read_text(TWELVE_DEGREES), functions=["fk"]))["symbols.tex"]
+    text = twelve_degrees()["symbols.tex"]
     rows = [row for row in text.splitlines() if row.startswith(r"$\kappa")]
     assert r"\sin 12^\circ" in text
     assert rows
@@ -84,7 +91,7 @@ def test_constant_table_has_no_empty_cell_and_no_nested_root():
 
 
 def test_terms_follow_the_entries_that_need_them():
-    text = fragments(derive(read_text(TWELVE_DEGREES), functions=["fk"]))["fk.tex"]
+    text = twelve_degrees()["fk.tex"]
     rotation, position = text.split("With the further terms")
     assert "p_{x} &=" in position
     assert "r_{11} &=" in rotation
@@ -94,7 +101,7 @@ def test_terms_follow_the_entries_that_need_them():
 
 
 def test_figure_prints_joint_names_as_in_the_file():
-    text = fragments(derive(read_text(TWELVE_DEGREES), functions=["fk"]))["drawing.tex"]
+    text = twelve_degrees()["drawing.tex"]
     assert "{$q_{1}$ a1}" in text
 
 

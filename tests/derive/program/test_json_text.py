@@ -7,9 +7,11 @@ from hypothesis import strategies as st
 
 from chasles.derive.emit.manifest import LINE, json_text
 
-LEAVES = st.none() | st.booleans() | st.floats(allow_nan=False) | st.text() | st.integers()
+TEXT = st.text(st.sampled_from('aZ0 "\\/{}[],:\n\t\x00\x7fé\u2028中\U0001f916'), max_size=6)
+"""Texts with quotes, brackets, control characters and characters of one to four bytes."""
+LEAVES = st.none() | st.booleans() | st.floats(allow_nan=False) | TEXT | st.integers()
 DATA = st.recursive(
-    LEAVES, lambda part: st.lists(part) | st.dictionaries(st.text(), part), max_leaves=30
+    LEAVES, lambda part: st.lists(part) | st.dictionaries(TEXT, part), max_leaves=20
 )
 
 

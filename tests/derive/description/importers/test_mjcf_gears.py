@@ -175,7 +175,8 @@ def test_order_of_joint_equalities_does_not_change_the_robot(path):
         GEAR.format(a="left", b="shaft", c=0, r=1),
     )
     found = set()
-    for ordered in permutations(equalities):
+    # Every fifth of the 120 orders: each equality takes every place.
+    for ordered in [*permutations(equalities)][::5]:
         text = FIVE_BAR.format(bodies=SHAFT, equalities="".join(ordered), motor="coupler")
         found.add(read_model(path, text, "world", "tool").couplings)
     (couplings,) = found
