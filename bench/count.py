@@ -44,7 +44,7 @@ TIMES = 100
 CALLS = (100, 400)
 """Numbers of Python calls in the short and in the long measurement."""
 CALLED = ("fk", "fk_jacobian_mixed")
-"""Functions with counted calls from Python."""
+"""Functions that Python calls while instructions are counted."""
 PYTHON = """
 import ctypes, os, sys, numpy as np, chasles
 library, *folders = sys.argv[1:]

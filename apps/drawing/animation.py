@@ -52,8 +52,8 @@ def animate(
     Args:
         robot: The robot.
         trajectory: A `Trajectory`, a `Motion` or a `MotionSequence` is shown in real time.
-            Configurations (k, n) [rad or m] are shown one per frame. None moves one coordinate
-            after another within its limits, starting at the configuration that `draw` selects. A
+            Configurations (k, n) [rad or m] are shown one per frame. With None, one coordinate
+            after another moves within its limits from the configuration that `draw` selects. A
             single coordinate moves through a full turn, or through its range.
         file: The file to write, .gif or .mp4. An .mp4 file needs ffmpeg, from the system or from
             `pip install 'chasles[film]'`.

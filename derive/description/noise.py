@@ -58,8 +58,7 @@ _SINES = (*_HALF, *(-sine if sine else 0.0 for sine in _HALF), *_HALF)
 """Sines of 0, 15, 30, ... degrees. Zeros are exact."""
 _THIRD = math.sqrt(3) / 3
 _FEWEST_DIGITS = 13
-"""Minimum number of digits of a decimal that is tested as a single-precision number. Exact binary
-fractions, such as 0.375, have fewer than 13 digits.
+"""A decimal with fewer digits, such as 0.375, is not tested as a single-precision number.
 """
 _SINGLE_PLACES = 7
 """Number of decimal places of a unit-vector component in single precision."""

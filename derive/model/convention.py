@@ -111,8 +111,8 @@ class Convention:
         place: Function that returns the placements of a joint. Its arguments are the joint's kind
             and the values of all fields by name.
         source: Publication that defines the convention.
-        words: Name of the convention in a sentence of the article. If ``transform`` is empty, the
-            phrase also explains the fields.
+        words: Name of the convention in a sentence of the article. If ``transform`` is empty,
+            ``words`` also explains the fields.
         transform: The link transform, as a product of motions in the symbols of the fields. The
             product does not contain the joint motion. The tuple is empty if the link transform is
             not a product of motions in the fields.

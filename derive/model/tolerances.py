@@ -166,8 +166,8 @@ REPEATED_EQUATION = 1e-4
 one. At a residual of 1e-12, a configuration may be 1e-6 from closure. At a distance of 1e-6 from
 closure, redundant equations seem to be independent."""
 STILL_JOINT = 1e-6
-"""Maximum motion of a joint that cannot move in its closed loops (radian, or relative to the size).
-The value of a joint that can move differs by more than 1e-6 between random configurations."""
+"""A joint is immovable if its values at random closed configurations differ by less (radian, or
+relative to the size)."""
 REPEATED_AS_BUILT = 0.02
 """Bound for singular values of redundant equations in real robots. Slightly tilted axes make
 redundant equations seem independent. If axes are 2 mrad out of parallel, the singular value of a

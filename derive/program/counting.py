@@ -27,7 +27,7 @@ class Operations:
 
     @property
     def total(self) -> int:
-        """The sum of the counts of all kinds."""
+        """The number of all operations."""
         return self.multiply + self.add + self.negate + self.trig + self.other
 
     def as_dict(self) -> dict[str, int]:

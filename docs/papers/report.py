@@ -140,9 +140,9 @@ class Row:
 
 
 def _repeatable(verdict: Callable[..., Row]) -> Callable[..., Row]:
-    """Stores the verdict function in the row.
+    """Stores the decorated function in its row.
 
-    Tests call the verdict function with changed digits of the printed value.
+    Tests call the function again with a changed digit of the printed value.
     """
 
     @wraps(verdict)

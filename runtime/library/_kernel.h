@@ -36,8 +36,8 @@ typedef struct {
                  double *const *outputs, const ptrdiff_t *output_steps);
     /* NULL except for an inverse. Writes the solutions nearest to seeds to dense rows of q,
      * residual and margin, and the slot of each solution or the reason for a missing solution; see
-     * chasles_nearest.h. Steps are distances between adjacent rows in doubles. `moves` points to
-     * the lower limits, upper limits, weights and periods of the coordinates. */
+     * chasles_nearest.h. A step is the number of doubles from one row to the next. `moves` points
+     * to the lower limits, upper limits, weights and periods of the coordinates. */
     void (*nearest_rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                          double tolerance, const double *const *moves, const double *q_seed,
                          ptrdiff_t seed_step, double *const *outputs, signed char *slot);

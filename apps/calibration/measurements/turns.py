@@ -20,7 +20,7 @@ _TURN = 2 * math.pi + 0.01
 """Maximum joint angle [rad] of a table in radians. Tables with larger joint angles are in
 degrees."""
 _MOVED = 0.1
-"""Minimum range [rad] of the joint that moves most, for a table in radians."""
+"""If no joint moves more than this [rad], the values of the table are not in radians."""
 _ROUNDED = 0.02
 """Tolerance for quaternions (relative length) and rotation matrices (deviation from orthogonality).
 The values in a table may have only two decimal places."""

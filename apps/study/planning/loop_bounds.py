@@ -359,7 +359,6 @@ def _derivative(
         m = np.abs(_orders(bool(turns[axis])))
         powers = (np.ones(len(m)), m, m * (m - 1))
         factors = m**order if turns[axis] else powers[order] / scale[axis] ** order
-        # Each product removes the first axis of `sizes`. Then the first axis belongs to the next
-        # joint.
+        # The product sums over the first axis of `sizes`. The next axis belongs to the next joint.
         sizes = np.tensordot(factors, sizes, (0, 0))
     return float(sizes)

@@ -87,7 +87,7 @@ def is_carried(h: SolvedLoops) -> bool:
 
 
 def is_carried_arm(h: SolvedLoops) -> bool:
-    """Whether the inverse finds joints before or on a platform from the planes of its legs."""
+    """Whether a platform has solved joints before or after it, and its legs move in planes."""
     return isinstance(_chain(h), CarriedArm)
 
 

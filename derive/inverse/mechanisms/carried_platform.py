@@ -65,9 +65,9 @@ class CarriedPlatform:
     """A main chain with a platform whose legs keep ball joints in planes.
 
     Attributes:
-        before: The joints before the body at which the legs start, with fixed joints.
+        before: All joints before the body at which the legs start. Fixed joints are included.
         platform: The virtual joints of the platform, or the leg that carries it.
-        behind: The joints on the platform, with fixed joints.
+        behind: All joints after the platform. Fixed joints are included.
         lines: The axes of the platform's joints.
         found: The structure of these axes.
         planes: The planes of the three ball joints.

@@ -169,7 +169,7 @@ def idle_signs(
 ) -> frozenset[int]:
     """Finds branch signs that change no coordinate at sample poses.
 
-    Each sign is tested while all other signs have random values. Any number of signs is possible.
+    Each sign is tested while all other signs have random values.
     """
     (ik,) = lower([function], "inverse")
     shape = len(function.signs), inputs[0].shape[1]

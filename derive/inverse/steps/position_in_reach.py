@@ -1,4 +1,4 @@
-"""Values of joints that the task does not determine for some values of the fixed joints.
+"""Joint values for tasks that leave a joint free at special values of the fixed joints.
 
 A point has a height along a revolute axis, and this height determines a joint. The angles between
 joint axes may depend on fixed joints. A revolute joint parallel to the revolute axis does not

@@ -161,8 +161,8 @@ class RodNumbers:
 
     Attributes:
         size: The size of the platform (meter).
-        origin: The centroid of the ends on the actuated side, divided by the size.
-        middle: The centroid of the ends on the platform, divided by the size.
+        origin: The centroid of the rod ends on the actuated side, divided by `size`.
+        middle: The centroid of the rod ends on the platform, divided by `size`.
         family: The rods at all configurations. Rod ends are relative to the centroids of the ends
             on each side.
     """

@@ -36,7 +36,7 @@ class Dyad:
 
 
 def dyad_of(clusters: Clusters, edges: Sequence[Edge]) -> Dyad:
-    """Returns the dyad of a ring of three pins."""
+    """Returns the dyad of three bodies that three pins connect in a ring."""
     pins = [edge for edge in edges if isinstance(edge, PinEdge)]
     corners = {id(c): c for pin in pins for c in map(clusters.cluster, (pin.a, pin.b))}
     base, X, Y = clusters.first(*corners.values())

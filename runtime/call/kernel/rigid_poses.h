@@ -42,7 +42,8 @@ static inline int is_settled(const double *T, const double *residual, npy_intp k
     return 0;
 }
 
-/* Tests a pose without a solution. A nearly rigid pose is projected and solved again. */
+/* Tests a pose without a solution. If its rotation is orthogonal up to rounding, the pose is
+ * projected to SE(3) and solved again. */
 void settle_pose(const Kernel *kernel, const double *const *inputs, double *const *outputs);
 
 /* Runs an inverse with a test of each pose, or with recomputed residuals. */

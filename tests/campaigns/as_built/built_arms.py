@@ -1,7 +1,7 @@
 """As-built arms, driven by cylinders, rods and cranks.
 
 All lengths of a random arm have errors, and joints outside its loops are rotated. The inverse
-refines the solutions of the design. The inverse must recover the configurations around the
+solves the design robot and refines the solutions. It must recover the configurations around the
 reference, and all its solutions must be correct.
 """
 

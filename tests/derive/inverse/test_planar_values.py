@@ -26,7 +26,7 @@ PLANAR = {
     "a slide across axis 1": [("R", Z), ("P", X), FIXED, ("R", Z)],
     "a slide across axis 2": [("R", Z), FIXED, ("R", Z), ("P", Y)],
 }
-"""Type and axis direction of the first four joints; F is the fixed joint, which is revolute."""
+"""Type and axis direction of the first four joints; F is the revolute joint that `fixed=` names."""
 EXCHANGED = [("R", Z), FIXED, ("P", Y), ("P", Z)]
 """With the fixed joint at 90 degrees, only the other prismatic joint changes the height."""
 OFFSETS = [0.0, 1e-13, 1e-10, 1e-7, 1e-4]

@@ -27,7 +27,7 @@ def configurations(robot, rng, n=N):
 
 
 def inverse(robot, q):
-    """Solves the poses of configurations with their redundancy parameters."""
+    """Returns the solutions of `ik` at the poses of q, with the redundancy parameters of q."""
     role = robot.manifest.with_role("inverse", "pose").role
     fixed = {robot.coordinates[k].name: q[:, k] for k in role.fixed}
     if any(item.name == "swivel" for item in robot.redundancy):
