@@ -58,15 +58,11 @@ class Model:
         T = {self.mechanism.base_frame: np.broadcast_to(self.base, (len(z), 4, 4))}
         for joint in self.mechanism.joints:
             before, after = self._around[joint.name]
-            motion = np.zeros((len(z), 4, 4), z.dtype) + np.eye(4)
+            moved = T[joint.parent] @ before
             if joint.kind != "fixed":
                 value = joint.direction * z[:, self.names.index(joint.name)]
-                if joint.kind == "prismatic":
-                    motion[:, 2, 3] = value
-                else:
-                    c, s = np.cos(value), np.sin(value)
-                    motion[:, 0, 0], motion[:, 0, 1], motion[:, 1, 0], motion[:, 1, 1] = c, -s, s, c
-            T[joint.link] = T[joint.parent] @ before @ motion @ after
+                moved = _moved(moved, joint.kind, value)
+            T[joint.link] = moved if np.array_equal(after, np.eye(4)) else moved @ after
         return T
 
     def tip(self, z):
@@ -93,12 +89,9 @@ class Model:
 
     def D_z(self, z):
         """Returns the derivative (N, m, n_z) of the closure errors."""
-        columns = []
-        for k in range(len(self.names)):
-            moved = z.astype(complex)
-            moved[:, k] += TINY * 1j
-            columns.append(self.gaps(moved).imag / TINY)
-        return np.stack(columns, -1)
+        moved = z[:, None] + TINY * 1j * np.eye(len(self.names))
+        rates = self.gaps(moved.reshape(-1, len(self.names))).imag / TINY
+        return rates.reshape(*z.shape, rates.shape[-1]).swapaxes(1, 2)
 
     def newton(self, z, known):
         """Returns configurations near z that close the loops, with some entries fixed.
@@ -180,6 +173,17 @@ class Model:
 
     def _float(self, expression):
         return float(expression.xreplace(self.given))
+
+
+def _moved(T, kind, value):
+    """Returns poses (N, 4, 4) moved by values (N,) along or about their own z axis."""
+    moved, (x, y, z) = T.astype(np.result_type(T, value)), np.moveaxis(T[..., :3], -1, 0)
+    if kind == "prismatic":
+        moved[..., 3] += z * value[:, None]
+    else:
+        c, s = np.cos(value)[:, None], np.sin(value)[:, None]
+        moved[..., 0], moved[..., 1] = c * x + s * y, c * y - s * x
+    return moved
 
 
 def _closure_gap(kind, A, B):
