@@ -1,29 +1,15 @@
 """Loops whose unknown joints form a serial arm, compared with Newton's method on a NumPy model."""
 
 import numpy as np
-import pytest
-from test_leg_chains import slots_at
+from test_leg_chains import SAME, configurations, evaluated, kernels, slots_at
 
 from chasles.derive import derive, explain, read_text
 from chasles.derive.latex import files
 from chasles.derive.program.programs import NO_PROGRAMS
-from chasles.derive.terms.casadi_graph import lower
 from tests.support.generators.leg_platforms import LEG_KINDS, drawn_as
-from tests.support.generators.machine_platforms import MACHINE_KINDS
 from tests.support.loops.assembly_modes import closes_at
-from tests.support.loops.closures import Model, wrapped
+from tests.support.loops.closures import wrapped
 
-POSES, CLOSED, SAME = 20, 1e-12, 1e-12
-REACH = {"revolute": 0.2, "prismatic": 0.05}
-"""Maximum distance of a coordinate from the reference (radian or meter)."""
-STEP, CURVED = 1e-5, 1e-3
-"""Step of a second difference (s), and its error relative to the largest acceleration."""
-KINDS = {kind: draw for kind, draw in LEG_KINDS.items() if kind not in ("3-PUU", "3-RUU")}
-KINDS |= {name: MACHINE_KINDS[name] for name in ("Exechon with a head", "pentapod")}
-"""Platforms; 3-PUU and 3-RUU are also drawn with offsets, which take the same steps."""
-SHORT = {"pentapod": 0.1}
-"""Fraction of the reach in which Newton's method converges, for platforms near a singularity."""
-MAPS = ("actuators", "actuators_D_chain", "actuator_rates", "actuator_accelerations")
 FORWARD = ("fk", "chain", "chain_D_q", "chain_all")
 SHAFT = read_text("""
 name = "shaft"
@@ -99,73 +85,6 @@ c = -14
 d = 7.6
 """)
 """A telescopic Cardan shaft between a motor and a tool on a carriage."""
-
-
-@pytest.fixture(scope="module", params=KINDS)
-def platform(request):
-    """Returns kernels of a platform, and closed configurations (N, n_z) near its reference."""
-    mechanism = drawn_as(KINDS[request.param], 0)
-    functions = kernels(mechanism, (*MAPS, "actuator_margin"))
-    return functions, *configurations(mechanism, SHORT.get(request.param, 1.0))
-
-
-def configurations(mechanism, part=1.0):
-    """Returns a model and closed configurations (N, n_z) near the reference of a mechanism."""
-    model, rng = Model(mechanism), np.random.default_rng(0)
-    at = dict(mechanism.reference)
-    z = np.repeat([[float(at.get(name, 0)) for name in model.names]], POSES, 0)
-    z = model.newton(z, model.actuated)
-    reach = [part * REACH[c.kind] for c in mechanism.coordinates]
-    step = rng.uniform(-1, 1, (POSES, len(reach))) * reach
-    known = z[:, model.actuated] + step
-    z += (model.tangent(z, model.actuated) @ step[..., None])[..., 0]
-    z[:, model.actuated] = known
-    z = model.newton(z, model.actuated)
-    z = z[model.gap(z) < CLOSED]
-    assert len(z) > POSES / 2
-    return model, z
-
-
-def kernels(mechanism, names):
-    """Returns the named functions and their CasADi kernels; each function has a closed form."""
-    found = derive(mechanism, functions=names)
-    functions = [found.function(name) for name in names]
-    assert not any(function.calls for function in functions)
-    return dict(zip(names, zip(functions, lower(functions, "arms"), strict=True), strict=True))
-
-
-def evaluated(kernels, names, *inputs):
-    """Returns the first result (N, ...) of each named function."""
-    results = []
-    for function, kernel in (kernels[name] for name in names):
-        values = kernel(*(x.T for x in inputs[: len(function.inputs)]))
-        first = values[0] if isinstance(values, list | tuple) else values
-        results.append(np.array(first).T.reshape(-1, *function.outputs[0].shape))
-    return results
-
-
-def test_actuators_of_iterated_platforms_have_a_closed_form(platform):
-    functions, model, z = platform
-    rates = np.random.default_rng(1).normal(size=(len(z), len(model.actuated)))
-    slope = model.z_D_q(z)
-    zd = np.einsum("nij,nj->ni", slope, rates)
-    moved = [model.newton(z + side * STEP * zd, model.actuated) for side in (1, -1)]
-    zdd = (moved[0] + moved[1] - 2 * z) / STEP**2
-    theta, thetad, thetadd = (values[:, model.chain] for values in (z, zd, zdd))
-    q, slopes, qd, qdd = evaluated(functions, MAPS, theta, thetad, thetadd)
-    assert np.abs(wrapped(q - z[:, model.actuated])).max() < SAME
-    products = slopes @ slope[:, model.chain]
-    assert np.abs(products - np.eye(len(model.actuated))).max() < 100 * SAME
-    assert np.abs(qd - rates).max() < 100 * SAME
-    assert np.abs(qdd).max() < CURVED * max(1.0, np.abs(thetadd).max())
-
-
-def test_joints_that_loops_exclude_have_no_actuators(platform):
-    functions, model, z = platform
-    theta = z[:, model.chain] + 1e-3 * np.arange(1, len(model.chain) + 1)
-    q, margin = evaluated(functions, ("actuators", "actuator_margin"), theta)
-    assert np.isnan(q).any(-1).all()
-    assert (margin.min(-1) < 0).all()
 
 
 def test_explanation_lists_the_arms():

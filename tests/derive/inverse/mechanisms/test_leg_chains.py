@@ -1,6 +1,9 @@
-"""Inverse of platforms with serial legs, compared with NumPy and a formula."""
+"""Actuators and inverse of platforms with serial legs, compared with Newton's method and a formula.
 
-from functools import cache, partial
+Newton's method runs on a NumPy model.
+"""
+
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,42 +13,67 @@ from chasles.derive.terms.branches import patterns
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.compiling import compiled
 from tests.support.generators.guided_platforms import X, Y, guided
-from tests.support.generators.leg_platforms import drawn_as, drawn_legs
-from tests.support.loops.closures import Model
+from tests.support.generators.leg_platforms import LEG_KINDS, drawn_as, drawn_legs
+from tests.support.generators.machine_platforms import MACHINE_KINDS
+from tests.support.loops.closures import Model, wrapped
 
-POSES, CLOSED, SAME = 20, 1e-12, 1e-9
+POSES, CLOSED, SAME, NEAR = 20, 1e-12, 1e-12, 1e-9
 REACH = {"revolute": 0.2, "prismatic": 0.05}
 """Maximum distance of a coordinate from the reference (radian or meter)."""
-FOLDED = {"3-RUU": 1, "3-RUU with offsets": 2}
-"""Number of folded configurations of a rod; the formula gives only one of these configurations."""
-SLOTS = {
-    "tripteron": 1,
-    "exechon": 8,
-    "3-UPU": 8,
-    "3-URU": 8,
-    "3-PUU": 8,
-    "3-RUU": 8,
-    "3-RUU with offsets": 64,
-}
+STEP, CURVED = 1e-5, 1e-3
+"""Step of a second difference (s), and its error relative to the largest acceleration."""
+SLOTS = {"tripteron": 1, "exechon": 8, "3-UPU": 8, "3-URU": 8, "3-PUU": 8, "3-RUU with offsets": 64}
 """Number of solution slots: one for a decoupled robot, otherwise two per leg, or four with a folded
-rod. 3-PUU with offsets differs from 3-RUU with offsets only in the driven joint."""
+rod. 3-PUU with offsets and 3-RUU without offsets have the same steps as the platforms listed."""
+WITHOUT_SLOTS = ("Exechon with a head", "pentapod")
+KINDS = {kind: (LEG_KINDS | MACHINE_KINDS)[kind] for kind in (*SLOTS, *WITHOUT_SLOTS)}
+SHORT = {"pentapod": 0.1}
+"""Fraction of the reach in which Newton's method converges, for platforms near a singularity."""
+MAPS = ("actuators", "actuators_D_chain", "actuator_rates", "actuator_accelerations")
 
 
-@cache
-def legs_of(kind):
-    mechanism = drawn_legs(kind, 1)
-    return mechanism, derive(mechanism, functions=["ik_legs"]).function("ik_legs")
+@pytest.fixture(scope="module", params=KINDS)
+def platform(request):
+    """Returns kernels of a platform, and closed configurations (N, n_z) near its reference."""
+    mechanism = drawn_as(KINDS[request.param], 0)
+    inverse = ("ik_legs",) if request.param in SLOTS else ()
+    functions = kernels(mechanism, (*MAPS, "actuator_margin", *inverse))
+    return functions, *configurations(mechanism, SHORT.get(request.param, 1.0))
 
 
-def configurations(mechanism):
+def configurations(mechanism, part=1.0):
+    """Returns a model and closed configurations (N, n_z) near the reference of a mechanism."""
     model, rng = Model(mechanism), np.random.default_rng(0)
     at = dict(mechanism.reference)
     z = np.repeat([[float(at.get(name, 0)) for name in model.names]], POSES, 0)
-    reach = [REACH[c.kind] for c in mechanism.coordinates]
-    z = model.newton(z, [])
-    z[:, model.actuated] += rng.uniform(-1, 1, (POSES, len(reach))) * reach
     z = model.newton(z, model.actuated)
-    return model, z[model.gap(z) < CLOSED]
+    reach = [part * REACH[c.kind] for c in mechanism.coordinates]
+    step = rng.uniform(-1, 1, (POSES, len(reach))) * reach
+    known = z[:, model.actuated] + step
+    z += (model.tangent(z, model.actuated) @ step[..., None])[..., 0]
+    z[:, model.actuated] = known
+    z = model.newton(z, model.actuated)
+    z = z[model.gap(z) < CLOSED]
+    assert len(z) > POSES / 2
+    return model, z
+
+
+def kernels(mechanism, names):
+    """Returns the named functions and their CasADi kernels; each function has a closed form."""
+    found = derive(mechanism, functions=names)
+    functions = [found.function(name) for name in names]
+    assert not any(function.calls for function in functions)
+    return dict(zip(names, zip(functions, lower(functions, "arms"), strict=True), strict=True))
+
+
+def evaluated(kernels, names, *inputs):
+    """Returns the first result (N, ...) of each named function."""
+    results = []
+    for function, kernel in (kernels[name] for name in names):
+        values = kernel(*(x.T for x in inputs[: len(function.inputs)]))
+        first = values[0] if isinstance(values, list | tuple) else values
+        results.append(np.array(first).T.reshape(-1, *function.outputs[0].shape))
+    return results
 
 
 def slots_at(ik, T):
@@ -60,36 +88,59 @@ def slots_at(ik, T):
     return np.array(q), np.array(residual)
 
 
-@pytest.mark.parametrize("kind", SLOTS)
-def test_slots_contain_the_generating_coordinates(kind):
-    mechanism, ik = legs_of(kind)
-    assert ik.branches == SLOTS[kind]
-    model, z = configurations(mechanism)
-    assert len(z) > POSES / 2
+def test_actuators_of_iterated_platforms_have_a_closed_form(platform):
+    functions, model, z = platform
+    rates = np.random.default_rng(1).normal(size=(len(z), len(model.actuated)))
+    slope = model.z_D_q(z)
+    zd = np.einsum("nij,nj->ni", slope, rates)
+    moved = [model.newton(z + side * STEP * zd, model.actuated) for side in (1, -1)]
+    zdd = (moved[0] + moved[1] - 2 * z) / STEP**2
+    theta, thetad, thetadd = (values[:, model.chain] for values in (z, zd, zdd))
+    q, slopes, qd, qdd = evaluated(functions, MAPS, theta, thetad, thetadd)
+    assert np.abs(wrapped(q - z[:, model.actuated])).max() < SAME
+    products = slopes @ slope[:, model.chain]
+    assert np.abs(products - np.eye(len(model.actuated))).max() < 100 * SAME
+    assert np.abs(qd - rates).max() < 100 * SAME
+    assert np.abs(qdd).max() < CURVED * max(1.0, np.abs(thetadd).max())
+
+
+def test_joints_that_loops_exclude_have_no_actuators(platform):
+    functions, model, z = platform
+    theta = z[:, model.chain] + 1e-3 * np.arange(1, len(model.chain) + 1)
+    q, margin = evaluated(functions, ("actuators", "actuator_margin"), theta)
+    assert np.isnan(q).any(-1).all()
+    assert (margin.min(-1) < 0).all()
+
+
+@pytest.mark.parametrize("platform", SLOTS, indirect=True)
+def test_slots_contain_the_generating_coordinates(platform, request):
+    functions, model, z = platform
+    ik = functions["ik_legs"][0]
+    assert ik.branches == SLOTS[request.node.callspec.params["platform"]]
     q, residual = slots_at(ik, model.tip(z))
-    own = np.abs(q - z[:, model.actuated]).max(-1) < SAME
-    assert (own & (residual < SAME)).any(0).all()
+    own = np.abs(wrapped(q - z[:, model.actuated])).max(-1) < NEAR
+    assert (own & (residual < NEAR)).any(0).all()
 
 
-@pytest.mark.parametrize("kind", SLOTS)
-def test_unreachable_pose_has_a_residual(kind):
+@pytest.mark.parametrize("platform", SLOTS, indirect=True)
+def test_unreachable_pose_has_a_residual(platform):
     """The platforms have three degrees of freedom, so a screw motion leaves their workspace."""
-    mechanism, ik = legs_of(kind)
-    model, z = configurations(mechanism)
-    T = model.tip(z)
+    functions, model, z = platform
     c, s = np.cos(0.02), np.sin(0.02)
     screw = np.array([[c, -s, 0, 0.003], [s, c, 0, 0.002], [0, 0, 1, 0.001], [0, 0, 0, 1]])
-    _, residual = slots_at(ik, T @ screw)
+    _, residual = slots_at(functions["ik_legs"][0], model.tip(z) @ screw)
     assert (residual > 1e-4).all()
 
 
-@pytest.mark.parametrize("kind", ["3-RUU", "3-RUU with offsets"])
-def test_rotary_delta_agrees_with_the_formula_of_its_arms(kind):
-    """Projected onto the arm's plane, each arm and its rod form a triangle."""
-    mechanism, ik = legs_of(kind)
-    model, z = configurations(mechanism)
-    q, residual = slots_at(ik, model.tip(z))
-    assert (residual < SAME).all()
+@pytest.mark.parametrize("platform", ["3-RUU with offsets"], indirect=True)
+def test_rotary_delta_agrees_with_the_formula_of_its_arms(platform):
+    """Projected onto the arm's plane, each arm and its rod form a triangle.
+
+    The formula gives only one of the two folded configurations of a rod.
+    """
+    functions, model, z = platform
+    q, residual = slots_at(functions["ik_legs"][0], model.tip(z))
+    assert (residual < NEAR).all()
     poses = {body: T[:, :3, 3] for body, T in model.poses(z).items()}
     for k in range(3):
         c, s = np.cos(2 * np.pi * k / 3), np.sin(2 * np.pi * k / 3)
@@ -103,10 +154,8 @@ def test_rotary_delta_agrees_with_the_formula_of_its_arms(kind):
         both = np.arctan2(-Z, X) + np.array([[-1], [1]]) * opening
         both = np.sort(np.remainder(both + np.pi, 2 * np.pi) - np.pi, axis=0)
         for wanted in both:
-            assert np.abs(q[:, :, k] - wanted).min(0).max() < SAME
-        assert (np.abs(q[:, :, k, None] - both.T).min(-1) < SAME).sum(0).min() == len(q) / FOLDED[
-            kind
-        ]
+            assert np.abs(q[:, :, k] - wanted).min(0).max() < NEAR
+        assert (np.abs(q[:, :, k, None] - both.T).min(-1) < NEAR).sum(0).min() == len(q) / 2
 
 
 def test_missing_inverse_of_guided_platform_has_reason(tmp_path):
