@@ -372,8 +372,7 @@ def refinement_of(
     unit: float = 1.0,
     judged: float = 1.0,
 ) -> Refinement | None:
-    """Return how the solutions of an inverse are refined, or None for an inverse without
-    refinement."""
+    """Return how the solutions of an inverse are refined, or None without refinement."""
     jacobian = manifest.with_role("pose and jacobian", "actuators")
     if not (
         info.role.is_inverse and (info.role.domain == "pose" or info.role.components) and jacobian
