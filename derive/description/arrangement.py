@@ -60,7 +60,10 @@ def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, V
 
 
 def _places(point: Vector) -> int | None:
-    """Returns the number of decimal places of a point, or None if it has none."""
+    """Returns the most decimal places of a coordinate.
+
+    Returns None for the origin, and for a point with a coordinate that is no decimal.
+    """
     places = [decimal_places(component) for component in point]
     if any(count is None for count in places) or not any(point):
         return None

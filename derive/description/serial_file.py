@@ -279,7 +279,7 @@ class RobotFile(CoordinateFile):
     def _fail_of_convention(
         self, keys: Keys, convention: Convention, error: DescriptionError
     ) -> NoReturn:
-        """Raises an error for field values without a placement."""
+        """Raises an error for field values at which the convention defines no joint placement."""
         for field in convention.fields:
             if field.kind == "direction":
                 self.fail((*keys, field.name), f"a direction: {error}")

@@ -220,7 +220,7 @@ def section(paper: str, rows: Sequence[Row]) -> str:
 
 
 def counted(paper: str, rows: Sequence[Row]) -> list[str]:
-    """Returns the lines of a paper in the tables of verdicts and of digits."""
+    """Returns a table line with the verdicts of a paper, and a table line with its digits."""
     own = (paper, rows)
     return [
         _block(("paper", *head), [found(own)])[2]

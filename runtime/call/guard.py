@@ -31,8 +31,8 @@ class Guard:
         steps: The loop of each solution step.
         coordinates: The coordinates in the first input, with names and units.
         dead_point: Maximum margin of a dead point.
-        is_followed: Whether the loops are solved by iteration. Beyond a
-            singularity, an iteration does not determine the margins.
+        is_followed: Whether the loops are solved by iteration. Such loops have no margin beyond a
+            singularity.
     """
 
     label: str

@@ -99,8 +99,8 @@ static inline int is_single(const double *T)
 
 /* Returns the maximum rounding error of the entries of a NEAR_RIGID rotation: half a unit of the
  * last decimal (at most nine) or of single precision, or 0 for higher precision. The distance from
- * a rotation alone does not show the rounding: a planar rotation with few digits may be nearly
- * rigid by chance. */
+ * a rotation is no measure of rounding: a planar rotation with few digits may be orthogonal by
+ * chance. */
 static inline double coarseness(const double *T)
 {
     double product[6], off = sqrt(off_orthogonal2(T, product));

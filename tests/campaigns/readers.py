@@ -55,7 +55,7 @@ class Reader:
     """A reader and its valid test files.
 
     Attributes:
-        name: Name of the reader in the printed counts of the campaign.
+        name: Name of the reader in the printed table.
         files: Number of files per trial.
         file: Name of the file that is read.
         corpus: Valid files.

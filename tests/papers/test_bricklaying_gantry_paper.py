@@ -40,7 +40,7 @@ def test_known_misprints_are_marked_as_errata():
         assert where in wrong
     for item in ("sum of the constants of (13) and (14)", "cosine of the angle at the shoulder"):
         assert any(where.endswith(item) for where in wrong)
-    # The seven headings are in mm, and each of the equations (13) to (17) has two table rows.
+    # Seven table headings name the unit mm. Each of the equations (13) to (17) has two table rows.
     assert len(wrong) == len(paper.CORRECTED) + 9
 
 

@@ -11,7 +11,7 @@ not move its axis, so the equations of the axis do not contain joint 6.
     Let a be the axis of joint 6. Then ``Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 a = C_2^-1 Rz_2^-1 C_1^-1
     Rz_1^-1 C_6^-1 a``.
 
-The two sides of this equation are the same line, which has fourteen quantities
+Both sides of this equation describe one line: the axis of joint 6. A line has fourteen quantities
 (:mod:`.line_quantities`). The quantities are linear in the cosine and sine of each joint. The
 result is ``A y = B(theta_3) x``. Here, y contains the eight products for joints 1 and 2, and x the
 nine products for joints 4 and 5.

@@ -212,7 +212,7 @@ def _plane_of_leg(h: SolvedLoops, parts: _Parts, own: Frame, other: Frame) -> Pl
 
     Args:
         h: The robot.
-        parts: The parts of its main chain.
+        parts: The parts of the robot's main chain.
         own: The frame of the ball joint on the leg.
         other: The frame of the ball joint on the platform.
     """

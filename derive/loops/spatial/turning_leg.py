@@ -101,8 +101,8 @@ class TurningLeg(LegStep):
 
 def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
     """Whether a squared distance from the joint axis is zero."""
-    # An end at a distance from the axis at the reference is not on the axis. Otherwise,
-    # `vanishes` tests whether the distance is zero in all configurations.
+    # If the distance is positive at the reference, the end is off the axis. Otherwise, `vanishes`
+    # tests whether the distance is zero in all configurations.
     return legs.reference.of(square) < OFF_AXIS and vanishes(legs.terms, square)
 
 

@@ -33,7 +33,7 @@ class Verdict:
 
     Attributes:
         poses: Number of targets, all reachable.
-        missed: Number of targets that no solution reaches, except least-squares results.
+        missed: Number of targets that no solution reaches. Least-squares results are not solutions.
         unfound: Number of targets that no returned configuration reaches, including least-squares
             results.
         wrong: Number of targets with a solution that is claimed as exact but does not reach the

@@ -56,8 +56,9 @@ class Equation:
 def joint_equations(laws: Iterable[Law], names: Sequence[str]) -> tuple[Equation, ...]:
     """Returns one equation for each dependent joint, in the order of the names.
 
-    Joints without a place in ``names`` depend on the named joints if possible. Of the named joints,
-    followers depend on other joints, and later joints depend on earlier joints.
+    Joints without a place in ``names`` depend on the named joints if possible. Among the named
+    joints, a follower depends on joints that follow none. Otherwise, a joint depends on joints
+    before it in ``names``.
 
     Args:
         laws: The equalities in any order.

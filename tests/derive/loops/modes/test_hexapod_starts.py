@@ -1,4 +1,4 @@
-"""Complex poses of platforms on six rods. One table of start poses serves every robot."""
+"""Start poses with complex numbers for platforms on six rods. All robots use one table."""
 
 import numpy as np
 import pytest
