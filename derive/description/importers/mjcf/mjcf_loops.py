@@ -138,8 +138,7 @@ class ModelLoops:
         return tuple(e.coupling for e in self._equations(tree) if e.joint in inside)
 
     def motors(self, tree: Sequence[BodyJoint]) -> tuple[Drive, ...]:
-        """Returns the motor hinges outside the robot's tree, each of which drives a joint of the
-        tree.
+        """Returns the motor hinges outside the robot's tree. Each drives a joint of the tree.
 
         A joint of the tree with its own actuator needs no hinge as a motor.
         """
