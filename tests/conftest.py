@@ -56,6 +56,11 @@ def pytest_addoption(parser):
     )
 
 
+def pytest_collectstart():
+    """Collects no garbage while the tests are imported, which saves a third of this time."""
+    gc.disable()
+
+
 def pytest_collection_finish():
     """Excludes all imported modules from garbage collection.
 
@@ -68,6 +73,7 @@ def pytest_collection_finish():
     gc.collect()
     gc.freeze()
     gc.set_threshold(NEW_OBJECTS)
+    gc.enable()
 
 
 @pytest.hookimpl(trylast=True)
