@@ -8,7 +8,11 @@ import pytest
 
 # Sets the size of SymPy's cache before a test imports SymPy.
 import chasles.derive  # noqa: F401
-from tests.support.compiling import own_robots_compiled_quickly, reading_here
+from tests.support.compiling import (
+    compiled_with_vectors,
+    own_robots_compiled_quickly,
+    reading_here,
+)
 
 # The deadline and the check `too_slow` measure wall-clock time, which depends on the load of the
 # machine.
@@ -24,6 +28,8 @@ SymPy allocates many small, long-lived objects, and a collection that scans them
 """
 ABOUT_COMPILATION = {"call", "library", "test_portable.py"}
 """Folders and modules whose tests compile robots with the flags of users."""
+ABOUT_VECTORS = {"runtime", "generated", "crosscheck", "derive"}
+"""Folders whose tests call batches of compiled robots with vector code."""
 ABOUT_READING = {
     *("test_crafted_corpus.py", "test_crafted_files.py", "test_known_files.py"),
     *("test_checking.py", "test_isolation.py", "test_readers.py"),
@@ -34,7 +40,14 @@ MISSING = ("missing program", "missing package")
 
 
 @pytest.fixture(scope="module", autouse=True)
-def own_robots(request):
+def vectors(request):
+    """Compiles the batches of robots to vector code where this code is a property of the tests."""
+    with compiled_with_vectors() if ABOUT_VECTORS & {*request.path.parts} else nullcontext():
+        yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def own_robots(request, vectors):
     """Compiles robots that are not shipped quickly, except in the tests of compilation."""
     is_about_compilation = ABOUT_COMPILATION & {*request.path.parts}
     with nullcontext() if is_about_compilation else own_robots_compiled_quickly():
