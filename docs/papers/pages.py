@@ -32,6 +32,8 @@ PAPERS = (
 PROCESSES = 2
 DOTS_PER_INCH = 320
 HEAD = ("item", "values", "verdict")
+EQUATIONS = re.compile(r"\(\d+\)((?:-|, )\(\d+\))*")
+"""Numbers of equations, such as "(3), (4)" or "(3)-(6)"."""
 MEANINGS = {
     "agrees": "our value equals the printed value to half a unit of its last digit. If the paper "
     "says “about”, the note quotes it and states the tolerance.",
@@ -258,7 +260,13 @@ def cells(row: Row) -> tuple[str, ...]:
         printed = printed.replace(value, f"“{value}”", 1)
     values = f"{'no value' if row.printed is None else printed} {source}, {ours} in chasles."
     note = _phrase(row.note.replace("; cause: ", ". Cause: "))
-    return f"{row.item} ({row.where}):", values, f"{row.verdict.capitalize()}. {note}".strip()
+    return _item(row), values, f"{row.verdict.capitalize()}. {note}".strip()
+
+
+def _item(row: Row) -> str:
+    """Returns the item of a row and its place in the paper, such as "A5 (equation (8)):"."""
+    place = EQUATIONS.sub(lambda n: f"equation{'s' if n[1] else ''} {n[0]}", row.where)
+    return f"{row.item} ({place}):"
 
 
 def _compared(row: Row) -> str:
@@ -267,7 +275,7 @@ def _compared(row: Row) -> str:
     for usual in (ECHO, TWICE):
         note = note.removeprefix(usual)
     note = f"; {note.lstrip(':; ')}" if note else ""
-    return f"{row.item} ({row.where}): {printed}, chasles {ours}{note}"
+    return f"{_item(row)} {printed}, chasles {ours}{note}"
 
 
 def _values(row: Row) -> tuple[str, str]:
