@@ -41,6 +41,7 @@ class Terms:
         self.turning: dict[sp.Symbol, tuple[sp.Expr, sp.Expr]] = {}
         self._composed: dict[sp.Expr, tuple[sp.Expr, sp.Expr]] = {}
         self._names: dict[sp.Expr, sp.Expr] = {}
+        self._mixed: dict[frozenset[tuple[sp.Expr, sp.Expr]], sp.Expr] = {}
         self._values = Values()
         self._decimals: dict[sp.Expr, sp.Expr] = {}
         self._constant_symbols = set(self.parameters)
@@ -74,13 +75,18 @@ class Terms:
             return expression
         if self.is_constant(expression):
             return self._constant(expression, is_number=self.is_number(expression))
-        negative = [addend.as_coeff_Mul()[0].is_negative for addend in sp.Add.make_args(expression)]
+        parts = [addend.as_coeff_Mul() for addend in sp.Add.make_args(expression)]
+        negative = [factor.is_negative for factor, _ in parts]
         if all(negative):
             return -self.let(-expression)
+        if not any(negative):
+            return self._name(expression)
         # A named sum equals minus this expression only if this expression has positive and negative
-        # summands.
-        opposite = self._names.get(-expression) if any(negative) else None
-        return self._name(expression) if opposite is None else -opposite
+        # summands. SymPy takes long to negate a sum.
+        opposite = self._mixed.get(frozenset((-factor, rest) for factor, rest in parts))
+        if opposite is not None:
+            return -opposite
+        return self._mixed.setdefault(frozenset(parts), self._name(expression))
 
     def partial(self, expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
         """Returns the derivative with respect to a symbol. Named terms are constants."""

@@ -80,7 +80,14 @@ def dot(terms: Terms, a: Vector, b: Vector) -> sp.Expr:
 def _products(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Expr:
     """Returns the sum of the products of two lists.
 
-    Products and sums with 0 are skipped, because SymPy takes long for them.
+    Products with 0 or 1 and sums of one product are skipped, because SymPy takes long for them.
     """
     pairs = zip(a, b, strict=True)
-    return sp.Add(*(u * v for u, v in pairs if u is not ZERO and v is not ZERO))
+    products = [_product(u, v) for u, v in pairs if u is not ZERO and v is not ZERO]
+    return products[0] if len(products) == 1 else sp.Add(*products)
+
+
+def _product(u: sp.Expr, v: sp.Expr) -> sp.Expr:
+    if u is ONE:
+        return v
+    return u if v is ONE else u * v

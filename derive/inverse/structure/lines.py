@@ -136,6 +136,11 @@ def with_tool_axis(robot: SerialRobot, lines: "Lines", *, stays: bool) -> "Lines
 
 
 def _home_frames(robot: SerialRobot, terms: Terms) -> tuple[list[Frame], Frame]:
+    placements = robot.base, robot.joints, robot.tool
+    return terms.memoize(("home frames", placements), lambda: _placed_frames(robot, terms))
+
+
+def _placed_frames(robot: SerialRobot, terms: Terms) -> tuple[list[Frame], Frame]:
     frames = []
     frame = _placed(terms, (IDENTITY, ORIGIN), robot.base)
     for joint in robot.joints:

@@ -141,3 +141,12 @@ def test_negated_constant_reuses_the_negated_name():
     # A sum that is exactly zero has no sign, and must not start the search for its sign.
     one = sp.sin(x) * sp.cos(2 * x) + sp.cos(x) * sp.sin(2 * x) - sp.sin(3 * x)
     assert terms.let(one) == terms.let(-one) == 0
+
+
+def test_negated_sum_reuses_the_negated_name():
+    x, y, z = sp.symbols("x:z", real=True)
+    for one in (x - y, 2 * x * y - 3 * z / 7 + 1, x * (y - z) - x * y, -x - y):
+        terms = Terms({})
+        assert terms.let(one).is_Symbol or terms.let(-one).is_Symbol
+        assert terms.let(-one) == -terms.let(one)
+        assert len(terms.definitions) == 1
