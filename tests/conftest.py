@@ -28,7 +28,7 @@ SymPy allocates many small, long-lived objects, and a collection that scans them
 """
 ABOUT_COMPILATION = {"call", "library", "test_portable.py"}
 """Folders and modules whose tests compile robots with the flags of users."""
-ABOUT_VECTORS = {"runtime", "generated", "crosscheck", "derive"}
+ABOUT_VECTORS = {"generated", "emit", "crosscheck"}
 """Folders whose tests call batches of compiled robots with vector code."""
 ABOUT_READING = {
     *("test_crafted_corpus.py", "test_crafted_files.py", "test_known_files.py"),
