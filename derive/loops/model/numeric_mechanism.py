@@ -169,12 +169,10 @@ class NumericMechanism:
         """Returns the pose of every body in the base frame, (4, 4) or (n, 4, 4)."""
         found = {self.mechanism.base_frame: np.eye(4)}
         for joint in self.mechanism.joints:
-            found[joint.link] = (
-                found[joint.parent]
-                @ self._offset(offset_of(joint), joint.before)
-                @ _motion(joint, values, self.number)
-                @ self._offset(f"{joint.name}.after", joint.after)
-            )
+            T = found[joint.parent] @ self._offset(offset_of(joint), joint.before)
+            if joint.kind != "fixed":
+                T = T @ _motion(joint, values, self.number)
+            found[joint.link] = T @ self._offset(f"{joint.name}.after", joint.after)
         return found
 
     def closure_errors(self, values: Mapping[str, float]) -> dict[str, ClosureResidual]:
@@ -329,16 +327,14 @@ class NumericMechanism:
             self._set(at, free, x * scale)
             poses = self.poses(at)
             couplings = self.couplings.errors(at) / self._coupling_scale
-            parts = [np.broadcast_to(couplings, (*x.shape[:-1], couplings.shape[-1]))]
+            parts = [couplings]
             for loop_joint in self.mechanism.loop_joints:
                 if loop_joint.name in names:
                     shift, turns = self._open(loop_joint, poses, at)
                     weight = 1.0 if not last or loop_joint.name == last else OTHERS_FIRST
-                    parts += [
-                        np.broadcast_to(part * weight, (*x.shape[:-1], part.shape[-1]))
-                        for part in (shift / self.size, turns)
-                    ]
-            return np.concatenate(parts, axis=-1)
+                    parts += [shift / self.size * weight, turns * weight]
+            whole = [part if part.ndim == x.ndim else np.tile(part, (len(x), 1)) for part in parts]
+            return np.concatenate(whole, axis=-1)
 
         return residual, np.array([at[name] for name in free]) / scale
 
@@ -360,7 +356,7 @@ class NumericMechanism:
 
     def _set(self, at: dict[str, Any], names: Sequence[str], x: Floats) -> None:
         changed = {}
-        for name, column in zip(names, np.moveaxis(x, -1, 0), strict=True):
+        for name, column in zip(names, x.T, strict=True):
             at[name] = column if column.ndim else float(column)
             if name in self.constants and self.constants[name] != column.flat[0]:
                 changed[name] = float(column.flat[0])
@@ -401,9 +397,7 @@ def _sides(loop_joint: Closure | Strut) -> tuple[tuple[str, Frame], tuple[str, F
 def _motion(
     joint: Joint, values: Mapping[str, Value], number: Callable[[sp.Expr], float]
 ) -> Floats:
-    """Returns the displacement along the z axis of a joint, (4, 4) or (n, 4, 4)."""
-    if joint.kind == "fixed":
-        return np.eye(4)
+    """Returns the displacement of a moving joint, (4, 4) or (n, 4, 4)."""
     value = joint.direction * values[joint.name]
     T = _turn(2, 0.0 * value if joint.kind == "prismatic" else value)
     if joint.kind != "revolute":

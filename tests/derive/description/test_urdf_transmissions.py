@@ -2,6 +2,7 @@
 
 import random
 from dataclasses import replace
+from functools import cache
 
 import pytest
 import sympy as sp
@@ -161,12 +162,16 @@ def test_invalid_transmission_is_refused_with_its_element(text, message):
         read_arm(text)
 
 
-ROBOTS = {robot.name: robot for robot in map(read_text, examples("how-to/couplings.md", "toml"))}
+@cache
+def robots():
+    """Returns the coupled arms of the documentation, keyed by name."""
+    found = map(read_text, examples("how-to/couplings.md", "toml"))
+    return {robot.name: robot for robot in found}
 
 
 @pytest.mark.parametrize("name", ["base_elbow", "bevel_wrist"])
 def test_couplings_are_written_as_transmissions_and_read_back(name):
-    robot = ROBOTS[name]
+    robot = robots()[name]
     written = convert(robot, "urdf")
     assert read_text(written.text, format="urdf").linear_map == robot.linear_map
     assert "the hardware of <ros2_control> is a simulation" in written.notes
@@ -176,7 +181,7 @@ def test_couplings_are_written_as_transmissions_and_read_back(name):
 
 def test_couplings_without_a_transmission_are_refused():
     with pytest.raises(InputValueError, match="cannot express the coupling of j2, j3, level"):
-        convert(ROBOTS["palletizer"], "urdf")
+        convert(robots()["palletizer"], "urdf")
     joint1_last = read_arm(
         transmission(
             "FourBarLinkageTransmission",
