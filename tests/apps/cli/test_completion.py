@@ -1,10 +1,13 @@
 """Shell completion, and output through a pipe."""
 
+import os
 import subprocess
 import sys
+from multiprocessing import get_context
 
 import pytest
 
+from chasles.cli.app import run as main
 from tests.support.command_line import run
 from tests.support.waiting import SECONDS
 
@@ -29,13 +32,20 @@ def test_shell_completes_verbs_options_robots_and_choices(line, words, monkeypat
 
 
 def test_derive_progress_is_flushed_to_pipe_immediately(tmp_path):
-    command = [sys.executable, "-m", "chasles", "derive", "four_bar", "scara"]
-    command += ["--to", str(tmp_path)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "deriving 2 robots\n"
-        assert process.poll() is None
-        process.terminate()
+    read, write = os.pipe()
+
+    def derive_two():
+        sys.stdout = os.fdopen(write, "w")
+        main(["derive", "four_bar", "scara", "--to", str(tmp_path)])
+
+    process = get_context("fork").Process(target=derive_two)
+    process.start()
+    os.close(write)
+    with os.fdopen(read) as output:
+        assert output.readline() == "deriving 2 robots\n"
+        assert process.is_alive()
+        process.kill()
+        process.join()
 
 
 def test_runtime_output_is_flushed_line_by_line():

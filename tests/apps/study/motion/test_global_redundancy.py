@@ -107,7 +107,7 @@ def test_limits_hold_where_a_dense_grid_contains_a_motion():
         half = np.diff(robot.limits)[:, 0] * rng.uniform(0.03, 0.2, robot.n)
         limits = np.stack([q_start - half, q_start + half], -1)
         limits = np.clip(limits, robot.limits[:, :1], robot.limits[:, 1:])
-        T = curve.at(np.linspace(0, curve.length, 60)).T
+        T = curve.at(np.linspace(0, curve.length, 40)).T
         exists = reached_poses(robot, T, limits, 200) == len(T)
         try:
             path = resolve_redundancy(robot, T, q_start, limits=limits)

@@ -117,13 +117,13 @@ def test_zero_curves_skip_undefined_regions():
 
 def test_singularity_curves_cover_reach_by_default():
     robot = chasles.load("planar_3rrr")
-    default = singularity_curves(robot, 0.4, resolution=141)
-    wide = singularity_curves(robot, 0.4, (-0.5, 0.5), (-0.5, 0.5), resolution=401)
+    default = singularity_curves(robot, 0.4, resolution=101)
+    wide = singularity_curves(robot, 0.4, (-0.5, 0.5), (-0.5, 0.5), resolution=201)
     reached = [np.concatenate(found.type_2) for found in (default, wide)]
     for one, other in (reached, reversed(reached)):
         gaps = np.linalg.norm(one[:, None] - other, axis=-1).min(1)
         assert gaps.max() < 0.01
-    far = singularity_curves(robot, 0.4, x=(5.0, 6.0), y=(5.0, 6.0))
+    far = singularity_curves(robot, 0.4, x=(5.0, 6.0), y=(5.0, 6.0), resolution=31)
     assert (far.type_1, far.type_2) == ((), ())
 
 

@@ -132,7 +132,7 @@ def test_plot_legend_names_singular_curves():
     pytest.importorskip("matplotlib").use("Agg")
     platform = chasles.load("planar_3rrr")
     axes = constant_orientation_workspace(platform, 0.5).plot(
-        singular=singularity_curves(platform, 0.5)
+        singular=singularity_curves(platform, 0.5, resolution=31)
     )
     assert axes.get_legend().get_texts()[0].get_text() == "platform gains a freedom"
 
