@@ -46,7 +46,7 @@ def test_nominal_arm_has_the_exact_structure():
 def test_ik_of_displaced_arm_recovers_generating_configuration(tmp_path):
     seed = 92
     robot = drawn(seed)
-    arm = compiled(robot, tmp_path / robot.name, ("fk", "fk_jacobian_mixed", "ik"))
+    arm = compiled(robot, tmp_path / robot.name, ("fk", "fk_jacobian_mixed", "ik"), ["c"])
     q = np.random.default_rng(seed).uniform(-np.pi, np.pi, (2000, 5))
     T, J = arm.fk_jacobian_mixed(q)
     assert not hasattr(arm, "ik_position")

@@ -29,7 +29,7 @@ def case(tmp_path_factory):
     """Returns a calibrated arm and its forward kinematics from Pinocchio."""
     robot = displaced(read(ROBOTS / "ur5e.toml"), ERROR)
     folder = tmp_path_factory.mktemp("folds") / robot.name
-    return compiled(robot, folder, ("fk", "fk_jacobian_mixed", "ik")), pinocchio_fk(robot)
+    return compiled(robot, folder, ("fk", "fk_jacobian_mixed", "ik"), ["c"]), pinocchio_fk(robot)
 
 
 def determinant(arm, q):

@@ -9,7 +9,9 @@ from functools import cache, partial
 import numpy as np
 import pytest
 
-from chasles.derive import explain, write
+from chasles.derive import derive, explain
+from chasles.derive.latex import files
+from chasles.derive.program.programs import NO_PROGRAMS
 from tests.support.compiling import compiled
 from tests.support.generators.carried_planes import carrying
 from tests.support.loops.closures import Model
@@ -26,6 +28,7 @@ ROBOTS = {
     "three axes": (partial(drawn, 2, ("RPS", "RPS", "RPS")), 3),
     "three axes on a leg": (driven_by_a_leg, 3),
 }
+COMPILED = ("one axis", "two axes", "three axes on a leg")
 
 
 @cache
@@ -34,12 +37,12 @@ def carried(name):
     return carrying(make(), WRIST[:count])
 
 
-@pytest.fixture(scope="module", params=ROBOTS)
+@pytest.fixture(scope="module", params=COMPILED)
 def loaded(request, tmp_path_factory):
     """Returns a robot, its NumPy model, and closed configurations (N, n_z)."""
     mechanism, rng = carried(request.param), np.random.default_rng(3)
     folder = tmp_path_factory.mktemp("carried")
-    robot = compiled(mechanism, folder, functions=["ik", "fk", "configuration"])
+    robot = compiled(mechanism, folder, ["ik", "fk", "configuration"], ["c"])
     model, at = Model(mechanism), dict(mechanism.reference)
     z = np.repeat([[float(at.get(name, 0)) for name in model.names]], POSES, 0)
     legs, wrist = model.actuated[:3], model.actuated[3:]
@@ -120,10 +123,9 @@ def test_all_platform_rotations_are_found(loaded):
     assert max(counts) > 4
 
 
-def test_explanation_and_article_name_the_rotations_of_the_platform(tmp_path):
+def test_explanation_and_article_name_the_rotations_of_the_platform():
     assert "up to 8 rotations of the platform" in str(explain(carried("three axes")))
-    write(carried("three axes"), tmp_path, functions=("ik",), languages=("c", "latex"))
-    (article,) = tmp_path.rglob("inverse.tex")
-    text = " ".join(article.read_text(encoding="utf-8").split())
+    printed = files(derive(carried("three axes"), functions=["ik"]), NO_PROGRAMS)
+    text = " ".join(printed["latex/inverse.tex"].split())
     assert "axis_0, axis_1 and axis_2 meet in the wrist center" in text.replace("\\_", "_")
     assert "16 slots" in text
