@@ -1,15 +1,14 @@
 """Shell completion, and output through a pipe."""
 
 import os
-import subprocess
 import sys
+from contextlib import contextmanager
 from multiprocessing import get_context
 
 import pytest
 
 from chasles.cli.app import run as main
 from tests.support.command_line import run
-from tests.support.waiting import SECONDS
 
 
 @pytest.mark.parametrize(
@@ -31,26 +30,31 @@ def test_shell_completes_verbs_options_robots_and_choices(line, words, monkeypat
     assert sorted(run().stdout.split()) == words
 
 
-def test_derive_progress_is_flushed_to_pipe_immediately(tmp_path):
+@contextmanager
+def piped(*words, end=sys.exit):
+    """Runs the command line in a fork of this process. Yields the process and its output."""
     read, write = os.pipe()
 
-    def derive_two():
+    def run_forked():
         sys.stdout = os.fdopen(write, "w")
-        main(["derive", "four_bar", "scara", "--to", str(tmp_path)])
+        end(main(words))
 
-    process = get_context("fork").Process(target=derive_two)
+    process = get_context("fork").Process(target=run_forked)
     process.start()
     os.close(write)
     with os.fdopen(read) as output:
+        yield process, output
+    process.kill()
+    process.join()
+
+
+def test_derive_progress_is_flushed_to_pipe_immediately(tmp_path):
+    with piped("derive", "four_bar", "scara", "--to", str(tmp_path)) as (process, output):
         assert output.readline() == "deriving 2 robots\n"
         assert process.is_alive()
-        process.kill()
-        process.join()
 
 
 def test_runtime_output_is_flushed_line_by_line():
-    code = "import chasles.cli.app as m, os; m.run(['list']); os._exit(0)"
-    found = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=SECONDS
-    )
-    assert "ur5e" in found.stdout
+    """The process ends without flushing its output."""
+    with piped("list", "--json", end=os._exit) as (_, output):
+        assert "ur5e" in output.read()
