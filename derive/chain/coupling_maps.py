@@ -33,7 +33,7 @@ def coupling_maps(
 
     Args:
         robot: The description.
-        terms: Table of named terms. This function adds the terms of the maps to the table.
+        terms: Table of named terms, to which this function adds terms.
         arguments: The arguments ``q``, ``qd`` and ``qdd``.
     """
     if not robot.couplings:

@@ -119,8 +119,8 @@ class Convention:
         turning: Field to which a revolute joint adds its variable, or "".
         sliding: Field to which a prismatic joint adds its variable, or "".
         second_part: First field of the second table. A single table may be too wide.
-        numbers: Function that returns the motions whose values a calibration corrects, for a kind
-            of joint. By default, a calibration corrects the motions of the link transform.
+        numbers: Function of the joint type. The function returns the motions of the link transform
+            that a calibration corrects. By default, a calibration corrects all these motions.
         fit: Function that returns the fields for the axis of a joint relative to the previous axis.
             The value is None if the convention cannot represent the axis.
     """

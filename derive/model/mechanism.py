@@ -79,8 +79,8 @@ class Strut:
     Attributes:
         name: Unique name among joints, closures and struts. The coordinate of a cylinder has the
             same name.
-        a: The frame at the first end.
-        b: The frame at the second end.
+        a: The frame at the first end of the strut.
+        b: The frame at the second end of the strut.
         length: Length of a rod, or of a cylinder at coordinate zero (meter).
         is_cylinder: Whether the length is a coordinate.
         ends: Kind of both end joints: pins or balls.

@@ -28,7 +28,7 @@ def power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
     """Returns a power with a rational exponent. Roots of long numbers become decimals.
 
     Raises:
-        NoValue: The root of a long number is not real.
+        NoValue: The base is a long negative number, and its power is not real.
     """
     result_is_exact = exponent.is_Integer or base.free_symbols or _has_short_numbers(base)
     return base**exponent if result_is_exact else _decimal(sp.Pow(base, exponent, evaluate=False))

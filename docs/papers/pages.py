@@ -39,7 +39,7 @@ MEANINGS = {
     "says “about”, the note quotes it and states the tolerance.",
     "erratum": "the printed value is wrong, and our value agrees with the corrected value in the "
     "note. "
-    "If the note states a cause, a computation with this mistake gives the printed value.",
+    "If the note names a mistake, a computation with this mistake gives the printed value.",
     "one reading": "the printed value follows from one interpretation of the text, which the note "
     "states. The paper does not state the interpretation in the note, and other rows contradict "
     "the interpretation.",

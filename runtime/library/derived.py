@@ -15,15 +15,12 @@ import warnings
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from .. import contract
 from ..contract import MAX_DESCRIPTION, UnknownRobotError, read_input
 from ..errors import CacheError, DerivationError
 from .cache import cache_folder
-
-if TYPE_CHECKING:
-    from subprocess import CompletedProcess
 
 _COMPILER = "chasles.derive"
 _GENERATED = ("chasles.generated", "chasles_robots")
@@ -218,7 +215,7 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
             warnings.warn(line.removeprefix(_WARNING), stacklevel=2)
 
 
-def _finished(command: list[str]) -> CompletedProcess[str]:
+def _finished(command: list[str]) -> Any:
     import subprocess  # noqa: PLC0415
 
     return subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)

@@ -123,7 +123,7 @@ class Linearized:
             noise: The previous estimate of the noise.
         """
         h = _leverages(every.J, self.inverse_root(noise))
-        # The fit does not adapt to an unused error, so the variance of this error is 1 + h.
+        # The fit minimizes only used errors. The variance of an unused error is 1 + h.
         kept = np.where(used, np.maximum(1 - h, 0), 1 + h)
         compared = kept > _ESTIMATED
         sizes = np.abs(every.e) / np.sqrt(np.where(compared, kept, 1))

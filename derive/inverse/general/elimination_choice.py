@@ -1,11 +1,11 @@
 """Selects the elimination orders and the fixed joints of a general arm.
 
-Many elimination orders are unsuitable if consecutive axes intersect or are parallel. An order is
-unsuitable if det M is zero for every suppressed angle. An order is also unsuitable if several
-solutions have the same suppressed angle. Therefore, all elimination orders are rated at random
-configurations. A suitable order makes det M a trigonometric polynomial of degree 8 in the
-suppressed angle. Two singular values must be clearly positive: the second smallest of M at the
-solution, and the smallest of A.
+Many elimination orders are unsuitable if consecutive axes intersect or are parallel. An elimination
+order is unsuitable if det M is zero for every suppressed angle, or if the suppressed angle is equal
+in several solutions. Therefore, all elimination orders are rated at random configurations. A
+suitable order makes det M a trigonometric polynomial of degree 8 in the suppressed angle. Two
+singular values must be clearly positive: the second smallest of M at the solution, and the smallest
+of A.
 """
 
 from collections.abc import Mapping, Sequence

@@ -86,7 +86,7 @@ class PlaneEquations:
 
     @cached_property
     def rows(self) -> FloatArray:
-        """Unit normals and negative offsets (3, 4) of the planes, times fixed inverse poses."""
+        """Unit normals and negative offsets (3, 4), times constant poses before the legs."""
         planes = self.carried.planes
         rows = np.array([[*plane.normal, -plane.offset] for plane in planes])
         return rows @ self._still(self.carried.before, self.h.robot.base, ())

@@ -239,7 +239,7 @@ def _reach(
     edges: tuple[Edge, ...],
     parts: tuple[Cluster, Cluster, Cluster],
 ) -> int:
-    """Returns the sign of the travel at the reference: 1 larger, -1 smaller, 0 ambiguous."""
+    """Returns 1 if the travel at the reference is the larger root, -1 if the smaller, or 0."""
     if clusters.branch is not None:
         return 0
     reference = clusters.reference

@@ -134,7 +134,7 @@ class ThreeSpheres(LegStep):
 
     @property
     def remark(self) -> str:
-        """A sentence on which side of the plane of the centers the platform is."""
+        """A sentence that states on which side of the centers' plane the platform is."""
         return (
             f"The sign of the root puts ${{P}}$ {self.branch} the plane of ${{A}}$, ${{B}}$ and"
             " ${C}$, where ${w}$ points up."

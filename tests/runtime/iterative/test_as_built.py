@@ -103,7 +103,8 @@ def test_requirements_note_nominal_loop_lengths():
 
 
 def test_loops_with_tilted_joint_use_refined_nominal_inverse():
-    """The spatial loops determine the planar loops, and the nominal inverse is refined."""
+    """The solution steps of spatial loops come before planar loops. Newton's method refines the
+    nominal inverse."""
     hybrid = solved(replace(tilted(DESIGN, "shoulder"), closure="least squares"))
     assert not hybrid.forward.open
     assert {"SlidingLeg", "TurningLeg"} & {type(step).__name__ for step in hybrid.forward.steps}

@@ -354,7 +354,7 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
 }
 
 /* Adds a curve that starts from the configuration `from`, whose parameter on the pose line is mu.
- * The curve leads to the end of the pose line that is opposite to the end `side`. */
+ * The curve leads away from the end `side` of the pose line to its other end. */
 static LANES_TARGET void POLISH_NAME(begin)(POLISH_NAME(search) * s, const double *u,
                                             POLISH_NAME(curves) * k, const double *from, int slot,
                                             double mu, double margin)
