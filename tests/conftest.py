@@ -11,6 +11,7 @@ import chasles.derive  # noqa: F401
 from tests.support.compiling import (
     compiled_with_vectors,
     own_robots_compiled_quickly,
+    printing_here,
     reading_here,
 )
 
@@ -35,6 +36,8 @@ ABOUT_READING = {
     *("test_checking.py", "test_isolation.py", "test_readers.py"),
 }
 """Modules whose tests read files in a separate process with limits, as users do."""
+ABOUT_PRINTING = {"test_cli.py", "test_language.py"}
+"""Modules whose tests print articles in a separate process, as users do."""
 MISSING = ("missing program", "missing package")
 """Prefixes of skip reasons that name a missing program or package."""
 
@@ -58,6 +61,13 @@ def own_robots(request, vectors):
 def files_read_here(request):
     """Reads robot files in the test process, whose fork takes 0.1 s."""
     with nullcontext() if request.path.name in ABOUT_READING else reading_here():
+        yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def articles_printed_here(request):
+    """Prints articles in the test process, whose fork takes 0.1 s."""
+    with nullcontext() if request.path.name in ABOUT_PRINTING else printing_here():
         yield
 
 

@@ -4,9 +4,10 @@ import hashlib
 import io
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from subprocess import CompletedProcess
 
@@ -17,6 +18,7 @@ import chasles.derive
 from chasles.cli import app
 from chasles.contract import Manifest
 from chasles.derive import read, write
+from chasles.derive.build import generate
 from chasles.derive.description.importers import chains
 from chasles.derive.emit.manifest import description_text
 from chasles.derive.model.mechanism import Described
@@ -80,6 +82,20 @@ def reading_here() -> Iterator[None]:
     """Context in which robot files are read in the test process."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(chains, "isolated", lambda work, _: work())
+        yield
+
+
+@contextmanager
+def printing_here() -> Iterator[None]:
+    """Context in which articles are printed in the test process."""
+
+    @contextmanager
+    def run_later(work: Callable[[], object]) -> Iterator[Callable[[], object]]:
+        yield work
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (import_module("chasles.derive.latex.document"), generate):
+            patch.setattr(module, "run_in_fork", run_later)
         yield
 
 
