@@ -42,7 +42,7 @@ def linear_delta(tmp_path_factory):
     """A delta printer with three carriages, six rods and a level platform."""
     functions = ["fk", "fk_p", "identification_jacobian"]
     folder = tmp_path_factory.mktemp("linear") / LINEAR_DELTA
-    return compiled(description_of(LINEAR_DELTA), folder, functions)
+    return compiled(description_of(LINEAR_DELTA), folder, functions, ["c"])
 
 
 def end_stops(robot, found):

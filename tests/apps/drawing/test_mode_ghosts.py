@@ -96,7 +96,7 @@ def test_link_legs_close_in_every_assembly_mode(tmp_path):
     file.write_text(text.replace(ROD, LINK).replace("planar_3rrr", "linked"), encoding="utf-8")
     functions = ["fk", "configuration", "configuration_near", "constraint", "constraint_D_z"]
     functions += ["modes"]
-    robot = compiled(read(file), tmp_path / "linked", functions)
+    robot = compiled(read(file), tmp_path / "linked", functions, ["c"])
     rods = chasles.load("planar_3rrr")
     bodies, counted = skeleton(robot), 0
     names = [variable.name for variable in robot.configuration_variables]

@@ -134,7 +134,7 @@ def dexterous_platform(tmp_path_factory):
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "small"\n'
     file = folder / "small.toml"
     file.write_text(text + "parameters = { r_p = 30, S_A = 185, L = 185 }\n")
-    return compiled(read(file), folder / "small", ["fk", "actuators", "actuator_margin"])
+    return compiled(read(file), folder / "small", ["fk", "actuators", "actuator_margin"], ["c"])
 
 
 def test_dexterous_region_contains_all_orientations(dexterous_platform):
@@ -158,7 +158,7 @@ def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler,
     file = tmp_path / "holed.toml"
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "holed"\n'
     file.write_text(text + f"parameters = {{ S_A = {crank}, L = {coupler}, r_p = {r_p} }}\n")
-    platform = compiled(read(file), tmp_path / "holed", ["actuators", "actuator_margin"])
+    platform = compiled(read(file), tmp_path / "holed", ["actuators", "actuator_margin"], ["c"])
     hole, r = abs(crank - coupler) / 1000, r_p / 1000
     regions = [
         constant_orientation_workspace(platform, phi) for phi in np.linspace(0, 2 * np.pi, 121)
