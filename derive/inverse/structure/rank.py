@@ -19,7 +19,7 @@ def of_chain(lines: Lines) -> int:
 
 def jacobians(lines: Lines) -> list[NDArray[np.float64]]:
     """Returns Jacobians (6, n) at random configurations. Lengths are relative to the arm length."""
-    return [_jacobian(lines, q)[0] for q in _random_configurations(lines)]
+    return [*_jacobian(lines, _random_configurations(lines))[0]]
 
 
 def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
@@ -29,7 +29,8 @@ def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
         lines: The chain.
         point: The point in the home pose (meter).
     """
-    return any(_directions(lines, point, q) == 3 for q in _random_configurations(lines))  # noqa: PLR2004
+    rates = _rates(lines, point, _random_configurations(lines))
+    return bool(np.max(np.linalg.matrix_rank(rates, tol=JACOBIAN_RANK)) == 3)  # noqa: PLR2004
 
 
 def directions_at_right_angles(lines: Lines, point: NDArray[np.float64]) -> int:
@@ -42,22 +43,19 @@ def directions_at_right_angles(lines: Lines, point: NDArray[np.float64]) -> int:
         point: The point in the home pose (meter).
     """
     values = [_QUARTERS if axis.turns else (0.0,) for axis in lines.axes]
-    rates = np.array([_rates(lines, point, np.array(q)) for q in product(*values)])
+    rates = _rates(lines, point, np.array([*product(*values)]))
     joints = range(len(lines.axes))
     sets = [chosen for count in joints for chosen in combinations(joints, count + 1)]
     ranks = [np.linalg.matrix_rank(rates[..., chosen], tol=JACOBIAN_RANK) for chosen in sets]
     return int(np.sum(ranks))
 
 
-def _directions(lines: Lines, point: NDArray[np.float64], q: NDArray[np.float64]) -> int:
-    return int(np.linalg.matrix_rank(_rates(lines, point, q), tol=JACOBIAN_RANK))
-
-
 def _rates(lines: Lines, point: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Returns the Jacobians (..., 3, n) of a point at joint values q (..., n)."""
     size = lines.length or 1.0
     J, R, t = _jacobian(lines, q)
     there = R @ (point / size) + t
-    return np.asarray(J[:3] + np.cross(J[3:], there, axis=0))
+    return np.asarray(J[..., :3, :] + np.cross(J[..., 3:, :], there[..., None], axis=-2))
 
 
 def _random_configurations(lines: Lines) -> NDArray[np.float64]:
@@ -68,18 +66,24 @@ def _random_configurations(lines: Lines) -> NDArray[np.float64]:
 def _jacobian(
     lines: Lines, q: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    R, t = np.eye(3), np.zeros(3)
+    """Returns Jacobians (..., 6, n), rotations (..., 3, 3) and positions (..., 3) of the tool.
+
+    Args:
+        lines: The chain.
+        q: Joint values (..., n).
+    """
+    R, t = np.broadcast_to(np.eye(3), (*q.shape[:-1], 3, 3)), np.zeros((*q.shape[:-1], 3))
     size = lines.length or 1.0
-    columns = []
-    for axis, value in zip(lines.axes, q, strict=True):
-        h = R @ axis.direction
+    J = np.zeros((*q.shape[:-1], 6, len(lines.axes)))
+    for k, axis in enumerate(lines.axes):
+        h, value = R @ axis.direction, q[..., k, None]
         if axis.turns:
-            point = R @ (axis.origin / size) + t
-            columns.append(np.concatenate([np.cross(point, h), h]))
-            turn = rotation(axis.direction, value)
-            t = t + R @ (axis.origin / size - turn @ (axis.origin / size))
+            origin = axis.origin / size
+            J[..., :3, k], J[..., 3:, k] = np.cross(R @ origin + t, h), h
+            turn = rotation(axis.direction, value[..., None])
+            t = t + (R @ (origin - turn @ origin)[..., None])[..., 0]
             R = R @ turn
         else:
-            columns.append(np.concatenate([h, np.zeros(3)]))
+            J[..., :3, k] = h
             t = t + h * value
-    return np.array(columns).T, R, t
+    return J, R, t
