@@ -49,7 +49,7 @@ class StaticLoads(StudyResult):
         strut_forces: (..., s) axial forces [N], positive if the strut pushes its ends apart. The
             force of a cylinder acts between barrel and piston. The force of a rod is the mean of
             the forces at its two ends.
-        closure_names: Names of the closures. A closure closes a loop without a rod or a cylinder.
+        closure_names: Names of the closures: joints that close a loop between two links.
         closure_wrenches: (..., c, 6) force and moment [N, N m] from the first link of a closure on
             the second link. The point of reference is the closure's frame on the second link. The
             axes are the base axes.

@@ -63,7 +63,7 @@ class TurnedBase:
 
 
 def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
-    """Returns the axes in which the largest number of base frames have exact angles.
+    """Returns a rotated base frame that gives most frames on the base exact angles.
 
     Args:
         mechanism: A robot with the numbers of its file.

@@ -2,8 +2,8 @@
 
 At some poses, the angle of a joint is arbitrary. The solution step of this joint selects one value
 of the arbitrary angle. If the remaining joints need a different value of the arbitrary angle, the
-closed form misses the solution. Right-angle poses of arms with round dimensions are at risk. Poses
-at which a fixed prismatic joint makes axes intersect are also at risk.
+closed form misses the solution. An inverse is likely to miss right-angle poses if dimensions of the
+arm are equal, and poses at which a fixed prismatic joint makes axes intersect.
 """
 
 from collections.abc import Callable, Mapping, Sequence

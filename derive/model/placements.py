@@ -112,7 +112,7 @@ def from_xyz_rpy(xyz: Vector, rpy: Vector) -> Placement:
 def align_z(axis: Vector) -> Placement:
     """Returns rotations Rz(azimuth) Rx(tilt) from the z axis to a direction of any length.
 
-    Angles of a direction with long numbers are rounded to ``AXIS_DIGITS`` digits.
+    If the numbers of the direction are long, both angles are rounded to ``AXIS_DIGITS`` digits.
 
     Raises:
         DescriptionError: The direction is zero or contains a parameter.

@@ -1,4 +1,4 @@
-"""Printed items of a paper with their digits, units and words, and evaluation of its equations.
+"""Numbers and statements that a paper prints, and evaluation of its equations.
 
 The items of a paper are in `printed/<paper>.toml`, one TOML table per item, with these fields:
 

@@ -2,9 +2,9 @@
 
 The border of a region is computed from candidate arcs. The candidate arcs contain the border, and
 are divided at their intersections. A piece belongs to the border if the region lies on exactly one
-of its sides. A region rotates about a point by angles from a to b. The candidate arcs are the
-border of the region rotated by a and by b, and circles about the point. The circles are tangent to
-the border or pass through its corners.
+of its sides. A region rotates about a point by angles from a to b. Candidate arcs of the swept
+region are the border rotated by a, the border rotated by b, and arcs of circles about the point.
+These circles touch the border or pass through its corners.
 """
 
 from __future__ import annotations

@@ -204,7 +204,7 @@ class ConfigurationSpace:
     def _pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
         """Return (shape, second shape, last body that moves both shapes) of each checked pair.
 
-        A negative number of the second shape is the number of an obstacle.
+        If the second number is negative, the pair consists of a shape and an obstacle.
         """
         own, others = np.array(self.checks).T
         others = others - len(self.obstacles)

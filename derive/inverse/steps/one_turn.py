@@ -93,9 +93,9 @@ def _two_lengths(
     height = terms.let(dot(terms, axis.h, subtracted(terms, goal, start)) / rate)
     is_flat = sp.false
     if not terms.is_constant(rate):
-        # If both prismatic joints are perpendicular to the axis, ``lift`` moves the point until the
-        # line along ``other`` intersects the axis. The joint ``other`` can then move the point to
-        # every distance from the axis.
+        # Let both prismatic joints be perpendicular to the axis. The joint ``lift`` moves the point
+        # so that the line through the point along ``other`` intersects the axis. Then the joint
+        # ``other`` moves the point to any distance from the axis.
         is_flat = terms.let(rate**2) <= terms.let(UNDETERMINED_SUM**2)
         to_axis = _to_axis(terms, cross(terms, axis.h, other), lift, start)
         ratio = select(terms, is_flat, sp.S.Zero, ratio)

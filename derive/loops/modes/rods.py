@@ -103,7 +103,7 @@ def tool_position(h: SolvedLoops) -> Vector:
 
 @dataclass(frozen=True)
 class FreePlatform:
-    """A virtual main chain at zero, and the struts in the axes of its joints.
+    """The virtual joints of a free platform at zero, and the ends of its struts.
 
     Attributes:
         directions: The positive direction of each joint, in the base frame.

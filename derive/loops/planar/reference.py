@@ -41,7 +41,7 @@ class Branch:
     def others_since(self, taken: int) -> "list[Branch]":
         """Returns a branch for each sign after the first ``taken`` signs.
 
-        Each returned branch keeps the first signs of this branch and reverses the next sign.
+        Branch k has the first k signs of this branch, then the opposite sign.
         """
         found = []
         for k in range(max(taken, len(self.requested)), len(self.taken)):

@@ -95,7 +95,7 @@ def test_terms_follow_the_entries_that_need_them():
     rotation, position = text.split("With the further terms")
     assert "p_{x} &=" in position
     assert "r_{11} &=" in rotation
-    # The equations of the rotation contain every shared term that is defined before the position.
+    # Terms printed before the position are used in the equations of the rotation.
     for name in re.findall(r"^(t_\{\d+\}) &=|& (t_\{\d+\}) &=", rotation, re.MULTILINE):
         assert rotation.count("".join(name)) > 1
 

@@ -1,7 +1,7 @@
 """The iteration continues past saddles of the error between two solutions.
 
-A UR5e with a nearly straight elbow has two nearly equal solutions. Poses of a random arm have
-saddles where all joint angles are multiples of 90 degrees.
+A UR5e with a nearly straight elbow has two nearly equal solutions. The pose error of a random arm
+has saddle points at joint angles that are multiples of 90 degrees.
 """
 
 from itertools import product

@@ -1,4 +1,4 @@
-"""Robots with iterated loops have an inverse that is refined from the design."""
+"""For robots with iterated loops, `ik` refines solutions of the nominal robot."""
 
 from dataclasses import replace
 

@@ -1,7 +1,7 @@
 """The Robotics Toolbox: Levenberg-Marquardt with random restarts, in C++, called from Python.
 
-The toolbox robot has the fewest possible elements. Each axis has a constant transform and a joint
-motion, and the tool has a constant transform.
+The robot in the toolbox has as few elements as possible: a constant transform and a motion for each
+joint, and a constant transform for the tool.
 """
 
 from collections.abc import Callable

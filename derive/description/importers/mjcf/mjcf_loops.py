@@ -140,7 +140,7 @@ class ModelLoops:
     def motors(self, tree: Sequence[BodyJoint]) -> tuple[Drive, ...]:
         """Returns the motor hinges outside the robot's tree. Each drives a joint of the tree.
 
-        A joint of the tree with its own actuator needs no hinge as a motor.
+        A joint with its own actuator has no motor hinge.
         """
         inside, moved = {joint.name for joint in tree}, self.model.drives.joints
         turning = {joint.name for joint in self.bodies.joints if joint.kind == "revolute"}

@@ -214,7 +214,7 @@ def test_bounded_boxes_contain_no_singular_configuration():
         rng = np.random.default_rng(7)
         for k in range(30):
             a = q[k]
-            # The longest segment that has a bound leads far into the box of joint limits.
+            # The longest segment with a bound is used. Its end is far inside the joint limits.
             for size in (0.1, 0.03, 0.01, 0.003):
                 b = a + rng.normal(size=robot.n) * size * (upper - lower) / 3
                 w = bounds.joints(a, b)

@@ -1,4 +1,4 @@
-"""Loops with variable geometry agree with derived robots.
+"""Parametric functions of robots with loops agree with robots derived at these parameters.
 
 CasADi checks the derivatives.
 """

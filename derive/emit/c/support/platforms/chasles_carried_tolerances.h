@@ -16,8 +16,8 @@
 /* Maximum distance of a ball from its plane, relative to the size of the mechanism, if the pose
  * determines all unknown joints. */
 #define CHASLES_ARM_CLOSED 1e-12
-/* The same for poses with more conditions than unknown joints. Larger distances have no solution
- * nearby. */
+/* Maximum distance of a ball from its plane, relative to the size of the mechanism, if a pose has
+ * more conditions than unknown joints. At a larger distance, there is no solution nearby. */
 #define CHASLES_ARM_NEAR 1e-2
 /* Distance, in the same unit, up to which the iteration is tried. Most candidates of an elimination
  * are much nearer or much farther. */

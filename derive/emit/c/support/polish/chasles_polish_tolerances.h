@@ -140,10 +140,10 @@
 #define POLISH_CLEAR 0.3
 /* Bounds for a branch near a second singularity whose nominal solution has a large residual.
  * POLISH_SECOND limits the square root of a pivot (rad), and POLISH_FARTHEST limits the residual.
- * POLISH_AMPLIFIED times the axis deviation limits the square root of the pivot times the residual
- * (m, rad). The nearer the second singularity is, the farther the axis deviation moves the fold
- * point. If the residual is at most ten axis deviations, the square root of the pivot is compared
- * with POLISH_NEARER axis deviations instead. */
+ * The product of this square root and the residual is at most POLISH_AMPLIFIED times the axis
+ * deviation (m, rad). The nearer the second singularity is, the farther the axis deviation moves
+ * the fold point. If the residual is at most ten axis deviations, the square root of the pivot is
+ * compared with POLISH_NEARER axis deviations instead. */
 #define POLISH_SECOND 0.02
 #define POLISH_FARTHEST POLISH_DEVIATIONS(60.0)
 #define POLISH_AMPLIFIED (0.25 * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0))
