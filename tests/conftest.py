@@ -51,7 +51,7 @@ def vectors(request):
 
 @pytest.fixture(scope="module", autouse=True)
 def own_robots(request, vectors):
-    """Compiles robots that are not shipped quickly, except in the tests of compilation."""
+    """Quickly compiles robots that chasles does not ship, except in the tests of compilation."""
     is_about_compilation = ABOUT_COMPILATION & {*request.path.parts}
     with nullcontext() if is_about_compilation else own_robots_compiled_quickly():
         yield

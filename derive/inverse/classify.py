@@ -72,8 +72,8 @@ class Classification:
     Attributes:
         lines: The axes of the joints in the chain.
         found: The family that fits the chain, or None.
-        attempts: The comparisons with the tested families. If a family fits the chain, the last
-            comparison is the comparison with the fitting family.
+        attempts: The result of each comparison of the chain with an inverse family. If a family
+            fits the chain, its comparison is the last.
         missing: The reason why no closed form exists, or "" if a closed form exists.
         near: Structures that fit approximately, best first. Each structure defines a nominal arm
             for refinement by Newton's method.

@@ -1,9 +1,9 @@
 """Counts the poses that an inverse misses. The sample consists of right-angle configurations.
 
-At some poses, the angle of a joint is arbitrary. The solution step of this joint selects one value
-of the arbitrary angle. If the remaining joints need a different value of the arbitrary angle, the
-closed form misses the solution. An inverse is likely to miss right-angle poses if dimensions of the
-arm are equal, and poses at which a fixed prismatic joint makes axes intersect.
+At some poses, the angle of a joint is arbitrary. The closed form then selects one value of this
+angle. It misses the solution if the other joints reach the pose only at another value. An inverse
+is likely to miss right-angle poses if dimensions of the arm are equal, and poses at which a fixed
+prismatic joint makes axes intersect.
 """
 
 from collections.abc import Callable, Mapping, Sequence

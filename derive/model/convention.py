@@ -39,8 +39,8 @@ class Field:
         headings: LaTeX of the vector components in table headings. The heading of a scalar is its
             name.
         default: Value of an omitted field. If `default` is None, an omitted field is zero.
-        needed_to: Meaning of a field that moving joints require, for the error message. The meaning
-            is empty for optional fields.
+        needed_to: What the field defines, for the error message of a moving joint without the
+            field. Empty for optional fields.
         is_of_motion: Whether the field describes the motion of the joint. Fixed joints ignore
             fields of the motion.
     """

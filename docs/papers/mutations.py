@@ -90,8 +90,8 @@ def survives(row: Row, digit: Digit) -> bool:
     """Tests whether the verdict of a row stays the same for a changed digit.
 
     The printed number is changed by multiples of the digit's unit, upward and downward. The verdict
-    must change for at least one change just above the tolerance. The verdict must change for both
-    changes just above twice the tolerance.
+    must change for an upward or a downward change of just above the tolerance. For changes of just
+    above twice the tolerance, upward and downward, the verdict must change both times.
     """
     if row.source is None or row.judge is None:
         raise ValueError(f"item {row.item} stores no verdict function")

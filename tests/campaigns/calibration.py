@@ -24,12 +24,12 @@ the intervals contain 90 % or 98.6 % of the true values fail 98 of 100 trials. A
 fails one of four trials, and a coverage of 98 % three of four. A long campaign measures the
 coverage of the intervals directly.
 
-Odd trials test warnings on arms, a delta and other robots with loops. The measuring devices of the
-trials cover all kinds of measurements. Measurements are few or many, exact or noisy, with and
-without tolerances. Correct measurements must fit within the stated noise and cause no warning about
-the robot. Measurements of a different robot, exchanged columns and a wrong angle unit must cause a
-warning or an error. A complete model without tolerances can fit a different robot and needs no
-warning. Too few measured values may cause an error.
+Trials with odd numbers test the warnings. The robots are arms, a delta and other robots with loops.
+The measuring devices of the trials cover all kinds of measurements. Measurements are few or many,
+exact or noisy, with and without tolerances. Correct measurements must fit within the stated noise
+and cause no warning about the robot. Measurements of a different robot, exchanged columns and a
+wrong angle unit must cause a warning or an error. A complete model without tolerances can fit a
+different robot and needs no warning. Too few measured values may cause an error.
 """
 
 from collections.abc import Callable

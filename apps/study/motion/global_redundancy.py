@@ -52,7 +52,7 @@ _MAX_GRID = 6000
 _FINEST = 1e-3
 """Step of the finest grid, relative to the parameter range."""
 _GAIN = 1e-3
-"""Minimum relative decrease of the cost. After a smaller decrease, the grid step is halved."""
+"""If an improvement decreases the cost by less than this fraction, the grid step is halved."""
 _STEP = 1.0
 """Maximum distance of the configurations at successive knots [rad or `unit_length`]."""
 _RANDOM = 1024

@@ -6,8 +6,9 @@ d^2) at height v. The points (u, v) and (-u, v) describe the same circle. Since 
 the volume is an integral over the region (Pappus).
 
 In a rotation by an angle s of less than a full turn, the point u describes an arc of angle s. The
-arc of the point -u begins at an angle of pi - 2 a(u) after the arc of u, with a(u) = atan2(d, u).
-If (u, v) and (-u, v) belong to the region, their arcs overlap by the following angle:
+point (-u, v) describes an arc on the same circle. Its start is the start of the first arc, rotated
+by pi - 2 a(u), with a(u) = atan2(d, u). If (u, v) and (-u, v) belong to the region, their arcs
+overlap by the following angle:
 
     max(0, s - pi + 2 a) + max(0, s - pi - 2 a)
 

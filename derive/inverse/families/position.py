@@ -1,9 +1,8 @@
 """Three joints that position the tool, as in gantries and arms without a wrist.
 
 The joints do not control the orientation of the tool. One point of the tool reaches its target
-position. The residual includes the orientation error. The point is the tool origin. If some joint
-does not move the tool origin, the point is another point of the tool. Maximum number of solutions:
-4.
+position. The residual includes the orientation error. This point is the tool origin, or another
+point of the tool if a joint does not move the tool origin. Maximum number of solutions: 4.
 """
 
 import numpy as np

@@ -13,12 +13,12 @@ solves the cubic ``(tau^2 - 1)(tau - r') + P (tau - 1) + Q (tau + 1) = 0``. The 
 root tau between -1 and 1. A line intersects the circle in two points. If the line misses the
 circle, two roots of the quartic are complex.
 
-If the cubic has several roots, the root farthest from the other roots is used. Two roots of the
-quartic that coincide then lie on the same line, and no accuracy is lost. A double root tau is never
-used, because its accuracy is only 1e-8. Newton's method computes tau. The start value and the other
-roots are on opposite sides of tau, so the method converges monotonically. If the root farthest from
-the other roots is outside -1 <= tau <= 1, the conic does not intersect the circle. The other two
-roots tau then follow from a quadratic equation.
+If the cubic has several roots, the root farthest from the other roots is used. If two roots of the
+quartic coincide, both then lie on the same line, and no accuracy is lost. A double root tau is
+never used, because its accuracy is only 1e-8. Newton's method computes tau. The start value and the
+other roots are on opposite sides of tau, so the method converges monotonically. If the root
+farthest from the other roots is outside -1 <= tau <= 1, the conic does not intersect the circle.
+The other two roots tau then follow from a quadratic equation.
 
 For tau > 0, x and y are exchanged. Then t = 1 + tau is in [0, 1]. Newton's method refines t in
 ``t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P = 0``. Even a small t has full relative accuracy.

@@ -64,7 +64,7 @@ class OwnArm:
 
     @classmethod
     def of(cls, page: LoopPage, arm: LoopArm) -> "OwnArm":
-        """Moves the placements at the ends of an arm to its known bodies."""
+        """Assigns the constant transforms at the ends of an arm to the bodies at its ends."""
         first, *rest = arm.robot.joints
         *inner, last = replace(first, before=()), *rest
         robot = replace(arm.robot, joints=(*inner, replace(last, after=())), tool=())

@@ -295,7 +295,7 @@ def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
 
 
 def is_long(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a constant made of parameters needs named parts."""
+    """Whether a constant with parameters is too long to be printed without named parts."""
     return not terms.is_number(expression) and terms.size(expression) > MAX_WRITTEN
 
 

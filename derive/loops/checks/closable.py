@@ -40,10 +40,7 @@ LITTLE = 0.5
 
 
 def limits_of(h: SolvedLoops) -> tuple[str, ...]:
-    """States the joint limits at which the loops do not close.
-
-    The value is empty if all loops close.
-    """
+    """Returns a sentence for each joint limit at which the loops do not close."""
     mechanism = h.mechanism
     if h.forward.open:
         search = BySearch(NumericMechanism(mechanism), h.at_reference)

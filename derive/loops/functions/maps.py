@@ -79,7 +79,7 @@ class Map:
         symbol: Symbol of the vector of joint values.
         names: Returns the names of the computed joints.
         noun: Noun for the joints in the descriptions.
-        meaning: Meaning of the result.
+        meaning: Meaning of the computed vector, for the documentation.
         summary: Summary of the map. The placeholder ``{interval}`` stands for the angle interval.
         identity: Identity that the map fulfills. The placeholder ``{names}`` stands for the joint
             names.

@@ -114,10 +114,10 @@ def test_printed_report_names_displacements_missed_by_dh():
 
 TURNS, MIXED = ("revolute",) * 3, ("revolute", "revolute", "prismatic", "revolute")
 INCOMPLETE = {"poe": (TURNS, MIXED), "s_model": (MIXED,)}
-"""Conventions without parameters for some displacements, and the pairs of joint types for which
-these displacements occur. A vector that represents a direction has no free parameters. In a product
-of motions, the parameters of an S-model come after a rotation and before a translation. Therefore,
-the S-model has no parameter between a prismatic and a revolute joint.
+"""Conventions with too few parameters, each with the joint types of incomplete arms. A vector that
+represents a direction has no free parameters. In a product of motions, the parameters of an S-model
+come after a rotation and before a translation. Therefore, the S-model has no parameter between a
+prismatic and a revolute joint.
 """
 
 

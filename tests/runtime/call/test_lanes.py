@@ -44,10 +44,8 @@ FORWARD = [
     for name, item in FUNCTIONS
     if name in SERIAL and item != "swivel" and not ROBOTS[name].functions[item].solutions
 ]
-"""Functions whose only input is a vector of coordinates. Inverses are excluded: for NaN inputs,
-signs of zeros decide between pi and -pi, and rows of a 4 by 4 matrix have a different memory layout
-than vectors. The swivel angle is excluded, too: a nearly stretched elbow amplifies rounding
-errors."""
+"""Functions whose only input is a vector of coordinates. Inverses have poses as inputs. The swivel
+angle is excluded, because a nearly stretched elbow amplifies rounding errors."""
 
 
 def each(pairs):

@@ -312,8 +312,8 @@ static void check_damping(void)
     expect_damping(&box, TRACK_DAMPING, "minimum damping");
 }
 
-/* Checks that the step scales with the twist and its bounds, and is finite without some bounds.
- * check_other_bounds changes `low` and `high`. */
+/* Checks that the factor SMALL on twist and bounds scales the step by SMALL, and that the step is
+ * finite if some bounds are infinite. Changes `low` and `high`. */
 static void check_other_bounds(DampedBox *solver, const double *y, double *low, double *high)
 {
     int n = solver->n;

@@ -23,7 +23,8 @@ from tests.support.loops.legs_of_joints import drawn
 
 POSES, CONFIGURATIONS, STARTS, STEPS = 1, 120, 80, 25
 REACH, FAR, LARGEST = 1.0, 2.0, 0.5
-"""Maximum distance of a start from the reference and of a found displacement, and of a step."""
+"""Maximum distances: of a joint value from the reference, of a displacement from zero, and of a
+Newton step."""
 CLOSED, SAME = 1e-12, 1e-7
 SOURCE = """#include "chasles_carried_arm.h"
 static void {name}_ik_legs(const double *T, const double *v, double *q, double *r, double *m)
