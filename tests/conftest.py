@@ -29,8 +29,8 @@ SymPy allocates many small, long-lived objects, and a collection that scans them
 """
 ABOUT_COMPILATION = {"call", "library", "test_portable.py"}
 """Folders and modules whose tests compile robots with the flags of users."""
-ABOUT_VECTORS = {"generated", "emit", "crosscheck"}
-"""Folders whose tests call batches of compiled robots with vector code."""
+ABOUT_VECTORS = {"runtime", "derive", "generated", "crosscheck", "campaigns"}
+"""Folders whose tests call robots with vector code and with the general solver of built arms."""
 ABOUT_READING = {
     *("test_crafted_corpus.py", "test_crafted_files.py", "test_known_files.py"),
     *("test_checking.py", "test_isolation.py", "test_readers.py"),
@@ -44,7 +44,7 @@ MISSING = ("missing program", "missing package")
 
 @pytest.fixture(scope="module", autouse=True)
 def vectors(request):
-    """Compiles the batches of robots to vector code where this code is a property of the tests."""
+    """Compiles vector code of robots where this code is a property of the tests."""
     with compiled_with_vectors() if ABOUT_VECTORS & {*request.path.parts} else nullcontext():
         yield
 

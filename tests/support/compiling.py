@@ -42,7 +42,8 @@ with -O3. Tests with tens of thousands of poses use FAST.
 COMPILER = shutil.which("clang") and "clang"
 """Clang at -O0 is three times faster than GCC. GCC compiles the shipped robots."""
 TCC = shutil.which("tcc") and "tcc"
-"""tcc is ten times faster than Clang at -O0, but compiles batches without vectors."""
+"""tcc is ten times faster than Clang at -O0, but compiles neither vectors nor the general
+solver of built arms."""
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from chasles.calibration.calibrated_file import robot_file
 from chasles.cli.app import run as main
 from chasles.derive import DescriptionError, read
-from tests.support.compiling import compiled
+from tests.support.compiling import compiled, compiled_with_vectors
 from tests.support.derivations import ROBOTS
 from tests.support.measured_arms import drawn
 
@@ -30,7 +30,8 @@ def mine(arm, driven, tmp_path_factory):
     path = folder / "mine.toml"
     path.write_text(robot_file(arm, driven[0], "mine", "a test"))
     functions = ["fk", "ik", "coordinates_from_readings", "readings_from_coordinates"]
-    return compiled(read(path), folder / "mine", functions, ["c"])
+    with compiled_with_vectors():
+        return compiled(read(path), folder / "mine", functions, ["c"])
 
 
 def test_robot_file_reproduces_calibrated_fk_and_ik_inverts_it(arm, truth, mine):

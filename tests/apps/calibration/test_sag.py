@@ -9,7 +9,7 @@ from chasles.calibration import Positions, identify
 from chasles.calibration.calibrated_file import robot_file
 from chasles.derive import DescriptionError, derive, read_text
 from chasles.errors import InputValueError
-from tests.support.compiling import compiled
+from tests.support.compiling import compiled, compiled_with_vectors
 from tests.support.convention_robots import sagging_ur5e
 
 SIGMA = 2e-5
@@ -135,7 +135,8 @@ def check_file(arm, folder, functions, seed, soft=slice(None)):
 
 
 def test_robot_file_with_springs_reproduces_sag_and_ik(arm, tmp_path):
-    mine, p, T = check_file(arm, tmp_path, [*FUNCTIONS, "ik"], 3, soft=[2])
+    with compiled_with_vectors():
+        mine, p, T = check_file(arm, tmp_path, [*FUNCTIONS, "ik"], 3, soft=[2])
     found = mine.ik(T)
     back = arm.fk_p(mine.readings_from_coordinates(found.q), p)
     gaps = np.abs(back - T[:, None]).max((-2, -1))[found.valid]
