@@ -1,4 +1,4 @@
-"""Runs work in a separate process with time and memory limits."""
+"""Runs a function in a separate process with time and memory limits."""
 
 import os
 import pickle

@@ -112,7 +112,7 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
     ``CHANCE``. Three decimal places are enough, or two decimal places for right angles. The file
     may also contain a fraction of a rounded pi. The rounded pi has at least four places, and at
     most as many places as the decimal. For example, 0.7853975 is 3.14159 / 4. Trailing zeros do not
-    count as places, so the decimal 2.880 stays as it is. Zero must be written as zero.
+    count as places, so the decimal 2.880 stays as it is. An angle of zero must be written as 0.
     """
     degrees = value * 180 / sp.pi
     if degrees.is_Rational:

@@ -51,7 +51,7 @@ class Finding:
 
     @property
     def is_good(self) -> bool:
-        """Whether the poses are accurate, and any change of the structure is explained."""
+        """Whether the poses are accurate, and a changed structure has a stated reason."""
         return self.excess <= 1 and (self.kept or bool(self.missed))
 
     def __str__(self) -> str:

@@ -202,7 +202,7 @@ def newton(
     """Returns quaternions and positions of distinct modes from random start poses."""
     e = rng.normal(size=(count, 4))
     e /= np.linalg.norm(e, axis=1, keepdims=True)
-    # The first rod has the length between its ends.
+    # At the start poses, the distance between the ends of the first rod equals the rod length.
     direction = rng.normal(size=(count, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     p = a[0] + lengths[0] * direction - rotations(e) @ b[0]

@@ -1,4 +1,4 @@
-"""Statements of the well manipulator paper also hold during the 49 s motion."""
+"""The statements in the paper on the well manipulator hold during its motion of 49 s."""
 
 import numpy as np
 import pytest

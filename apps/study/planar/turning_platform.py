@@ -146,7 +146,7 @@ class _Leg:
         return bool(nearest >= self.inner and farthest <= self.outer)
 
     def circles(self) -> list[tuple[FloatArray, float]]:
-        """Return the circles that contain the border of the points reached at every angle."""
+        """Return circles whose arcs bound the region of points reached at every angle."""
         ends = self.centers(np.array([0.0, self.width]))
         found = [(end, radius) for end in ends for radius in (self.inner, self.outer)]
         about_middle = (

@@ -70,9 +70,9 @@ def _whole_pose(robot: SerialRobot, lines: Lines) -> Solved:
     return of_pose_task(robot, work, (), {})
 
 
-# A pose target can be inverted, so that axes are numbered from the tool. A position cannot be
-# inverted, so the numbering starts at the base. Fixed joints cannot be factored out of a position
-# target, so a chain with fixed joints is not compared with this family.
+# For a pose target, axes may be numbered from the tool, because a pose has an inverse. For a
+# position target, axes are numbered from the base. Fixed joints cannot be factored out of a
+# position target, so a chain with fixed joints is not compared with this family.
 POSITION = Family(
     "three joints that position the tool",
     (3,),

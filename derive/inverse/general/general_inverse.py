@@ -326,7 +326,8 @@ def solver_function(
     Args:
         robot: The description.
         choice: The elimination orders of the joints.
-        constants: The placements of the joints. A five-joint arm includes its added joint.
+        constants: The placements of the joints. For an arm with five joints, the list includes the
+            sixth joint, which chasles adds.
     """
     n, given = len(robot.coordinates), choice.given
     unit = common_unit(joint.unit for joint in robot.coordinates)

@@ -134,7 +134,7 @@ def named_matrix(name: str, rows: Sequence[Sequence[str]]) -> Display:
 
 
 def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -> str:
-    """Sets displays side by side. ``kept`` keeps the next text on the same page."""
+    """Prints displayed equations side by side. ``kept`` keeps the next text on the same page."""
     gap = width(r",\qquad")
     rows: list[list[str]] = []
     room = 0.0

@@ -1,7 +1,7 @@
 """Closure equations in double precision, and their Jacobian.
 
 If the body at end b moves, the rate of an equation is the power of a wrench on this body. If the
-body at end a moves, the rate is the negative power of the same wrench.
+body at end a moves, the rate is minus the power of this wrench.
 """
 
 from collections.abc import Iterator, Mapping

@@ -163,9 +163,9 @@ def triad_polynomial(terms: Terms, triad: Triad) -> tuple[sp.Expr, ...]:
     """Returns the trigonometric polynomial whose zeros are the platform angles of all modes.
 
     a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3. Squared lengths are divided by
-    the mean square of rods and platform sides, so the coefficients are about 1. If there are lines,
-    the mean includes the squared distances between their fixed points. The polynomial is zero at
-    all angles if the three rods can stay parallel.
+    the mean square of rods and platform sides, so the coefficients are about 1. For legs whose ends
+    move on lines, the mean includes the squared distances between the fixed points of these lines.
+    The polynomial is zero at all angles if the three rods can stay parallel.
 
     Args:
         terms: Receives the terms.

@@ -26,7 +26,8 @@ SEVERAL = ("iiwa14", "lynxmotion")
 TEN_DIGITS = 1e-10
 CONFIGURATIONS = 100
 LOST = 1e-8
-"""Maximum singular value (m, rad) of a rank-deficient Jacobian. The roots are accurate to 1e-9."""
+"""A Jacobian is rank-deficient if its smallest singular value is at most LOST (m, rad). The roots
+are accurate to 1e-9."""
 FULL = 1e-4
 """Singular value (m, rad) that the Jacobian at a random configuration always exceeds."""
 

@@ -1,4 +1,4 @@
-"""Code in each language contains a public function or states that it is missing."""
+"""The code in each language contains all public functions, or names the missing functions."""
 
 import re
 

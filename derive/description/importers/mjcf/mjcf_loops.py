@@ -2,11 +2,11 @@
 
 A ``connect`` equality joins two points with a ball joint. Two ``connect`` equalities between the
 same bodies form a pin joint. The axis of the pin joint passes through the points of both
-equalities. A ``weld`` equality fixes two frames to each other. A body is a rod if only a ball joint
-and one ``connect`` equality hold it, or only two ball joints of the tree. Other ball joints and
-free joints of a loop become series of joints with one degree of freedom. Joint equalities are mimic
-relations in a chain, and couplings in a robot with loops. Couplings that are not linear raise an
-error.
+equalities. A ``weld`` equality fixes two frames to each other. A body becomes a rod in two cases:
+its only joints are two ball joints of the tree, or one ball joint and one ``connect`` equality.
+Other ball joints and free joints of a loop become series of joints with one degree of freedom.
+Joint equalities are mimic relations in a chain, and couplings in a robot with loops. Couplings that
+are not linear raise an error.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

@@ -67,8 +67,8 @@ static void chasles_arm_basis(double x, int is_slide, double *u, double *rate)
     rate[2] = is_slide ? 0.0 : u[1];
 }
 
-/* Multiplies rows by the map of one joint. An unknown joint triples the rows. Returns the new
- * number of rows. */
+/* Multiplies rows by the map of one joint. For an unknown joint, each row becomes three rows: the
+ * factors of 1, cosine and sine. Returns the new number of rows. */
 static int chasles_arm_mapped(const chasles_carried_arm_arm *arm, int map, const double *given,
                               int count, double (*rows)[4])
 {

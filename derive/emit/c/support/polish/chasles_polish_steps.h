@@ -280,8 +280,8 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
 #endif
         POLISH_NAME(moved)(&going, dq, c);
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-        /* The test `misses` requires new equations. If equations are reused, curvature may cause an
-         * error as large as for an unreachable pose. */
+        /* The test `misses` needs equations that were computed at the current configuration. With
+         * older equations, curvature may cause an error as large as for an unreachable pose. */
         if (is_new)
             going = POLISH_AND(going, POLISH_NOT(POLISH_NAME(misses)(c, &f, dq, pivots)));
 #endif
