@@ -335,11 +335,6 @@ def test_a_mill_is_nowhere_singular():
     assert np.linalg.svd(J(configurations), compute_uv=False).min() > 0.1
 
 
-@pytest.mark.parametrize("name", ["scara", "lynxmotion"])
-def test_arms_with_singularities_are_not_reported_as_regular(name):
-    assert not Page.of(chasles.derive.derive(loaded(name), functions=["fk"])).singular.is_regular
-
-
 def test_singularity_text_numbers_axes_of_the_whole_arm():
     page = Page.of(chasles.derive.derive(loaded("photo_robot"), functions=["ik"]))
     assert [k for k, q in enumerate(page.equations.notation.q) if q in page.singular.fixed] == [

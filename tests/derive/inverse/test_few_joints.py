@@ -31,7 +31,7 @@ SOLD = """<robot name="arm"><link name="base"/>
   <origin xyz="0 0 {along}" rpy="0 0 0.3"/></joint></robot>"""
 
 
-REACHING_OTHER_AXES = (61035130000014, 61035130000014000017, 19126538000017, 7102000005)
+REACHING_OTHER_AXES = (61035130000014, 19126538000017, 7102000005)
 """Arms in which, at some multiples of 90 degrees, an earlier axis intersects the last axis. The
 position of the intersection does not determine the angle of the earlier axis."""
 

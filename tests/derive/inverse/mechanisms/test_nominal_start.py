@@ -19,7 +19,8 @@ def reversed_joint(arm, name):
 
 def test_reversed_joint_of_chain_leaves_a_solution_of_the_nominal_arm():
     arm = built_arm(141)
-    derivation = derive(reversed_joint(arm, arm.main_chain.moving[-1].name))
+    robot = reversed_joint(arm, arm.main_chain.moving[-1].name)
+    derivation = derive(robot, functions=["fk", "ik_nominal"])
     nominal = derivation.function("ik_nominal")
     fk, start = lower([derivation.function("fk"), nominal], "arm")
     values = dict(derivation.robot.reference)
