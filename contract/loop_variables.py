@@ -13,7 +13,7 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class LimitedVariable:
-    """A joint or cylinder with limits that follows from the actuated coordinates.
+    """A passive joint or cylinder that has limits.
 
     Attributes:
         index: The variable in `z`.

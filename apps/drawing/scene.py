@@ -62,7 +62,7 @@ class Scene:
         view: The projection.
         unit: Radius of a joint symbol [m].
         marks: Lines and areas of the robot, in drawing order.
-        ghosts: Lines of the bodies (k, 2) of each ghost [m].
+        ghosts: For each ghost, the projected lines (k, 2) of its bodies [m].
         path: (k, 2) the projected tool path [m], or None.
         frames: The base frame and the tip frame.
         anchors: Points at which the coordinate labels are placed.

@@ -32,7 +32,7 @@ _RETRIES = 5
 
 
 class Tally(Protocol):
-    """Counts over the pieces of a sample set. Counts can be added to each other."""
+    """Statistics of a part of the samples. The statistics of several parts can be merged."""
 
     def merge(self, other: Self) -> None:
         """Add the counts of another sample set."""

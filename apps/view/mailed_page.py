@@ -163,7 +163,7 @@ def _closures(skeleton: Skeleton) -> list[dict[str, Any]]:
 def _couplings(
     robot: Robot, z: NDArray[np.float64], scales: Sequence[float], size: float
 ) -> list[dict[str, Any]]:
-    """Return the factors of z in each coupling, in meters, and their total at closed loops."""
+    """Return the scaled factors of each coupling equation, and its value at z."""
     found = []
     for row in robot.manifest.loops.joint_couplings:
         factors = np.array(row) * size / np.abs(np.array(row) * scales).max()

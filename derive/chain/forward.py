@@ -128,7 +128,7 @@ class Forward:
         return levers
 
     def axes_in_tool(self) -> tuple[list[Basis], list[Basis]]:
-        """Returns each group's frame and the frame after the group's last joint, in the tool frame."""
+        """Returns the frame of each group and the frame after its last joint, in the tool frame."""
         tool = self.groups[-1].stations[-1].frames[-1]
         end_axes = [_transposed(tool.orientation)]
         axes: list[Basis] = []

@@ -142,7 +142,7 @@ class Distances:
         self._roots = {square: math.sqrt(square) for square in sorted(squares)}
 
     def exact(self, length: sp.Expr) -> sp.Expr:
-        """Returns the exact distance that is nearest to a length, or the length itself."""
+        """Returns the exact distance of two points that rounds to a length, or the length."""
         places = decimal_places(length)
         if places is None:
             return length

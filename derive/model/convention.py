@@ -41,8 +41,7 @@ class Field:
         default: Value of an omitted field. If `default` is None, an omitted field is zero.
         needed_to: What the field defines, for the error message of a moving joint without the
             field. Empty for optional fields.
-        is_of_motion: Whether the field describes the motion of the joint. Fixed joints ignore
-            fields of the motion.
+        is_of_motion: Whether the field describes the joint motion, so that fixed joints ignore it.
     """
 
     name: str

@@ -19,8 +19,7 @@ from chasles.study.planning import Plan, prm
 ANGLES = {"2.6": 15, "2.7": 30, "2.7, second": 45, "2.7, third": 60}
 RNG = 35
 """Seed of the random numbers in figures 3.2 to 3.4. As in the report, a roadmap with 100 points and
-step 10 contains no path. A roadmap with a step above 10 or with more than 100 points contains a
-path."""
+step 10 contains no path. With a larger step or with more points, the roadmap contains a path."""
 MM = 1000.0
 
 

@@ -118,7 +118,8 @@
 #define TRACK_BORDER 0.02
 #define TRACK_DAMPING 0.02
 
-/* Maximum damping d of tracking, dimensionless: the size of a Jacobian far from singularities. */
+/* Maximum damping d of tracking (dimensionless). The entries of a Jacobian far from singularities
+ * are about 1. */
 #define TRACK_GREATEST_DAMPING 1.0
 
 /* Ratio of actual to predicted reduction of the squared error. Below POOR the damping is multiplied

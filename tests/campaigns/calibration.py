@@ -28,8 +28,9 @@ Trials with odd numbers test the warnings. The robots are arms, a delta and othe
 The measuring devices of the trials cover all kinds of measurements. Measurements are few or many,
 exact or noisy, with and without tolerances. Correct measurements must fit within the stated noise
 and cause no warning about the robot. Measurements of a different robot, exchanged columns and a
-wrong angle unit must cause a warning or an error. A complete model without tolerances can fit a
-different robot and needs no warning. Too few measured values may cause an error.
+wrong angle unit must cause a warning or an error. A complete model without tolerances fits a
+different robot as well, so that no warning is necessary. Too few measured values may cause an
+error.
 """
 
 from collections.abc import Callable

@@ -7,7 +7,7 @@ from chasles import Robot
 
 
 class RobotStandIn(SimpleNamespace):
-    """Attributes of a robot without compiled functions.
+    """A robot object with attributes, but without compiled functions.
 
     For `isinstance`, the object is a `Robot`.
     """

@@ -73,8 +73,8 @@ def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
 
     Raises:
         DescriptionError: The file is not a calibration, the robot is not a UR arm, or the
-            calibration belongs to another type of arm. A calibration of another type displaces the
-            tool at joint values 0 by more than ``CALIBRATED_TOOL``.
+            calibration belongs to a different type of UR arm. Such a calibration displaces the tool
+            at joint values 0 by more than ``CALIBRATED_TOOL``.
     """
     check_type("apply_calibration: description", description, SerialRobot, Mechanism)
     file = as_path("path", path)

@@ -129,8 +129,8 @@ def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralIn
 
     Args:
         robot: The description.
-        give: Indices of the joints to fix. Five or six joints must stay free. If the tuple is
-            empty, the best set is fixed.
+        give: Indices of the joints to fix. Five or six joints must stay free. If ``give`` is empty,
+            chasles selects the fixed joints.
     """
     if is_fit(robot, give, OWN):
         return _of_five(robot, give)

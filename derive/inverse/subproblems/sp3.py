@@ -98,7 +98,7 @@ def _line(
 
 
 def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
-    """Returns ``D'^2`` for the sum of two vectors with a known sum length.
+    """Returns ``D'^2`` if the subproblem prescribes the length of the sum of two vectors.
 
     Args:
         terms: Table of named terms.

@@ -138,7 +138,7 @@ class _Ends:
         return self._turned(plane[k]) if side == "a" else self._of_end(end, R.T * plane[k])
 
     def _turned(self, vector: sp.Matrix) -> Vector:
-        """Returns a direction on the body at end a in base axes."""
+        """Converts a direction from the frame of the body at end a to base axes."""
         return combination(self.terms, named(self.terms, list(vector)), self.body.pose[0])
 
     def _of_end(self, end: Reached, vector: sp.Matrix) -> Vector:

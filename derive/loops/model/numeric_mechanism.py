@@ -138,7 +138,10 @@ class NumericMechanism:
         return found
 
     def _offset(self, name: str, placement: Placement) -> Floats:
-        """Returns a placement. A constant, if there is one, is the length of its translation."""
+        """Returns the matrix of a placement.
+
+        If a constant belongs to the placement, the constant is the length of the translation.
+        """
         T = self._placed.get(name)
         if T is None:
             T = self._placed[name] = self.matrix(placement)

@@ -102,7 +102,7 @@ class PhasorSum:
     def reduced(
         self, relations: "Sequence[PhasorSum]", cost: "Callable[[PhasorSum], int]"
     ) -> "PhasorSum":
-        """Returns an equal vector of lower cost, where closed loops give the equality.
+        """Returns a sum with a lower cost that has the same value in closed loops.
 
         Args:
             relations: One sum for each loop, which is zero if the loop is closed.

@@ -180,7 +180,7 @@ class LoopStep(ABC):
         return self.sign != 0
 
     def name(self, mechanism: Mechanism) -> str:
-        """Returns the names of the closed closures and struts, or of the joints of the step."""
+        """Returns the names of the closures and struts that the step closes, or of its joints."""
         swings = {strut.swing_name: strut.name for strut in mechanism.struts}
         names = [swings.get(name, name.split(".")[0]) for name in self.joints]
         loop_joints = {loop_joint.name for loop_joint in mechanism.loop_joints}

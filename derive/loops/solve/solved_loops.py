@@ -135,7 +135,7 @@ class SolvedLoops(LoopModel):
         )
 
     def _unguarded_steps(self, entry: sp.Expr, solution: Solution) -> list[int]:
-        """Returns the steps whose square roots do not occur in an expression."""
+        """Returns the solution steps whose square root is not a part of an expression."""
         if self.terms.is_constant(entry):
             return []
         behind = self._behind(entry)

@@ -43,7 +43,7 @@ class LegStep(LoopStep):
 
 @dataclass(frozen=True)
 class Known:
-    """The known values. Each solved loop adds values.
+    """The joint values that are already solved. Each solved loop adds values of its joints.
 
     Attributes:
         values: Values of joints, swing angles and cylinders by name.
@@ -63,8 +63,8 @@ class Reach:
     Attributes:
         strut: The strut.
         joint: The only unknown joint.
-        tip: The end of the strut on the moved body at zero, in the axes of the joint.
-        target: The other end of the strut, in the axes of the joint.
+        tip: The end of the strut on the moved body if the joint is at zero, in the joint frame.
+        target: The known end of the strut, in the joint frame.
         square: The square of the strut length.
     """
 

@@ -96,7 +96,7 @@ def _of_pin(legs: Legs, points: tuple[BallEnd, BallEnd]) -> BallEnd | None:
 
 
 def _fork_and_tip(legs: Legs, end: BallEnd) -> tuple[Fork, Vector] | None:
-    """Returns the fork of the last two unknown joints, and the end in axes of the second joint."""
+    """Returns the last two unknown joints as a fork, and the leg end in the last frame."""
     places = end.last("revolute", "revolute")
     fork = fork_of(legs, end.path, *places) if places else None
     if fork is None:

@@ -236,7 +236,7 @@ def test_jacobian_loses_rank_only_on_singularity_conditions(name):
 
 @pytest.mark.parametrize("name", SEVERAL)
 def test_numerically_found_singularities_satisfy_a_condition(name):
-    """Newton's method searches singular configurations that satisfy no condition."""
+    """Newton's method finds singular configurations, and each of them satisfies a condition."""
     robot = loaded(name)
     q = coordinates(robot)
     found = found_conditions(name)

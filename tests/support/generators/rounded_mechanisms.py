@@ -1,7 +1,7 @@
 """Robots with loops, rounded to decimals on an arbitrarily rotated base.
 
-Other programs write frames with a fixed number of decimal places. This module rounds the frames of
-a mechanism in the same way, and may rotate the base.
+Other programs write frames with a fixed number of decimal places. This module rounds all frames of
+a mechanism to a fixed number of places, and may rotate the base.
 """
 
 from dataclasses import replace

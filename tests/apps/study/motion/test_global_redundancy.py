@@ -174,10 +174,6 @@ def test_limits_of_another_shape_are_refused(limits):
 @pytest.mark.parametrize("spread", [0.3, 3.0], ids=["near", "far"])
 @pytest.mark.parametrize("highest", [1.0, 200.0], ids=["equal costs", "different costs"])
 def test_predecessors_are_the_cheapest_of_all_pairs(spread, highest):
-    """The search treats the cost as a coordinate.
-
-    With a high cost, the shortest step exceeds the maximum.
-    """
     rng = np.random.default_rng(5)
     before, after = (rng.normal(0, spread, (count, 4)) for count in (300, 200))
     cost = np.where(rng.random(300) < 0.2, np.inf, rng.uniform(0, highest, 300))

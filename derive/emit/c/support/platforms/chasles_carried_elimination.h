@@ -430,7 +430,7 @@ static void chasles_arm_without_slide(const chasles_arm_equations *equations,
     pair->count = count;
 }
 
-/* Writes the equations in the first two unknowns at an angle of the third. */
+/* Computes the equations in the first two unknown joints for a value of the third unknown joint. */
 static void chasles_arm_at(const chasles_arm_equations *equations, double angle,
                            chasles_arm_pair *pair)
 {

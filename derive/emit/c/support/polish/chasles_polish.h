@@ -92,7 +92,8 @@ static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, 
 #endif
 
 #if !POLISH_IS_SEARCHED
-/* Restarts the diverged branches whose start values lie on the true branch of the loops. */
+/* Starts the iteration again for branches that diverged although their start values lie on the true
+ * branch of the loops. */
 static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *start, int b,
                                             const lanes_where *near, const lanes *first,
                                             POLISH_NAME(configurations) * c)

@@ -138,7 +138,7 @@
 #define POLISH_ASIDE 0.01
 /* Maximum relative error of the terms in the discriminant of the second-order equation. */
 #define POLISH_CLEAR 0.3
-/* Bounds for a branch near a second singularity whose nominal solution has a large residual.
+/* Bounds for a branch whose nominal solution has a large residual and is near a second singularity.
  * POLISH_SECOND limits the square root of a pivot (rad), and POLISH_FARTHEST limits the residual.
  * The product of this square root and the residual is at most POLISH_AMPLIFIED times the axis
  * deviation (m, rad). The nearer the second singularity is, the farther the axis deviation moves
