@@ -26,6 +26,7 @@ class JointLimits:
         upper: Upper limits of theta (m,).
         inverse: The name of the inverse.
         functions: The functions of the robot, keyed by name.
+        limited: The passive variables with limits of a robot with loops.
     """
 
     chain: Callable[[FloatArray], FloatArray]

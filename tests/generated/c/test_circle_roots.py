@@ -1,4 +1,4 @@
-"""Real roots of trigonometric polynomials with known roots, some of which nearly coincide."""
+"""All real roots of trigonometric polynomials are found, also roots that nearly coincide."""
 
 import ctypes
 import subprocess
