@@ -92,13 +92,13 @@ def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> s
         q: The coordinates.
         condition: Factors of minors, in the coordinates and parameters of the robot.
     """
-    each = [_of_factor(robot, q, factor) for factor in condition]
-    if all(each):
-        return " and ".join(each)
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     screws, general = _in_general(robot, q)
     factors = [factor.xreplace(values) for factor in condition]
-    found = [_configuration(screws, x) for x in roots(factors, q, STARTS)]
+    each = [_of_factor(screws, general, q, factor) for factor in factors]
+    if all(each):
+        return " and ".join(each)
+    found = _configurations(screws, [*roots(factors, q, STARTS)])
     return _first_that_holds(_coincident(general[0]), found, general)
 
 
@@ -110,7 +110,7 @@ def _in_general(
     S = S * sp.diag(*(joint.direction for joint in robot.moving))
     screws = np.array(S.xreplace(values).evalf(), float)
     sampled = np.random.default_rng(SEED).uniform(-3, 3, (DRAWS, len(q)))
-    return screws, [_configuration(screws, x) for x in sampled]
+    return screws, _configurations(screws, sampled)
 
 
 def _first_that_holds(
@@ -134,17 +134,20 @@ def _off_axis(i: int, j: int, configuration: _Configuration) -> float:
     return max(configuration.off_parallel(i, j), configuration.off_line(configuration.points[j], i))
 
 
-def _of_factor(robot: SerialRobot, q: Sequence[sp.Symbol], factor: sp.Expr) -> str:
-    values = {parameter.symbol: parameter.value for parameter in robot.parameters}
-    screws, general = _in_general(robot, q)
-    zeros = roots([factor.xreplace(values)], q, STARTS)
-    found = [_configuration(screws, x) for x in zeros]
+def _of_factor(
+    screws: FloatArray, general: Sequence[_Configuration], q: Sequence[sp.Symbol], factor: sp.Expr
+) -> str:
+    found = _configurations(screws, [*roots([factor], q, STARTS)])
     own = [k for k, symbol in enumerate(q) if factor.has(symbol)]
     return _first_that_holds(_relations(general[0], own), found, general)
 
 
-def _configuration(S: FloatArray, q: FloatArray) -> _Configuration:
-    screws = seen_screws(S, q, 0).T
+def _configurations(S: FloatArray, q: Sequence[FloatArray] | FloatArray) -> list[_Configuration]:
+    seen = seen_screws(S, np.reshape(q, (-1, S.shape[1])), 0)
+    return [_configuration(screws) for screws in seen.swapaxes(1, 2)]
+
+
+def _configuration(screws: FloatArray) -> _Configuration:
     turns = np.linalg.norm(screws[:, 3:], axis=1) > HOLDS
     directions = np.where(turns[:, None], screws[:, 3:], screws[:, :3])
     points = np.where(turns[:, None], np.cross(screws[:, 3:], screws[:, :3]), 0.0)
