@@ -146,7 +146,9 @@ class DrawnPlatform:
 
     def slopes(self, x: np.ndarray, q: np.ndarray) -> np.ndarray:
         """Returns the derivatives (n, 6, 6) of the closure errors with respect to x."""
-        return np.stack([self.excess(x + TINY * 1j * e, q)[0].imag / TINY for e in np.eye(6)], -1)
+        moved = (x[:, None] + TINY * 1j * np.eye(6)).reshape(-1, 6)
+        gaps, _ = self.excess(moved, np.repeat(q, 6, axis=1) if np.ndim(q) > 1 else q)
+        return (gaps.imag / TINY).reshape(-1, 6, 6).swapaxes(1, 2)
 
     def closes(self) -> bool:
         """Tests whether the loops of the legs close near the reference despite rounded numbers."""
