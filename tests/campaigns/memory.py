@@ -66,7 +66,7 @@ def build_solvers(name, folder, sanitizers):
     manifest = read_manifest(GENERATED / name)
     files = {file: digest for file, digest in manifest.files.items() if file != manifest.batch_file}
     (folder / "glue.c").write_bytes(write_glue(replace(manifest, files=files)))
-    flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-fno-sanitize-recover=all"]
+    flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-Og", "-fno-sanitize-recover=all"]
     paths = [f"-fsanitize={sanitizers}", *INCLUDES, f"-I{manifest.folder}", SUPPORT]
     command = [GCC, *flags, *paths, str(SOLVERS), *SOLVER_SOURCES, "glue.c", "-o", "solvers"]
     subprocess.run([*command, "-lpthread", "-lm"], cwd=folder, check=True)
