@@ -42,9 +42,8 @@ class Conversion:
         format: The file format. :func:`convert` lists the formats.
         text: The robot file or the URDF.
         robot: The robot with the numbers that the text contains.
-        error: The pair (distance, angle), in meter and radian. Upper bounds of the distance and of
-            the angle between the tool poses of the written and the original robot, within the joint
-            limits.
+        error: Upper bounds (distance in meter, angle in radian) of the difference between the tool
+            poses of the written and the original robot, within the joint limits.
         notes: Sentences about changes, and about facts that the format cannot express.
     """
 

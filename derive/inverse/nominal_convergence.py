@@ -112,8 +112,8 @@ def share_near(
     """Returns the fraction of random configurations that Newton's method recovers.
 
     Newton's method solves each pose on the nominal arm and then on the true arm. No nominal inverse
-    is needed. If most configurations have a nearby nominal solution, the fraction nearly equals the
-    fraction that the nominal inverse gives (:attr:`Sampled.share_converged`).
+    is needed. If a nominal inverse exists, its fraction (:attr:`Sampled.share_converged`) is nearly
+    equal for arms whose nominal solutions are near the true solutions.
 
     Args:
         robot: The true arm.

@@ -46,8 +46,8 @@ def eliminated(
     """Solves equations for as many of the first names as possible.
 
     Returns:
-        The solved equations by joint, and the equations that no joint is left to solve. A solved
-        equation contains its joint, and joints for which no equation is solved.
+        The solved equations, keyed by the solved joint, and the remaining equations. The solved
+        equation of a joint contains no other solved joint.
     """
     rows = list(equations)
     solved: dict[str, LinearEquation] = {}

@@ -357,10 +357,10 @@ FARTHEST_POINT = sp.Integer(10) ** 6
 """Upper bound of the magnitude of the vector X in subproblem 6. If subproblem 6 has a solution, the
 magnitude of X is at most sqrt(2)."""
 ELLIPSES_DAMPING = sp.Rational(1, 10**14)
-"""Minimum squared ratio of singular values for undamped Newton steps on two angles."""
+"""A Newton step on two angles is damped if the squared ratio of the singular values is smaller."""
 LOOP_DAMPING = sp.Rational(1, 10**10)
-"""Minimum squared ratio of singular values for undamped Newton steps on three angles. If the
-Jacobian has rank 1, a squared ratio below 1e-10 can consist of rounding errors alone."""
+"""A Newton step on three angles is damped if the squared ratio of the singular values is smaller.
+If the Jacobian has rank 1, a squared ratio below 1e-10 can consist of rounding errors alone."""
 NEARLY_REAL = sp.Rational(1, 10**7)
 """Most negative margin at which solutions are refined. For margins below -1e-7, Newton's method
 finds other solutions."""

@@ -34,7 +34,7 @@ MACHINES = ((10, 34, 10, 8), (44, 20, 8, 10), (44, 66, 8, 12), (78, 26, 10, 8))
 """Corner and side lengths of each machine on the map, in cells."""
 RUNS, SPREAD_RUNS = 10, 4
 FEW = 25
-"""Number of roadmap points that is enough if the step is read as the smallest point distance."""
+"""If the step is the smallest distance of points, this number of roadmap points is sufficient."""
 COUNTS = (50, 100, 200, 400)
 """Numbers of points in the study."""
 MAX = 0.9

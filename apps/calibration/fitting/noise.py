@@ -133,7 +133,8 @@ class Linearized:
     def _most_probable_noise(self) -> float:
         """Return the noise with the maximum marginal likelihood."""
         has_prior = self.D.any(0)
-        # The projection removes the components that the free variables explain.
+        # The projection removes the part of the errors that free variables (without a prior) can
+        # fit.
         per_tolerance = self.J[:, has_prior] / self.D[:, has_prior].sum(0)
         y = self.e - per_tolerance @ self.d
         Q = np.linalg.qr(self.J[:, ~has_prior])[0]

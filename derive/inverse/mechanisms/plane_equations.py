@@ -225,7 +225,9 @@ class PlaneEquations:
 
 
 def _groups(path: Sequence[Joint], base: Placement, tool: Placement) -> list[Group]:
-    """Returns the moving joints, each with the fixed joints before it; the last one has the rest.
+    """Returns groups of one moving joint and the fixed joints before it.
+
+    The last group ends at the tool.
 
     The list is empty if no joint moves.
     """

@@ -178,8 +178,8 @@ def actuators_of(
     crank angle.
 
     Args:
-        work: Record of the solution, which contains the prismatic displacements. The function adds
-            the step.
+        work: Record of the solution, which contains the prismatic displacements. A solution step is
+            added to it.
         moved: The shortened chain.
         q: The actuated coordinates.
 

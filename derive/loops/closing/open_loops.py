@@ -90,7 +90,8 @@ def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> Descrip
 
     Args:
         mechanism: The description.
-        error: The solver's error. It is returned without advice if the loops close numerically.
+        error: The solver's error. If Newton's method closes the loops, this error is returned
+            without advice.
     """
     found = open_loop(mechanism)
     swapped = swapped_ends(mechanism)

@@ -31,8 +31,8 @@ class Row:
     Attributes:
         residual: The residual, which is zero if the loop is closed.
         unit: Unit of the residual, m or 1.
-        powers: The power of the wrench for each motion of both branches. The power is negative on
-            branch a.
+        powers: For each motion of both branches, the power of the wrench. On branch a, minus this
+            power.
         length: The strut length that is subtracted from a distance, or 0 without a strut.
     """
 

@@ -50,7 +50,7 @@ class Hexapod:
 
 
 class DoubleJoints(NamedTuple):
-    """Three pairs of rods. The rods of a pair may share an end.
+    """Six rods in three pairs. The rods of a pair may share an end.
 
     Attributes:
         side: 1 if the rods of each pair share an end on the platform, 2 if they share an end on the

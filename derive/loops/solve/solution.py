@@ -236,7 +236,7 @@ def every_solution(
 
 
 def _restarted(own: Solution, known: Mapping[str, sp.Expr]) -> Solution:
-    """Returns the solution before the first step, with the reference of a complete solution."""
+    """Returns a solution without steps that keeps the reference of a complete solution."""
     return _with_open(
         replace(own, values=known, loops={}, steps=(), relations=(), coupled=(), open=())
     )

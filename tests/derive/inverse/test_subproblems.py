@@ -1,4 +1,5 @@
-"""Subproblems 1 to 4 and prismatic joints: planted solutions and boundary cases."""
+"""Subproblems 1 to 4 and prismatic joints, at known solutions and at the border of the reachable
+targets."""
 
 import itertools
 

@@ -131,7 +131,7 @@ def test_printed_velocity_relation_matches_function(name):
 
 
 def eliminated(numbers, triad, length, phi):
-    """Returns both sides of the printed equation at a platform angle, and the first rod."""
+    """Returns both sides of the printed equation at a platform angle, and the first rod vector."""
     numbers.give([triad.phi], [phi])
     (rod,) = triad.equations.polynomial[1].free_symbols - triad.equations.solution.free_symbols
     numbers.give([rod], [length])

@@ -43,7 +43,7 @@ def mutated_bytes(content: bytes, dice: random.Random, other: bytes = b"") -> by
     Args:
         content: The original.
         dice: Source of random values.
-        other: Bytes from which spans are copied.
+        other: A mutation may insert a part of these bytes.
     """
     found = bytearray(content)
     for _ in range(dice.randint(1, 4)):

@@ -30,7 +30,7 @@ INSTANTIATED = ("-fpch-instantiate-templates",) if shutil.which("clang++") else 
 EIGEN_FOLDER = Path("/usr/include/eigen3")
 EIGEN = ("-isystem", str(EIGEN_FOLDER))
 BASE, TIP = "world", "tcp"
-"""Links of the model at a fixed distance from the exported frames."""
+"""Two links of the model. A constant transform joins each link to a frame of the exported robot."""
 BASE_OFFSET = ("0.3 -0.2 0.9", "0.1 0.4 -0.7")
 TIP_OFFSET = ("0.05 0 0.12", "0.3 -0.2 0.5")
 SUCCESS, TIMED_OUT, NO_SOLUTION = 1, -6, -31

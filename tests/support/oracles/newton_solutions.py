@@ -21,7 +21,7 @@ def regular_solutions(
     """Solves a pose by multi-start Newton iteration.
 
     Args:
-        arm: An arm with only revolute joints. Six of the joints are solved.
+        arm: An arm with only revolute joints. Newton's method solves for six joints.
         T: The pose (4, 4).
         fixed: Fixed joint values keyed by index, for arms with more than six joints.
         seed: Seed of the start configurations.

@@ -174,7 +174,7 @@ def test_swept_disc_volume_matches_pappus_theorem():
         for turn in (0.7, 3.0, 5.0, 2 * np.pi, 9.0):
             made = swept_volume(disc, offset, turn)
             assert made == pytest.approx(whole * min(turn / (2 * np.pi), 1), rel=1e-12)
-    # Both halves of the disc sweep the same circles.
+    # In a full turn, both halves of the disc sweep equal regions.
     middle = ArcRegion((BorderArc(np.zeros(2), 0.5, 0.0, 2 * np.pi),))
     near = meridian(middle, 0.3).contains(np.array([[0.29, 0.0], [0.31, 0.0], [0.31, 0.51]]))
     assert near.tolist() == [False, True, False]

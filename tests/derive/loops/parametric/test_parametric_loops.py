@@ -31,7 +31,7 @@ SLIDERS = {
     "x": (ALONG_X, near(("crank", 1), ("elbow", -1), ("cross", 3))),
     "y": (ALONG_Y, near(("crank", 1), ("elbow", "3/4"), ("cross", "15/4"))),
 }
-"""For each direction of the plane normal: the rotation of the slider's axes, and a reference
+"""Keyed by the normal of the loop's plane: the rotation of the slider frame, and a reference
 configuration."""
 
 
