@@ -21,7 +21,7 @@ from chasles import robot as robot_module
 from chasles.cli.app import run as main
 from chasles.derive import read_text
 from chasles.library import derived as described
-from tests.support.compiling import COMPILER, compiled, derived_here
+from tests.support.compiling import COMPILER, TCC, compiled, derived_here
 from tests.support.waiting import SECONDS, until
 
 ROOT = Path(__file__).parents[3]
@@ -55,8 +55,8 @@ print(chasles.find_folder(sys.argv[1]))
 def fast(cache, monkeypatch):
     """Prepares an empty cache and fast compilation."""
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
-    if COMPILER:
-        monkeypatch.setenv("CC", COMPILER)
+    if compiler := TCC or COMPILER:
+        monkeypatch.setenv("CC", compiler)
 
 
 @pytest.fixture

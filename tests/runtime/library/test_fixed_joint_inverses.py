@@ -12,7 +12,7 @@ from chasles.closed_form import fixed_joints
 from chasles.closed_form.complete_inverse import CompleteInverse
 from chasles.derive import write
 from chasles.library import derived as described
-from tests.support.compiling import COMPILER, derived_here, loaded
+from tests.support.compiling import COMPILER, TCC, derived_here, loaded
 from tests.support.generators.drawn_arms import random_arm
 
 DEG, MM = np.pi / 180, 1e-3
@@ -32,8 +32,8 @@ def cache(shipped, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(tmp_path_factory.mktemp("given")))
         patch.setenv("CHASLES_CFLAGS", "-O0")
-        if COMPILER:
-            patch.setenv("CC", COMPILER)
+        if compiler := TCC or COMPILER:
+            patch.setenv("CC", compiler)
         patch.setattr(described, "_finished", derived_here)
         yield
 
@@ -235,14 +235,14 @@ def test_values_near_a_degenerate_value_lose_no_solution(panda):
     rng, joint = np.random.default_rng(5), 2
     steps = [sign * 10.0**-decade for decade in range(1, 13) for sign in (1, -1)]
     values = np.add.outer([0.0, np.pi / 2, np.pi / 4], [0.0, *steps]).ravel()
-    q = rng.uniform(-2, 2, (4, len(values), 7))
+    q = rng.uniform(-2, 2, (2, len(values), 7))
     q[..., joint] = values
     found = panda.ik(panda.fk(q), fixed={"joint3": values})
     apart = np.abs(np.angle(np.exp(1j * (found.q - q[..., None, :])))).max(-1)
     near = np.where(found.valid, apart, np.inf).min(-1) < 1e-6
     J = np.delete(panda.jacobian_mixed(q), joint, -1)
     regular = np.linalg.svd(J, compute_uv=False)[..., -1] > 1e-3
-    assert regular.sum() > 200
+    assert regular.sum() > 100
     assert near[regular].all()
 
 

@@ -199,6 +199,7 @@ def test_functions_outlive_robot_and_library(folder):
 
 
 @pytest.mark.usefixtures("few_objects")
+@pytest.mark.usefixtures("few_objects")
 def test_library_is_closed_with_its_last_function(folder, cache):
     maps = Path("/proc/self/maps")
     if not maps.exists():

@@ -6,7 +6,7 @@ import pytest
 import chasles
 from chasles.errors import InputValueError, ShapeError
 
-STATES = 10_000
+STATES = 2000
 WITH_LOOPS = [name for name in chasles.robots() if chasles.load(name).loops]
 RIGHT = 1e-12
 """Largest difference between the power of the actuator forces and the power of the wrench. The
