@@ -106,7 +106,7 @@ INFINITE_CONDITION = RANK**2
 """Below this ratio of smallest to largest singular value, the condition number is infinite."""
 TRACK_GAIN = 0.5
 """Default fraction of the error that a step of `track` corrects. A fraction of 1 corrects the whole
-linearized error. With a fraction above 2, the error would grow."""
+linearized error. A fraction above 2 would increase the error."""
 
 # --- poses, twists and screws ---
 

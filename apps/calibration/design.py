@@ -7,9 +7,9 @@ maximizes det(A). A D-optimal design thus also maximizes the observability index
 The search then exchanges configurations until no exchange improves det(A).
 
 Source:
-    V. V. Fedorov, Theory of Optimal Experiments, 1972, for the exchange; J. H. Borm, C. H. Menq,
-    Determination of optimal measurement configurations for robot calibration based on observability
-    measure, International Journal of Robotics Research 10 (1991), for O1.
+    V. V. Fedorov, Theory of Optimal Experiments, 1972, for the exchange of configurations; J. H.
+    Borm, C. H. Menq, Determination of optimal measurement configurations for robot calibration
+    based on observability measure, International Journal of Robotics Research 10 (1991), for O1.
 """
 
 from __future__ import annotations

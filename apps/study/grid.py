@@ -4,11 +4,12 @@ The estimate counts visited cells, because the density of points is not uniform.
 enters and leaves the body. Where the line enters or leaves, the visited cells extend half a cell
 beyond the body on average. The visited cells therefore have a larger volume than the body. An open
 face is a face between a visited cell and a cell that was not visited. The excess volume is h/2
-times the area of the open faces, where h is the side of a cell. The open faces along x have the
-area of the surface projected along x. For each axis, the estimate multiplies the volume by a factor
-1 - c. The number c is half the number of open faces per cell. The product of the factors for x, y
-and z is exact for boxes and never negative. The points are too few if a random half of the points
-misses many of the visited cells. With too few points, larger cells are used.
+times the area of the open faces, where h is the side of a cell. The total area of the open faces
+normal to x equals the area of the body's surface projected along x. For each axis, the estimate
+multiplies the volume by a factor 1 - c. The number c is half the number of open faces per cell. The
+product of the factors for x, y and z is exact for boxes and never negative. The points are too few
+if a random half of the points misses many of the visited cells. With too few points, larger cells
+are used.
 
 Four errors remain. First, if the surface of the body is parallel to the faces of the cells, all
 lines leave the body at the same position within a cell. For a surface parallel to cell faces, the

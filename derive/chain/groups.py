@@ -253,7 +253,7 @@ class _Builder:
         turned: Sum of the joint values in the last group. The joint value is negated if the joint
             axis is opposite to the group axis.
         offset: Sum of the constant angles in the last group.
-        unsettled: Constant angle after the last joint. It is not yet part of the angle of the last
+        unsettled: Constant angle after the last joint that will be added to the angle of the last
             station.
         sign: -1 if the joint axes are opposite to the group axes, otherwise 1.
     """

@@ -130,7 +130,8 @@ def _guarded(value: sp.Expr) -> str:
     count = max(DIGITS, _digits(value, decimal_places(value) or 0))
     triple = Decimal(nearest(3 * value, count))
     digits = triple.scaleb(count - 1 - triple.adjusted()).to_integral_value()
-    # A fraction is a finite decimal if its numerator is a multiple of the denominator 3.
+    # If the numerator is a multiple of 3, the fraction is a decimal. A tenth is then added to the
+    # numerator.
     step = Decimal(0) if int(digits) % 3 else Decimal("0.1")
     return f'"{_decimal_text((digits + step).scaleb(triple.adjusted() - count + 1))}/3"'
 

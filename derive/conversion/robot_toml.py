@@ -105,7 +105,7 @@ class _Writer:
             yield f"assumed = {json.dumps(assumed)}"
 
     def _fields(self, joint: Joint, convention: Convention) -> Mapping[str, str]:
-        """Returns the fields that differ from their defaults. The axis is always included."""
+        """Returns the fields that differ from their defaults, and always the axis."""
         values = fields_of(joint, convention)
         return {
             field.name: self.numbers.field(values[field.name], field.kind)

@@ -105,9 +105,8 @@ def _with_added_axis(lines: Lines) -> Iterator[Lines]:
     Two positions of the added axis are tried at each end. At the first position of the added axis,
     the axis passes through the intersection of the two axes at the end of the chain. If one of
     these two joints is prismatic, the added axis passes through a point of the end axis. At the
-    second position, the added axis is at a distance from the end axis. The added axis is
-    perpendicular to the end axis, because a wrist with perpendicular axes can reach every
-    orientation.
+    second position, the added axis does not intersect the end axis. The added axis is perpendicular
+    to the end axis, because a wrist with perpendicular axes can reach every orientation.
     """
     terms, axes, last = lines.terms, lines.axes, len(lines.axes) - 1
     size = sp.Rational(round(lines.length, FEW_DECIMALS)).limit_denominator() or sp.Integer(1)

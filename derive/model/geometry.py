@@ -172,7 +172,7 @@ class Parameters:
     ) -> sp.Expr:
         """Creates a parameter and returns the value that it changes.
 
-        If the value contains a named parameter, it also depends on this parameter.
+        A value with a named parameter then depends on the new and on the named parameter.
         """
         nominal = value.xreplace(self._nominal)
         symbol = self._added(f"{joint}_{name}", unit, joint, meaning, nominal, part)

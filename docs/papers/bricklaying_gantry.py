@@ -141,7 +141,7 @@ NUMERATOR = "the paper prints 45.02/2.04 for 5.02/2.04"
 
 
 INPUTS = ("_x", "_y", "_time", "target", "lengths")
-"""Endings of the keys of items that are inputs of chasles, not results."""
+"""Items whose keys end with one of these words are inputs of chasles, not results."""
 PARTS = "the value is counted in our parts list, which follows the paper"
 IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
 """For each set-up, the numbers of the drop spots whose printed r is correct except for its unit."""

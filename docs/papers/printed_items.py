@@ -146,7 +146,7 @@ def evaluated(printed: Printed, **values: float) -> Any:
     """Evaluates printed equations; the result has their printed shape.
 
     Args:
-        printed: The item; its value is an equation in Python notation, or rows of equations.
+        printed: An item whose value is an equation in Python notation, or rows of equations.
         values: Values of the symbols in meters and radians; cos, sin and so on are known.
 
     Returns:

@@ -23,8 +23,8 @@ _OTHER_VALUES = (0.5, 1.1, 1.9)
 A relation between joint axes is general if the relation holds for all values in _OTHER_VALUES.
 """
 _OTHER_RATES = (0.4, 0.73)
-"""Steps [rad or m] between the test positions of successive joints that are not fixed. A relation
-between joint axes must hold for both steps."""
+"""Differences [rad or m] between the test values of successive joints that are not fixed. A
+relation between joint axes must hold with each of the two differences."""
 _SEARCH = 16
 """Number of Newton steps from each start. Further Newton steps refine only configurations near a
 solution."""

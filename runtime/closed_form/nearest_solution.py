@@ -89,8 +89,8 @@ class Moves:
     """The distance and the limits for selecting a solution.
 
     Attributes:
-        lower: (n,) lower limits of the coordinates [rad or m], -inf for none. For a coupled robot
-            with m joints, the shape is (n + m,): the lower limits of the joints follow.
+        lower: (n,) lower limits of the coordinates [rad or m], -inf for none. For a robot with m
+            coupled joints, the shape is (n + m,), and the lower limits of the joints come last.
         upper: Upper limits, inf for none.
         scale: (n,) weights of the displacements.
         turn: (n,) the period 2 pi of coordinates that wrap, otherwise 0.

@@ -234,7 +234,7 @@ def _rotated(step: FloatArray) -> FloatArray:
 
 
 def _with_one(R: FloatArray) -> FloatArray:
-    """Return the entries of rotations (k, 3, 3) and -1 as vectors (k, 10)."""
+    """Return vectors (k, 10): the nine entries of each rotation (k, 3, 3), followed by -1."""
     return np.column_stack([R.reshape(-1, 9), np.full(len(R), -1.0)])
 
 

@@ -159,7 +159,7 @@ class Measurements(ABC):
         """Return the derivatives of the errors with respect to parameters and unknowns.
 
         J (N, 6, p) is the mixed Jacobian with respect to the parameters, in the axes of W. The
-        derivatives have shapes (M, p) and (M, u).
+        results have shapes (M, p) and (M, u) for M errors, p parameters and u unknowns.
         """
 
 
@@ -214,7 +214,7 @@ class Positions(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error. Each visible target is a row."""
+        """Row index of each error. A row contains the three errors of a visible target."""
         return np.repeat(np.arange(int(self._seen.sum())), 3)
 
     @property

@@ -128,7 +128,7 @@ class ScrewRing:
         return polynomial
 
     def block(self, columns: list[list[Polynomial]], rows: Sequence[int]) -> Polynomial:
-        """Returns the determinant of some rows of the columns."""
+        """Returns the determinant of the submatrix with the given rows of the columns."""
         if len(rows) == 1:
             return columns[0][rows[0]]
         total = self.ring.zero

@@ -75,9 +75,9 @@ class Neighbours:
 
         The first rows are shifts along the common normal and its perpendicular, divided by the arm
         length. The last two rows are rotations about the common normal and its perpendicular. For a
-        prismatic axis, the result contains the two rows of rotations only. The position of a
-        preceding prismatic axis is arbitrary, so its perpendicular shifts count as parameters. The
-        result is None if the convention cannot describe the axis.
+        prismatic axis, there are no rows of shifts. The position of a preceding prismatic axis is
+        arbitrary, so its perpendicular shifts count as parameters. The result is None if the
+        convention cannot describe the axis.
         """
         found = self.fit(convention)
         if found is None:

@@ -172,7 +172,7 @@ class CarriedArm:
         )
 
     def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
-        """Returns the joints before and on the platform as an argument, and all coordinates."""
+        """Returns an argument for the joints before and on the platform, and all coordinates."""
         carried, own = self.carried, self.argument
         values = {
             joint.name: symbol for joint, symbol in zip(carried.others, own.symbols, strict=True)

@@ -99,7 +99,7 @@ class CarriedWrist:
     """Name of the C solver, its maximum number of solutions, and the name of a solution."""
 
     def arguments(self) -> tuple[Argument, ...]:
-        """Returns no fixed joint."""
+        """Returns (), because no joint of this inverse is fixed."""
         return ()
 
     @property

@@ -239,8 +239,8 @@ def _configurations(hybrid: SolvedLoops, part: float) -> FloatArray:
     """Returns the reference coordinates and random coordinates (N, n).
 
     Random coordinates lie within the limits. Without limits, angles span a full turn, and lengths
-    span the fraction ``part`` of the mechanism size. If ``part`` is small, no rocker passes a dead
-    point.
+    span the fraction ``part`` of the mechanism size. If ``part`` is small, the loops stay on one
+    side of their dead points.
     """
     low, high = [], []
     for c in hybrid.mechanism.coordinates:

@@ -68,7 +68,7 @@ def partial_pose(
             radian).
         identity: Identity that the function satisfies, in one line.
         components: Names of the parts of the pose for the runtime, in the order of the input
-            entries. If ``components`` is empty, the runtime does not refine solutions near
+            entries. Without ``components``, the runtime does not refine solutions near
             singularities.
     """
     values = values_of(work, robot, {})

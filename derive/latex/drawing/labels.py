@@ -36,7 +36,7 @@ P = TypeVar("P")
 
 @dataclass(frozen=True)
 class Box:
-    """A rectangle on paper."""
+    """The bounding rectangle of a label on the page."""
 
     left: int
     bottom: int

@@ -1,7 +1,7 @@
 """Joint values of a linkage at the reference, with values that the description omits.
 
-The values of the tree joints determine the poses of the bodies. These poses give the joint values
-of closures and the omitted swing angles.
+The values of the tree joints determine the poses of the bodies. From these poses follow the joint
+values in closures, and the swing angles of struts that the description omits.
 """
 
 import cmath

@@ -107,7 +107,8 @@ class FreeSides(Branch):
 def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -> Iterator[Solved]:
     """Yields the results on all branches. The branch of the reference comes first.
 
-    The sign of the last step varies fastest. Earlier signs may decide whether a later step exists.
+    The sign of the last step varies fastest. Whether a solution step exists may depend on the signs
+    of the steps before it.
 
     Args:
         solve: Solves the loops on a branch.

@@ -41,8 +41,8 @@ class TwoCircles:
         C: The vector from the first end of D to the shared pin, in the axes of D.
         W: The vector from the second end of D to the shared pin, in the axes of D.
         D: The base.
-        v: The vector C in the axes of its body.
-        w: The vector W in the axes of its body.
+        v: The vector C in the frame of the body that contains it.
+        w: The vector W in the frame of the body that contains it.
         height: Twice the signed area of the triangle. The area is positive if C is to the left of
             D.
         margin: sin^2 of the transmission angle. The margin is zero at a dead point and negative
@@ -135,7 +135,9 @@ def _moving(triangle: TwoCircles) -> tuple[Complex, Complex, Complex]:
 
 
 def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> StepEquations:
-    """Returns the equations of two intersecting circles. In them, A and B replace v and w.
+    """Returns the equations of two intersecting circles.
+
+    The equations contain A and B instead of v and w.
 
     Args:
         triangle: The triangle.

@@ -33,7 +33,7 @@ class TurningLeg(LegStep):
     """Two circles normal to the joint axis. The second circle is a section of the sphere.
 
     Attributes:
-        circles: The circles in the axes of the joint. The vector w is the projection of the leg.
+        circles: The circles in the joint frame. The vector w is the projection of the leg.
         square: The square of the leg length.
     """
 

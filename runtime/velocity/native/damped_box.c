@@ -42,7 +42,8 @@ void damped_box_free(DampedBox *box)
     free(box->rows);
 }
 
-/* The product is compared with the square of the longer row; smaller products are negligible. */
+/* Tests whether the scalar product ab of two rows is negligible relative to the square of the
+ * longer row. */
 static int is_orthogonal_enough(double aa, double bb, double ab, double unused)
 {
     (void)unused;

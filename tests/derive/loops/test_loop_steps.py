@@ -199,5 +199,5 @@ def test_step_without_equations_states_a_reason():
 def test_two_branch_steps_have_a_name_and_a_remark():
     for _, step in steps():
         assert bool(step.branch) is step.is_choice
-        # A step that has both two branches and equations has a remark on its branch.
+        # A step has a remark on its branch if it has equations and more than one branch.
         assert bool(step.remark) is bool(step.branch and step.equations().vectors)

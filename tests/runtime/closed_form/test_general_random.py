@@ -1,7 +1,6 @@
 """The inverse of random arms, some with intersecting or parallel axes.
 
-Five-joint arms recover the solutions of reachable poses. Six-joint arms with prismatic joints have
-the solutions of arms whose dimensions are round numbers.
+Five-joint arms recover the solutions of reachable poses. Some six-joint arms have prismatic joints.
 """
 
 import numpy as np

@@ -137,7 +137,8 @@ def test_solution_far_from_its_nominal_start_is_found(built):
 def test_fixed_joints_keep_their_values(tmp_path):
     """Every length has an error of up to 0.5 mm, and two axes are tilted by 0.1 degrees.
 
-    The design has three redundant joints. With tilted axes, a single fixed joint is enough.
+    In the design, three joints must be fixed for a finite number of solutions. With tilted axes,
+    one fixed joint is sufficient.
     """
     design = read(ROBOTS / "well_manipulator.toml")
     members = frozenset(one.name for one in (*design.joints, *design.struts))

@@ -21,7 +21,8 @@ typedef struct {
     const double *step;    /* change of q per full turn of each phi (n, n); 0 if it cannot turn */
     const double *joint;   /* theta = joint q + offset (joints, n) */
     const double *offset;
-    const int *only;     /* index of the phi that alone moves each joint, otherwise -1 (joints) */
+    const int
+        *only; /* index of the only phi that moves a joint, or -1 if several move it (joints) */
     const double *ratio; /* change of each joint per unit of phi[only] */
     const int *alone;    /* index of the only coordinate that a turn of phi changes, or -1 (n) */
 } chasles_couplings;

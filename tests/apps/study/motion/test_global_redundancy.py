@@ -134,7 +134,7 @@ def test_motion_that_must_follow_a_limit_is_found(monkeypatch):
     """The carriage stays at its limit for a part of the path, where a spline would exceed the
     limit.
 
-    Only the last attempt finds the motion.
+    Of all grid settings, only the last finds this motion.
     """
     monkeypatch.setattr(global_redundancy, "_TRIES", global_redundancy._TRIES[-1:])
     outcome = redundancy.trial(77000106)

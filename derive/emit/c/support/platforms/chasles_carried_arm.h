@@ -1,9 +1,10 @@
 /* Joints before and on a platform whose legs keep ball joints in planes, such as a 3-RPS on a rail
  * or with an arm. This file is part of chasles and is the same for every robot.
  *
- * With the plane r_i (unit normal and negative offset), the ball joint b_i on the platform, the
- * maps A_j of the joints before the legs, the tool pose T and the maps of the joints on the
- * platform, the planes give
+ * Let r_i be a plane (unit normal and negative offset), and b_i the ball joint on the platform that
+ * stays in this plane. Let T be the tool pose. A_1 to A_m are the maps of the joints before the
+ * legs, and A_(m+1) to A_n the maps of the joints on the platform. The ball joints are in their
+ * planes if
  *
  *     r_i . A_m ... A_1 T A_n ... A_(m+1) b_i = 0,   i = 1, 2, 3.
  *

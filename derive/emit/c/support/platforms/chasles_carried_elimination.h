@@ -328,8 +328,8 @@ static void chasles_arm_scaled(chasles_arm_pair *pair)
     }
 }
 
-/* Writes the outer angles at which the equations have a common inner angle. Returns 0 if all outer
- * angles have one. */
+/* Writes the outer angles at which the equations have a common inner angle. Returns 0 if the
+ * equations have a common inner angle at every outer angle. */
 static int chasles_arm_outer(const chasles_arm_pair *pair, chasles_circle_roots *roots)
 {
     const double *cosine = chasles_circle_cosine, *sine = chasles_circle_cosine + 72;
@@ -371,8 +371,8 @@ static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_ar
     const int slides = equations->arm->slides;
     chasles_circle_roots roots;
     if (slides == 1 && inner == 0) {
-        /* The columns of 1 and of the displacement are parallel at a solution. They are then in a
-         * plane with any third column. */
+        /* At a solution, the column of 1 and the column of the displacement are parallel. With any
+         * third column, the determinant is then zero. */
         const double third[3] = {0.5773, -0.2113, 0.7887};
         for (int i = 0; i < 3; i++)
             pair->at[i][2][0] = third[i];

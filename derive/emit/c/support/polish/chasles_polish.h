@@ -40,8 +40,8 @@
  * pose and lambda proportional to |e|^2. The damping acts near singularities and vanishes with the
  * error. Near singularities, the solutions of the true arm may be anywhere, so the iteration also
  * starts from nominal solutions of surrounding poses. The pose, the Jacobian and the residual
- * belong to the true arm. With iterated loops, however, a slot keeps the nominal residual if the
- * nominal arm is far from the pose. The code allocates nothing and has no state.
+ * belong to the true arm. Exception: if the loops are iterated and the nominal arm is far from the
+ * pose, a slot keeps the nominal residual. The code allocates nothing and has no state.
  */
 #include <math.h>
 #include <stddef.h>
