@@ -153,14 +153,14 @@ def everywhere(robot, T, random):
 
 
 def test_right_angle_poses_are_solved(robot):
-    """The test uses a sixteenth of all configurations at multiples of 90 degrees."""
+    """The test uses 3 % of all configurations at multiples of 90 degrees."""
     q = np.array(list(itertools.product(np.arange(4) * np.pi / 2, repeat=6)))
-    q = np.random.default_rng(12).permutation(q)[:256]
+    q = np.random.default_rng(12).permutation(q)[:128]
     T, J = robot.fk_jacobian_mixed(q)
     solutions = robot.ik(T)
     assert (solutions.count > 0).all()
     regular = np.linalg.svd(J)[1][:, -1] > 1e-6
-    assert regular.sum() > 60
+    assert regular.sum() >= 30
     assert included(solutions, q)[regular].all()
 
 

@@ -221,7 +221,7 @@ def test_joint_at_limit_never_moves_outward(panda, dt):
 def test_position_rate_and_acceleration_limits_always_hold(panda):
     """Random joint rates at 250 Hz move joints to their limits."""
     rng = np.random.default_rng(10)
-    dt, count = 4e-3, 100
+    dt, count = 4e-3, 30
     rate, acceleration = np.linspace(1.5, 2.5, 7), np.linspace(5.0, 15.0, 7)
     q, qd = inside(panda, count, margin=0.05), np.zeros((count, 7))
     touched = np.zeros((count, 7), bool)
