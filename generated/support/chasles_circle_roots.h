@@ -290,8 +290,8 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
         return;
     }
     if (change < part->noise || halvings == 0) {
-        /* Rounding errors hide the roots of smaller intervals. Close roots are stored as a single
-         * point. */
+        /* In a smaller interval, rounding errors are larger than the values. All roots of the
+         * interval are stored as a single point. */
         const int last = roots->count - 1;
         if (last < 0 || !(fabs(roots->angle[last] - part->from) < CHASLES_TWINS))
             chasles_circle_add(roots, part->from, part->radius);

@@ -17,8 +17,8 @@
 #define CHASLES_TWINS 1e-3
 /* The sign of the polynomial is uncertain below this multiple of its error. */
 #define CHASLES_UNSURE 10.0
-/* Half the distance [rad] between two roots if the sign of the polynomial between the roots is
- * uncertain. */
+/* If the sign of the polynomial at a point is uncertain, two roots at this distance [rad] from the
+ * point are assumed. */
 #define CHASLES_EDGE 1e-4
 /* If the error [rad] of a root of the determinant exceeds this value, the root may represent
  * several roots. */

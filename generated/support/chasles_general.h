@@ -334,8 +334,9 @@ typedef struct {
 static void chasles_general_nearest(const chasles_general_six *six, const double *T,
                                     chasles_general_found *found, chasles_general_rest *rest)
 {
-    /* The starts are multiples of square roots modulo 1, which are evenly distributed. Prismatic
-     * joints start within pi arm lengths. */
+    /* The starts are multiples of square roots modulo 1, which are evenly distributed. Angles start
+     * within (-pi, pi). Displacements of prismatic joints start within (-pi, pi) times the arm
+     * length. */
     static const double roots[6] = {1.41421356, 1.73205081, 2.23606798,
                                     2.64575131, 3.31662479, 3.60555128};
     chasles_general_iterate iterate;

@@ -182,8 +182,7 @@ static void chasles_general_plane(const double (*R)[6], double (*n)[6])
 }
 
 /* Finds the two products (sin, cos) x (1, cos, sin) in the span of a and b; these are vectors a + z
- * b whose rows are parallel. Returns 0 if the span does not contain two products (sin, cos) x (1,
- * cos, sin). */
+ * b whose rows are parallel. Returns 0 if the span contains fewer than two such products. */
 static int chasles_general_products(const double (*n)[6], double (*product)[6])
 {
     const double *a = n[0], *b = n[1];

@@ -16,8 +16,9 @@
  * (chasles_vectors.h). The code allocates nothing, has no state and depends only on libm.
  *
  * A prismatic joint with displacement d has d and d^2 in place of cosine and sine. A prismatic
- * joint either belongs to the pair, or is one of v and w. The other joint of v and w then has the
- * half angle. If both joints of the pair are prismatic, half of the roots are not solutions.
+ * joint either belongs to the pair, or is joint v or w. If joint v is prismatic, joint w has the
+ * half angle, and vice versa. If both joints of the pair are prismatic, half of the roots are not
+ * solutions.
  */
 #ifndef CHASLES_GENERAL_EQUATIONS_H
 #define CHASLES_GENERAL_EQUATIONS_H

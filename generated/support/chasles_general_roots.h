@@ -125,8 +125,8 @@ static void chasles_general_factored(const chasles_general_system *system, const
     memcpy(low + 3, high + 3, 3 * sizeof *low);
     memcpy(low + 6, high, 3 * sizeof *low);
     *determinant = zero + 1.0;
-    /* The two factorizations are interleaved, because each factorization waits for its square roots
-     * and quotients. */
+    /* The steps of both factorizations alternate: while one waits for a square root or a quotient,
+     * the other computes. */
     CHASLES_UNROLL
     for (int j = 0; j < 3; j++) {
         chasles_general_reflected(high, j, 9, determinant);

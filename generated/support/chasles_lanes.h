@@ -356,7 +356,7 @@ LANES_INLINE void LANES_NAME(lanes_two_atan2)(const lanes *y1, const lanes *x1, 
 #endif
 }
 
-/* Computes the supplement of an angle a in [-pi, pi], with magnitude pi - |a| and the sign of y. */
+/* For an angle a in [-pi, pi], computes the angle with magnitude pi - |a| and the sign of y. */
 LANES_INLINE void LANES_NAME(lanes_supplement)(const lanes *a, const lanes *y, lanes *value)
 {
     lanes size;

@@ -8,8 +8,8 @@
 
 #include "chasles_nearest.h"
 
-/* The seed configurations of a batch, which are `step` doubles apart, the distance metric, and the
- * largest residual of a valid solution. */
+/* The seeds of a batch, the distance metric, and the largest residual of a valid solution. `step`
+ * is the number of doubles from one seed to the next. */
 typedef struct {
     const double *q;
     ptrdiff_t step;

@@ -8,8 +8,8 @@
 
 #include "chasles_nearest.h"
 
-/* The joints with limits that follow from the n coordinates of a robot. In `moves`, their limits
- * follow the limits of the coordinates. */
+/* Passive joints that have limits. Their values depend on the n coordinates of the robot. In
+ * `moves`, the limits of the coordinates come first, then the limits of the passive joints. */
 typedef struct {
     int joints;
     int (*inside)(const chasles_moves *moves, const double *q);

@@ -1,9 +1,8 @@
 """Distribution of large batches over threads.
 
 A part is a slice of the batch along a leading dimension. The ufunc writes into the slice of the
-output, without the interpreter lock. The calling thread computes parts like the other threads. A
-call completes even if no other thread starts. Python handles signals between parts, so Ctrl-C stops
-a long call.
+output, without the interpreter lock. The calling thread computes parts, too. A call completes even
+if no other thread starts. Python handles signals between parts, so Ctrl-C stops a long call.
 """
 
 from __future__ import annotations
