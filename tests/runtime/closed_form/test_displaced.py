@@ -117,7 +117,7 @@ def test_arm_with_fixed_joints_misses_no_configuration(tmp_path):
 
     The arm has eight joints with round dimensions.
     """
-    robot, half = displaced(random_arm(100), 4e-3, 100), 200
+    robot, half = displaced(random_arm(100), 4e-3, 100), 100
     arm = compiled(robot, tmp_path / robot.name, FUNCTIONS, ["c"])
     rng = np.random.default_rng(7)
     q = rng.uniform(-np.pi, np.pi, (2 * half, arm.n))

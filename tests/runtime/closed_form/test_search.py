@@ -38,7 +38,7 @@ def arm(folder):
 @pytest.fixture(scope="module")
 def q():
     """Returns right-angle configurations whose prismatic joint has the length of an offset."""
-    q = np.random.default_rng(0).choice(QUARTERS, (100, 8))
+    q = np.random.default_rng(0).choice(QUARTERS, (60, 8))
     q[:, 5] = -0.4
     return q
 
