@@ -55,6 +55,7 @@ OBLIQUE += [((-2, 3, 2), ("0.02", "-0.04", "0.1"))]
 RAIL, SPIN = ("rail", (2, 1, 3), ("0.1", 0, 0)), ("turntable", (1, 3, -2), (0, "0.1", 0))
 ARMS = {
     "three angles": ("", "rrr"),
+    "turntable and two angles": (SPIN, "rr"),
     "slide and two angles": ("", "srr"),
     "turntable and two slides": (SPIN, "ss"),
     "rail, slide and angle": (RAIL, "sr"),
