@@ -201,7 +201,7 @@ def numbers(terms: Terms, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
 def rotation(k: NDArray[np.float64], angle: float | NDArray[np.float64]) -> NDArray[np.float64]:
     """Returns the rotation matrices (..., 3, 3) for angles (..., 1, 1) about a unit vector k.
 
-    The formula is that of Rodrigues. A single angle may be a number.
+    Rodrigues gives the formula. A single angle may be a number.
     """
     K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
     return np.asarray(np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K)
