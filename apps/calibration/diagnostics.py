@@ -24,7 +24,7 @@ UNSTATED = 2.0
 """Maximum plausible ratio of the actual noise of a device to its stated noise."""
 NOISY = 10.0
 MIN_SPREAD = 1e-6
-"""Minimum spread of the tool positions [m]. Below this spread, the tool only rotates."""
+"""If the tool positions spread less than this [m], the measured motion is a pure rotation."""
 MANY = 0.2
 """Maximum fraction of outliers. If more measurements are outliers, the whole table is
 suspicious."""

@@ -116,7 +116,7 @@ def reachable_positions(
         AttributeError: The robot has no `ik`.
         InputValueError: `resolution` is not 32 times a power of two, a number is not finite, or
             q_seed is required.
-        OutOfReachError: No cell near the tool position of q_seed is reached.
+        OutOfReachError: The tool reaches no cell near its position at q_seed.
         ShapeError: The orientation is not (3, 3), or q_seed is not (n,).
     """
     check_type("reachable_positions: robot", robot, Robot)

@@ -42,7 +42,7 @@ class TreeBody:
         joint: The joint, or None for the ground and strut sections.
         span: The two end points of the strut that the section belongs to, or None for other bodies.
         limits: Minimum and maximum of the coordinate, or None if unbounded.
-        is_part: Whether the next body belongs to the same joint.
+        is_part: Whether this body and the next body belong to one joint with several motions.
     """
 
     name: str

@@ -123,7 +123,8 @@ class _State:
         sense = self._sense(one.joint.kind, other)
         if sense == 0 or (other.joint.kind == "revolute" and not self._is_coaxial(other)):
             return None
-        # The merged joint gets the name of the joint that depends on a single coordinate.
+        # If exactly one of both joints depends on a single coordinate, the merged joint gets its
+        # name.
         is_free = [sum(entry != 0 for entry in link.row) == 1 for link in (one, other)]
         named = one if is_free == [True, False] else other
         merged = replace(

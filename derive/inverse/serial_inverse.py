@@ -108,8 +108,8 @@ class Inverses:
     def self_motion(self) -> str:
         """Describes the joints that can always move without moving the tool.
 
-        The text is empty without any of these joints, or if the arm has more joints than a pose
-        determines. The text is also empty if loops couple redundant joints.
+        The text is empty if the arm has no such joint, if it has more joints than a pose
+        determines, or if loops couple redundant joints.
         """
         lines = self.classification.lines
         is_whole = self.general is not None or bool(self.given)

@@ -72,7 +72,7 @@ def with_input_check(program: Program) -> Program:
         program: The program of an inverse, for one or all solutions.
 
     Returns:
-        A program whose residual depends on each input on which the coordinates depend.
+        A program in which every input that changes the coordinates also changes the residual.
     """
     inputs = _inputs_behind(program)
     unseen = inputs[COORDINATES] - inputs[RESIDUAL]

@@ -48,7 +48,8 @@ def needed_only(program: Program) -> Program:
 def calls_first(program: Program) -> Program:
     """Moves library calls to the front, after the statements that they depend on.
 
-    A library call overwrites the vector registers, so other arithmetic should come after all calls.
+    A library call overwrites the vector registers. Arithmetic after the last call keeps its values
+    in registers.
     """
     needed: set[Variable] = set()
     early: set[Variable] = set()

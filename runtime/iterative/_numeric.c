@@ -61,7 +61,7 @@ static int has_sizes(const chasles_kernel *kernel, int n_outputs, int input, int
     return fits;
 }
 
-/* Reads the sizes of the arm from its functions, and tests them. Returns 0 on error. */
+/* Reads the array sizes of the arm's functions. Returns 0 if a size is wrong. */
 static int read_sizes(Arm *self)
 {
     const chasles_kernel *const *kernels = self->kernels;

@@ -89,7 +89,7 @@ def regressor_jacobian(found: Geometry, q, p, frame: str) -> np.ndarray:
 
 
 def _segments(found: Geometry):
-    """Splits the chain into motions, and joints as tuples (is revolute, axis, value)."""
+    """Returns the constant placements, and the joints as tuples (is revolute, axis, value)."""
     placements, joints, waiting = [], [], []
     for motion in found.motions:
         arguments = [motion.angle] if isinstance(motion, Rotation) else list(motion.vector)

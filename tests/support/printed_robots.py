@@ -121,8 +121,7 @@ BUILT = {
 }
 ROBOTS = [*NAMES, *BUILT]
 FUNCTIONS = ("fk", "jacobian_mixed", "jacobian_space")
-"""Functions whose equations appear in the article. Other functions are not derived, to save
-time."""
+"""The derived functions: only functions whose equations appear in the article."""
 
 
 @cache

@@ -106,7 +106,7 @@ def _equations(
 
 
 def _solved(H: FloatArray, damping: float, g: FloatArray) -> FloatArray:
-    """Return the step, even if rounding makes the matrix indefinite."""
+    """Return the damped step. The matrix may be indefinite because of rounding."""
     damped = H + damping * np.eye(len(H))
     try:
         factor = scipy.linalg.cho_factor(damped, check_finite=False)

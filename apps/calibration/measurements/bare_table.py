@@ -25,7 +25,7 @@ _KEPT = 0.05
 _LARGEST = 720.0
 """Maximum joint angle [deg]. Positions in millimeters usually exceed this number."""
 _MIN = 3
-"""Minimum number of rows to test whether a distance is constant."""
+"""With fewer rows, no distance is tested for being constant."""
 
 
 def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[str]) -> list[str]:

@@ -56,7 +56,7 @@ class _OneNumber(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error. Each measurement is a row."""
+        """Row index of each error. A row contains the error of one measurement."""
         return np.arange(len(self.values))
 
     @property

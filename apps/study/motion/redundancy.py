@@ -64,7 +64,7 @@ def minimum_norm(
     fourth-order differences are inaccurate.
 
     Args:
-        robot: A robot with as many joints in its main chain as coordinates.
+        robot: A robot whose main chain has as many joints as the robot has coordinates.
         curve: The curve of the tool.
         s: (m,) lengths on the curve.
         start: (n,) start configuration of each iteration [rad or m].

@@ -39,7 +39,7 @@ class SingularityCurves(StudyResult):
     type_2: tuple[FloatArray, ...]
 
     def __repr__(self) -> str:
-        """Return the number of curves of each type."""
+        """Return a summary with the numbers of type-1 and type-2 curves."""
         facts = (f"{len(self.type_1)} of type 1", f"{len(self.type_2)} of type 2")
         return summary_repr(self, self.robot, *facts, methods="plot(), save(path)")
 

@@ -273,7 +273,7 @@ def _found(h: SolvedLoops) -> CarriedArm | str:
 
 
 def _order(equations: PlaneEquations, unknown: Sequence[int]) -> tuple[int, ...] | str:
-    """Returns the joints in the order of elimination, or the reason why there is none.
+    """Returns the joints in the order of elimination, or the reason why no order works.
 
     Prismatic joints are eliminated first. An angle in which the equations are always dependent is
     eliminated last. For example, the planes of a symmetric platform meet in a line, and a turntable

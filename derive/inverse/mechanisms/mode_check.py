@@ -73,8 +73,8 @@ class ModeTables(Tables):
     Attributes:
         size: The length of the mechanism (meter), which scales the length tolerances.
         angles: The reference angle (radian) of each coordinate that moves a joint by full turns,
-            otherwise NaN. The function ``fk`` follows the loops from the reference, so that each
-            solution is moved to within half a turn of it.
+            otherwise NaN. Each solution is moved to within half a turn of the reference, from which
+            ``fk`` follows the loops.
     """
 
     size: float

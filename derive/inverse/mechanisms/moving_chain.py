@@ -78,7 +78,7 @@ class MovingChain:
 def moving_chain(
     h: SolvedLoops, families: Sequence[Family]
 ) -> tuple[MovingChain, Classification] | None:
-    """Returns the moving part of a main chain. None if the part fits no family exactly.
+    """Returns the moving part of a main chain, or None if the part fits no inverse family exactly.
 
     None is also returned if the loops lock no joint and no actuated joint is redundant.
 

@@ -93,7 +93,7 @@ class PlaneEquations:
 
     @cached_property
     def points(self) -> FloatArray:
-        """The ball joints (3, 4) in homogeneous coordinates, times fixed inverse poses."""
+        """Homogeneous coordinates (3, 4) of the ball joints, times constant poses of the arm."""
         points = np.array([[*plane.ball, 1.0] for plane in self.carried.planes])
         return points @ self._still(self.carried.behind, (), self.h.robot.tool).T
 

@@ -23,7 +23,7 @@ class InverseStep:
         joints: Names of the joints. For two or more joints, the step solves for the sum of the
             joint angles.
         method: The subproblem, for example "subproblem 4".
-        reason: Reason for the step: the joints that its equation does not contain.
+        reason: A sentence that names the joints that the equation of the step does not contain.
         found: The angle or displacement, with its equation.
         degenerate: The poses at which the value is arbitrary, and the value that is then selected.
     """

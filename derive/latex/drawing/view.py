@@ -17,7 +17,7 @@ from ...terms.terms import Terms
 def view(
     mechanism: Mechanism, terms: Terms, skeleton: Skeleton, values: Sequence[float]
 ) -> tuple[Array, bool]:
-    """Returns the directions of the picture, and whether it is planar.
+    """Returns the view directions of the drawing, and whether the drawing is planar.
 
     If all planar loops have parallel planes, the picture shows this plane. The z axis of the base
     points upwards if the plane contains it. Planar robots without loops are also drawn in their

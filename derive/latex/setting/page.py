@@ -29,11 +29,11 @@ class Page:
 
     Attributes:
         robot: The chain.
-        equations: Forward kinematics and Jacobians in short symbols.
-        links: Transforms between adjacent frames in short symbols.
-        screws: Screw axes and home pose in short symbols.
+        equations: Forward kinematics and Jacobians, printed with short symbols.
+        links: Transforms between adjacent frames, printed with short symbols.
+        screws: Screw axes and home pose, printed with short symbols.
         inverse: The inverse kinematics, in the terms of the equations.
-        singular: The singular configurations in short symbols.
+        singular: The singular configurations, printed with short symbols.
         geometry: The parametric functions, or None if none was derived.
     """
 

@@ -17,7 +17,8 @@ PLACES = 4001
 """Number of grid values per coordinate for the zeros of a margin."""
 HALVINGS = 60
 OTHERS = 8
-"""Number of values per coordinate that show whether a margin depends on the coordinate."""
+"""To see whether a margin depends on a coordinate, the margin is computed at this number of
+values."""
 CHANGED = 1e-9
 """A margin depends on a coordinate if the margin changes by at least this value."""
 

@@ -52,7 +52,7 @@ class ElementaryMotion:
 
 @dataclass(frozen=True)
 class Reached:
-    """A frame, and the motions that lead to it from the base.
+    """The pose of a frame in the base, and the joint motions between the base and the frame.
 
     Attributes:
         pose: The axes and the origin of the frame, in the base frame.

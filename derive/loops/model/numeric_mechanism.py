@@ -298,7 +298,7 @@ class NumericMechanism:
             values: Values of all joints and cylinders. Values of constants are added if ``free``
                 contains constants.
             free: Names of the joints, cylinders or constants that may change.
-            loops: Names of the loops to close.
+            loops: Names of the closures and struts whose errors become zero.
             last: Name of the loop whose error is minimized while the other loops stay closed. If
                 ``last`` is empty, all loops have equal weights.
         """

@@ -209,7 +209,7 @@ def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Comple
 
 
 def triad_mirror(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
-    """Returns the mirror image of :func:`triad_position` in the line through two centers.
+    """Returns :func:`triad_position`, mirrored at the line through two circle centers.
 
     If the centers of the circles are collinear, the mirror image is a second solution. Near a
     double zero of the polynomial, the mirror image is a start value for an iteration.

@@ -56,7 +56,7 @@ def join_dyad(
     """Joins the rigid groups of a dyad after their rotations are solved.
 
     Returns:
-        A tuple (pin names, reference body, loop equation).
+        The names of the pins, the name of the reference body, and the loop equation.
     """
     base, X, Y = dyad.clusters
     to_X, _, to_Y = dyad.pins

@@ -115,7 +115,7 @@ class TwoPinsAndSlide(PlanarStep):
     """A slide whose two bodies are connected to a third body by pins.
 
     Attributes:
-        line: The line of the slide, and the circle of the third body.
+        line: The line along which a pin slides, and the circle on which the third body carries it.
         is_length: Whether the travel is the length of a cylinder between known points. A cylinder
             between known points has a single length.
     """

@@ -33,9 +33,9 @@ from .loop_step import (
 
 @dataclass(frozen=True)
 class TwoCircles:
-    """Two circles about the ends of D.
+    """Two circles about the ends of the base vector D.
 
-    The intersection C of the circles is relative to the first end of D.
+    Their intersection C is relative to the first end of D.
 
     Attributes:
         C: The vector from the first end of D to the shared pin, in the axes of D.

@@ -36,7 +36,7 @@ static Block take_kept(int i)
     return block;
 }
 
-/* Returns the oldest blocks to the system until at most n blocks and `bytes` bytes remain.
+/* Releases the oldest blocks of memory until at most n blocks and `bytes` bytes are left.
  */
 static void shrink_kept(int n, size_t bytes)
 {

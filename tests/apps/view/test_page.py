@@ -76,7 +76,7 @@ def test_page_slider_moves_only_its_joint(browser, tmp_path, name):
     tool = display.skeleton.tip_poses(on_page(browser))
     np.testing.assert_allclose(tool[:3], expected.tool[:3], atol=1e-7)
     assert f"{1000 * tool[0, 3]:.1f}" in browser.run("document.getElementById('tool').textContent")
-    # Bodies before the joint stay at rest, and the tool moves.
+    # The base stays at rest, and the tool moves.
     moves = np.abs(on_page(browser) - before).max((-1, -2)) > 1e-4
     assert not moves[0]
     assert moves[display.skeleton.tip]

@@ -256,8 +256,8 @@ def test_sp2_is_accurate_near_the_second_axis(solve2):
 
 def test_sp2_out_of_reach_has_negative_margin(solve2):
     k, m = np.array([[0, 0, 1.0]]), np.array([[1.0, 0, 0]])
-    # The second rotation keeps x at 1, and the first keeps z at 0. The rotations cannot turn the
-    # vector x out of the plane z = 0.
+    # The second rotation keeps the unit vector x, and the first moves it in the plane z = 0. The
+    # target is outside this plane.
     y = solve2(1, k, m, m, np.array([[0, 0.6, 0.8]]))
     assert y[0, 4] < 0
     assert np.isfinite(y).all()

@@ -178,7 +178,7 @@ QUARTIC = {
     "ellipses": "{d=0.1, alpha='pi/2'}, {a=0.4}, {a=0.3}, {d=0.1, a=0.05, alpha=1.2}, "
     "{a=0.06, d=0.1, alpha=1.3}, {d=0.1}",
 }
-"""Arms in which several first steps share one equation: subproblems 5 and 6."""
+"""Arms whose inverse begins with an equation in several angles: subproblems 5 and 6."""
 
 
 @pytest.mark.parametrize("kind", QUARTIC)

@@ -99,7 +99,7 @@ class FieldCase(Case):
         return screws_of(read(self.folder.parent / f"{self.name}.urdf"))
 
     def has_value(self, name: str) -> bool:
-        """Whether a configuration determines this input of the inverse."""
+        """Whether the redundancy parameter ``name`` can be computed from a configuration."""
         return name in self.robot.functions or self.coordinate(name) is not None
 
 

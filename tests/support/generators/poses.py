@@ -33,7 +33,7 @@ class Singularity:
     Attributes:
         joint: Index of the joint that moves to the singularity.
         rows: Rows of the task Jacobian that become dependent, or () for all rows.
-        columns: Columns of the task Jacobian that become dependent. () means all solved joints.
+        columns: Columns of the task Jacobian that become dependent, or () for all solved joints.
     """
 
     joint: int
