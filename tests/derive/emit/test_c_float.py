@@ -24,7 +24,7 @@ from tests.support.exports import (
 from tests.support.pages import examples
 from tests.support.tools import needs
 
-NAMES = ["ur5e", "panda", "puma560", "excavator"]
+NAMES = ["ur5e", "panda", "excavator"]
 SOLVED_IN_C = {"planar_3rrr": 5, "jaco2": 4}
 """Robots with a solver that exists in C only, and the number of their functions that are compared
 in single precision."""
@@ -137,7 +137,7 @@ def test_inverse_finds_all_regular_solutions_within_the_printed_bounds(name, exp
 
 
 @needs("gcc")
-@pytest.mark.parametrize("name", ["ur5e", "panda", "puma560"])
+@pytest.mark.parametrize("name", ["ur5e", "panda"])
 def test_right_angle_poses_have_as_many_solutions(name, built):
     robot = chasles.load(name)
     info = inverse_of(robot)

@@ -18,7 +18,7 @@ from tests.support.exports import configurations, inverse_of, regular_slots, rig
 from tests.support.pages import examples
 from tests.support.tools import needs
 
-NAMES = ["ur5e", "panda", "puma560", "excavator"]
+NAMES = ["ur5e", "panda", "excavator"]
 PAGE = "how-to/cuda.md"
 SAMPLES = 2000
 """The campaign ``exports`` tests 10,000 samples."""
@@ -56,7 +56,7 @@ def test_kernels_equal_the_compiled_c(name, kind, shims):
 
 @needs("g++")
 @pytest.mark.parametrize("kind", ["double", "float"])
-@pytest.mark.parametrize("name", ["ur5e", "panda", "puma560"])
+@pytest.mark.parametrize("name", ["ur5e", "panda"])
 def test_inverse_is_complete_at_right_angle_poses(name, kind, shims):
     assert not incomplete(shims(name), kind, right_angles(chasles.load(name), SAMPLES))
 

@@ -12,6 +12,7 @@ import chasles
 from chasles.derive import read, write
 from chasles.derive.model.errors import InputValueError
 from tests.support import moveit
+from tests.support.compiling import COMPILER
 from tests.support.derivations import robot_of
 from tests.support.exports import (
     apart,
@@ -418,7 +419,7 @@ def test_package_builds_with_cmake(packages, tmp_path):
         (folder / f"{name}Config.cmake").write_text(AMENT if name == "ament_cmake" else text)
     build = tmp_path / "build"
     flags = [f"-DCMAKE_PREFIX_PATH={prefix}", "-DCMAKE_BUILD_TYPE=None"]
-    flags += [f"-DCMAKE_CXX_COMPILER={moveit.COMPILER}"]
+    flags += [f"-DCMAKE_CXX_COMPILER={moveit.COMPILER}", f"-DCMAKE_C_COMPILER={COMPILER or 'gcc'}"]
     for command in (["-S", package, "-B", build, *flags], ["--build", build]):
         done = subprocess.run(["cmake", *command], capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr

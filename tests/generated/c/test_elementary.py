@@ -225,23 +225,25 @@ def assert_near(got, expected):
     assert units.max() <= LIBMVEC
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_scalar_operations_match_numpy(name, scalar, numbers):
-    assert_alike(name, scalar(name), CASES[name][1](*numbers))
+def test_scalar_operations_match_numpy(scalar, numbers):
+    for name, (_, meaning) in CASES.items():
+        print(name)
+        assert_alike(name, scalar(name), meaning(*numbers))
 
 
 @pytest.mark.parametrize("chosen_set", SETS)
-@pytest.mark.parametrize("name", CASES)
-def test_vector_operations_match_scalar_operations(name, chosen_set, sources, scalar, numbers):
+def test_vector_operations_match_scalar_operations(chosen_set, sources, scalar, numbers):
     library = compiled(sources, chosen_set)
-    expected = scalar(name)
-    got = batch(library, name, *numbers)
-    assert_alike(name, got, expected)
-    for n in LENGTHS[1:]:
-        for start in (0, 301):
-            part = slice(start, start + n)
-            assert_same(batch(library, name, *numbers[:, part]), got[part])
-    assert_same(batch(library, name, *numbers[:, :1]), expected[:1])
+    for name in CASES:
+        print(name)
+        expected = scalar(name)
+        got = batch(library, name, *numbers)
+        assert_alike(name, got, expected)
+        for n in LENGTHS[1:]:
+            for start in (0, 301):
+                part = slice(start, start + n)
+                assert_same(batch(library, name, *numbers[:, part]), got[part])
+        assert_same(batch(library, name, *numbers[:, :1]), expected[:1])
 
 
 def test_old_libmvec_falls_back_to_libm(sources, scalar, numbers):

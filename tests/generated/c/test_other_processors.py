@@ -14,7 +14,7 @@ import chasles
 from chasles.library.cache import sources_of
 
 COMPILER, EMULATOR = "aarch64-linux-gnu-gcc", "qemu-aarch64"
-FLAGS = ["-std=c99", "-O1", "-ffp-contract=fast", "-DCHASLES_NO_DISPATCH", "-static"]
+FLAGS = ["-std=c99", "-O0", "-ffp-contract=fast", "-DCHASLES_NO_DISPATCH", "-static"]
 MAIN = """
 #include "chasles_glue.c"
 #include <stdio.h>
