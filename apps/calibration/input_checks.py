@@ -229,7 +229,7 @@ def _misfit(pair: tuple[float, Mistake]) -> float:
 
 
 def _likely(tried: list[tuple[float, Mistake]]) -> tuple[float, Mistake]:
-    """Return the first mistake with a misfit of at most `_ALIKE` times the smallest misfit."""
+    """Return the first input correction whose misfit is at most `_ALIKE` times the smallest."""
     least = _ALIKE * min(map(_misfit, tried))
     return next(pair for pair in tried if pair[0] <= least)
 

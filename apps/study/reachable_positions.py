@@ -1,11 +1,12 @@
 """Reachable positions at a constant orientation.
 
-The inverse kinematics tests cell centers on all branches, within limits. A cell is subdivided down
-to the resolution if an adjacent cell has a different result. The number of tested cells therefore
-grows with the surface of the reachable region, not with its volume. The border lies between cell
-centers with different results. Half of the volume of the border cells is counted, and half of their
-volume is the stated error. The error is an upper bound if no border lies between centers with equal
-results. The actual error is usually much smaller and decreases with the cell size.
+A cell is reachable if the inverse kinematics has a solution at its center within the joint limits.
+All solution branches are tested. A cell is subdivided down to the resolution if an adjacent cell
+has a different result. The number of tested cells therefore grows with the surface of the reachable
+region, not with its volume. The border lies between cell centers with different results. Half of
+the volume of the border cells is counted, and half of their volume is the stated error. The error
+is an upper bound if no border lies between centers with equal results. The actual error is usually
+much smaller and decreases with the cell size.
 """
 
 from __future__ import annotations

@@ -29,8 +29,7 @@ Keys = tuple[str | int, ...]
 """Path to a value in the file: table names, field names and list indices."""
 Word = TypeVar("Word", bound=str)
 OWN_FIELDS = ("name", "title", "source")
-"""Fields that a file with ``extends`` may replace in the file that it extends, besides parameters.
-"""
+"""Robot file fields, without parameters, that a file with ``extends`` may replace."""
 EXTENDING_FIELDS = ("extends", *OWN_FIELDS, "parameters")
 LENGTHS = {
     "m": sp.Integer(1),

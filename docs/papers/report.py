@@ -285,7 +285,7 @@ def assumed(printed: Printed, ours: Value, reason: str) -> Row:
     """States a value that the paper needs but does not print, and why we chose it.
 
     Raises:
-        Refuted: The item has a printed value, or the reason is empty.
+        Refuted: The item has a printed value. An empty reason also raises `Refuted`.
     """
     return _without_value(printed, ours, "assumed", reason)
 
@@ -295,7 +295,7 @@ def lost(printed: Printed, ours: Value, reason: str) -> Row:
     """States a value or curve that is missing in the available text, and the value of chasles.
 
     Raises:
-        Refuted: The item has a printed value, or the reason is empty.
+        Refuted: The item has a printed value. An empty reason also raises `Refuted`.
     """
     return _without_value(printed, ours, "lost", reason)
 
@@ -305,7 +305,7 @@ def not_printed(printed: Printed, ours: Value, reason: str) -> Row:
     """States a value that the paper neither prints nor needs.
 
     Raises:
-        Refuted: The item has a printed value, or the reason is empty.
+        Refuted: The item has a printed value. An empty reason also raises `Refuted`.
     """
     return _without_value(printed, ours, "not printed", reason)
 

@@ -107,7 +107,7 @@ def spacing(points: int, step: float) -> float:
 
 
 def paths(printed: dict[str, Printed]) -> list[Row]:
-    """Evaluates figures 3.2 to 3.4 for both meanings of the step."""
+    """Evaluates figures 3.2 to 3.4 with the step as the largest and as the smallest distance."""
     free = 1 - workshop().occupied.mean()
     words = "figure 3.1 is lost. Our map has walls with gaps and machines"
     found = [assumed(printed["map"], f"{SIDE} x {SIDE} cells, {100 * free:.0f} % free", words)]

@@ -187,7 +187,7 @@ def _heading(cell: str, number: int) -> _Heading | None:
 
 
 def _is_named(inside: str) -> bool:
-    """Return whether brackets contain a part of the heading's name."""
+    """Return whether text in brackets is part of the column's name instead of a unit."""
     words = _TOKEN.findall(inside.lower())
     return inside.isdecimal() or (bool(words) and set(words) <= _LEFT_OUT | _PLANNED | _OTHER)
 

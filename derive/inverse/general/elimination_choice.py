@@ -38,7 +38,8 @@ from .raghavan_roth import (
 SAMPLES = 32
 """Number of angles at which the determinant is sampled."""
 DEGREE = 8
-"""Degree of the determinant in the suppressed angle, which allows sixteen solutions."""
+"""Degree of the determinant in the suppressed angle. A determinant of degree 8 has up to 16
+zeros."""
 CONFIGURATIONS = 12
 """Number of configurations at which an elimination order is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2

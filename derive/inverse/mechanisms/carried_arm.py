@@ -53,7 +53,8 @@ SOLUTIONS = {
 }
 """Maximum number of solutions by the numbers of unknown prismatic joints and angles.
 
-Each solution for two angles has up to two inner angles. Only prismatic unknowns have one solution.
+Each solution for two angles has up to two inner angles. Without unknown angles, the prismatic
+joints have one solution.
 """
 ON_BOTH_SIDES = 48
 """Maximum number of solutions for three angles both before and on the platform."""

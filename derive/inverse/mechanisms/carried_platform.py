@@ -231,7 +231,7 @@ def _plane_of_leg(h: SolvedLoops, parts: _Parts, own: Frame, other: Frame) -> Pl
 
 
 def _plane_of_chain(platform: SerialRobot, terms: Terms) -> Plane | None:
-    """Returns the plane of a leg in the main chain, whose last three axes are its ball joint."""
+    """Returns the plane of a leg, or None. The last three axes of the leg are its ball joint."""
     lines = Lines(terms, axes_of(platform, terms))
     if len(lines.axes) != LEG_JOINTS + TURNS or not all(a.turns for a in lines.axes[LEG_JOINTS:]):
         return None

@@ -104,7 +104,8 @@ def algebraic(
     X_X, X_n, X_m = (_difference(terms, X, column) for column in (X, n, m))
     n_n, n_m, m_m = _difference(terms, n, n), _difference(terms, n, m), _difference(terms, m, m)
     half = let(let(rho**2) / 2)
-    # If the input vectors rotate, the direction rotates with the solutions.
+    # The direction `normal` defines the labels of the roots. If the input vectors rotate, the roots
+    # and `normal` rotate alike.
     normal = -A1[0][1], A1[0][0], ZERO, ZERO
     along = tuple(_dot(terms, normal, column) for column in N)
     root = circle_roots(

@@ -127,7 +127,7 @@ class LoopPage:
 
     @cached_property
     def dead_values(self) -> dict[int, DeadValues]:
-        """Returns the dead points of the steps from the actuators, keyed by step number."""
+        """Returns the actuator positions with a zero margin, keyed by forward solution step."""
         steps = self.forward_steps
         with_margin = [printed.number for printed in steps if printed.step.margin is not None]
         found = zip(with_margin, dead_values(self.hybrid), strict=True)

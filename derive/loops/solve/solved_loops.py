@@ -117,7 +117,7 @@ class SolvedLoops(LoopModel):
         requested = [all(steps) for steps in unguarded]
         if not any(requested):
             return tuple(entries)
-        # One NaN term serves all entries, because each NaN term is a square root.
+        # All entries share one NaN term. Each further NaN term would cost another square root.
         conditions = []
         for k, solution in enumerate(solutions):
             indices = {

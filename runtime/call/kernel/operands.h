@@ -47,7 +47,7 @@ Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *lab
                    PyObject *inputs, PyObject *outputs);
 
 /* Marks the kernel as an inverse of poses, with forward kinematics (or NULL) and the unit length.
- * Returns -1 on error if the operands are not the operands of an inverse of poses. */
+ * Returns -1 with a TypeError if the inputs and outputs have other shapes than such an inverse. */
 int set_poses(Kernel *kernel, int poses, const chasles_kernel *fk, double unit);
 
 void kernel_free(Kernel *kernel);

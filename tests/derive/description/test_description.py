@@ -338,7 +338,7 @@ def test_unit_check_rarely_divides_by_zero():
 MAX_CALLS_A_CHARACTER = 80
 """Maximum number of function calls per character.
 
-Reading the test files needs at most half as many calls.
+Reading the test files needs at most 40 calls per character.
 """
 
 

@@ -215,7 +215,7 @@ def test_random_directions_stay_and_scaled_copies_align_equally():
         assert max(abs(a - b) for a, b in zip(found, given, strict=True)) <= 3 * NOISE
         before, twice = align_z(given), align_z(tuple(2 * component for component in given))
         assert before == twice
-        # The angles are decimal numbers or arcs of short square roots, but never of long fractions.
+        # Angles are finite decimals, not arc functions of long fractions.
         assert all(decimal_places(motion.angle) is not None for motion in before)
     assert stayed > 22
 

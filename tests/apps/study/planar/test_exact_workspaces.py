@@ -278,7 +278,7 @@ def test_workspace_plot_shows_closed_border():
     curves = [line.get_xydata() for line in of_wrist.plot().lines]
     drawn = np.concatenate(curves)
     assert drawn[:, 0].min() >= 0.15 - 1e-12  # shoulder offset
-    # Straight lines close the boundary at the smallest distance of the plane from the axis.
+    # Two straight lines at the shoulder offset close the boundary of the wrist positions.
     assert sum(len(curve) == 2 for curve in curves) >= 2
     ends = np.array([end for curve in curves for end in curve[[0, -1]]])
     apart = np.linalg.norm(ends[:, None] - ends, axis=-1) + 9 * np.eye(len(ends))

@@ -97,8 +97,9 @@
  * target. */
 #define POLISH_STRIDE 0.12
 #define POLISH_SHARE 0.3
-/* Where a curve comes near the target and turns back, two solutions may be hidden. This value is
- * the maximum distance of such a point from the target, as a fraction of half the pose line. */
+/* If a curve approaches the target pose and turns back, the turning point may hide two solutions.
+ * POLISH_TOUCH is the maximum distance of a searched turning point from the target pose. The unit
+ * is half the length of the pose line. */
 #define POLISH_TOUCH 0.3
 /* A curve is lost if its error (radian, or relative to the arm length) before a correction is above
  * this value. */
