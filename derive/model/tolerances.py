@@ -143,9 +143,9 @@ evaluated with 40 digits, so 15 digits remain for rounding errors."""
 CLOSED_LOOP = 1e-12
 """Maximum residual of a closed loop in double precision (meter, or sine of an angle)."""
 NEARLY_DEAD = 1e-3
-"""A loop of pin joints whose sin^2 of the transmission angle is smaller at the reference is solved
-after the other loops. Two degrees from a dead point, a length error of 0.1 mm moves joints by
-milliradians."""
+"""Loops of pin joints near a dead point are solved last: loops with a smaller sin^2 of the
+transmission angle at the reference. Two degrees from a dead point, a length error of 0.1 mm moves
+joints by milliradians."""
 CLEAR_LEG = 0.25
 """Minimum sin^2 of the transmission angle, at the reference, of the leg whose equation determines a
 joint. If sin^2 is smaller, the equation of another leg determines the joint. The minimum

@@ -111,7 +111,8 @@ def calibrated():
 
 
 def imported():
-    """Writes a URDF with prismatic, fixed and mimic joints, and notes with many angles."""
+    """Writes a URDF with prismatic, fixed and mimic joints. Its article has notes about many
+    angles."""
     rows = (
         ("mount", "fixed", "1 0 0", "3.14159265358979"),
         ("slider_along_x", "prismatic", "1 0 0", "-1.57079632679"),

@@ -191,7 +191,10 @@ class _EitherBranch:
         return step.found.margin is not None or step.found.sign in self.sides
 
     def _step(self, step: InverseStep, at: Mapping[sp.Symbol, sp.Expr]) -> ArmStep:
-        """Returns a step of the arm on a branch; the closure of the loop is its first joint."""
+        """Returns the solution step of the arm on a branch.
+
+        The first joint of the arm closes the loop.
+        """
         margin, sign = step.found.margin, step.found.sign
         if margin is not None:
             (margin,) = substituted(self.work.terms, [margin], at)
