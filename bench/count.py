@@ -262,7 +262,7 @@ def own_instructions(profile: str, prefixes: tuple[str, ...]) -> int:
 
 
 def python_calls() -> dict[str, int]:
-    """Return the number of instructions of a Python call, with kernel and math library."""
+    """Return the number of instructions of a Python call. Kernel and math library are included."""
     names = [f"{arm.name}.{function}" for arm in ARMS for function in CALLED]
     with tempfile.TemporaryDirectory() as folder:
         arms = [_with_called_functions(arm.name, Path(folder)) for arm in ARMS]

@@ -209,7 +209,8 @@ class Mechanism:
         load: The masses of links and of strut sections, or None.
         cleaning: The numbers that were replaced by exact values. Bounds of the tool displacement
             are added when the loops are solved.
-        as_written: The robot with the written numbers, if some were replaced by exact values.
+        as_written: The robot with all numbers of its file, or None if no number was replaced by an
+            exact value.
         omitted: Names of coordinates without a reference value. The reference value is the middle
             of the limits.
 

@@ -12,8 +12,8 @@ EVALUATION_DIGITS = 40
 """Decimal digits of evaluated constants. A double has 16 digits. With 40 digits, rounding does not
 affect comparisons with integers and multiples of pi."""
 WORKING_DIGITS = EVALUATION_DIGITS + 20
-"""Decimal digits of intermediate results in constant expressions. Chains of named constants lose
-a few digits. With additional digits, all 40 digits of a constant are correct."""
+"""Decimal digits of intermediate results in constant expressions. Chains of named constants lose a
+few of these digits, but the 40 digits of the result are correct."""
 RELIABLE_DIGITS = EVALUATION_DIGITS - 8
 """Number of correct decimal digits of a long constant. Many operations may change the last eight
 of the 40 digits."""
@@ -347,8 +347,8 @@ error. If the slope is not negative, the conic at t = 0 consists of two real lin
 MIN_SLOPE = sp.Rational(1, 10**10)
 """Maximum slope of the cubic at a triple root that rounding errors have split."""
 GREATEST_T = sp.Rational(3, 2)
-"""Upper bound of the root t of the resolvent cubic after a step from a triple root. The exact root
-t is at most 1."""
+"""The root t of the resolvent cubic is at most 1. Near a triple root, Newton's method is limited to
+this value."""
 MIN_T = sp.Rational(1, 10**8)
 """Minimum t for which alpha is large enough to divide p by alpha."""
 DEPENDENT_ROWS = sp.Rational(1, 10**13)

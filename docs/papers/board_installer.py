@@ -106,7 +106,7 @@ def configurations(count: int) -> FloatArray:
 
 
 def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares the mobility, which is six; the counting formula misses redundant planar loops."""
+    """Compares the mobility, which is six. The counting formula is wrong for planar loops."""
     mechanism = chasles.derive.read(ROBOT_FILES / "board_installer.toml")
     if not isinstance(mechanism, Mechanism):
         raise TypeError("expected a board installer with loops")

@@ -133,8 +133,8 @@ class Refinement:
     def _accept(self, targets: FloatArray, enough: FloatArray, fields: _Fields) -> None:
         """Mark slots whose residuals are at most ``enough`` as valid.
 
-        Slots of rounded targets first move to their least-squares solutions. If a slot reaches the
-        target, the target is exact, and slots with larger residuals are not solutions.
+        Slots of rounded targets first move to their least-squares solutions. If a slot has a
+        solution of the exact target, slots with larger residuals are not valid.
         """
         q, residual, valid = fields
         solved = SOLVED * self.judged

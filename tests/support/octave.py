@@ -104,7 +104,8 @@ def _pose_by_pose(robot, inputs):
 
 
 def missing_solutions(robot, inputs, found) -> int:
-    """Counts the solutions of the C code that `found` lacks, and the poses without a solution.
+    """Counts solutions of the C code that are missing in `found`, and poses without a solution in
+    `found`.
 
     Singular solutions do not count, because rounding selects one solution of a continuous family. A
     solution that does not reach its pose counts as missing.

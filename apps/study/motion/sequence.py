@@ -220,7 +220,7 @@ class MotionSequence:
             frequency: Samples per second.
 
         Raises:
-            InputValueError: The sequence has no stage.
+            InputValueError: No stage was added to the sequence.
             OutOfReachError: A curve leaves the workspace, the branch or the limits.
         """
         if not self._stages:

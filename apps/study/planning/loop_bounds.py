@@ -138,7 +138,7 @@ class LoopBounds:
         return w if inside and within else None
 
     def _scale(self, z: FloatArray) -> FloatArray:
-        """Return factors (equations,) between errors of d^2 - l^2 and of strut equations d = l.
+        """Return the ratio of errors (equations,) of d^2 - l^2 and of the equation d - l.
 
         The factor of a strut equation is the derivative 2 l, and all other factors are 1.
         """

@@ -16,8 +16,8 @@ PASSIVE = "chasles_passive.h"
 def limited_variables(derivation: Derivation) -> tuple[LimitedVariable, ...]:
     """Returns the limited joints and cylinders of a mechanism that are not actuated.
 
-    A joint without a coupling is within its limits if one of its full turns is. Such a joint needs
-    two limits that are less than a full turn apart.
+    Full turns of a joint without a coupling keep the configuration. Such a joint needs two limits
+    that are less than a full turn apart.
     """
     mechanism, hybrid = derivation.robot, derivation.hybrid
     functions = {f.name for f in (*derivation.functions, *derivation.written)}

@@ -69,7 +69,7 @@ class CarriedPlatform:
         platform: The virtual joints of the platform, or the leg that carries it.
         behind: All joints after the platform. Fixed joints are included.
         lines: The axes of the platform's joints.
-        found: The structure of these axes.
+        found: The structure of the axes in `lines`.
         planes: The planes of the three ball joints.
     """
 

@@ -60,7 +60,9 @@ class JointMap:
 
 @dataclass(frozen=True)
 class PlaneEquations:
-    """The equations of three planes in the joints before and on a platform.
+    """The equations that keep three ball joints in planes.
+
+    The unknowns are joints before and after the platform.
 
     Attributes:
         h: The robot.

@@ -26,8 +26,8 @@ _GAP = 6
 _CROSSED = 3
 """Cost per length of a line that a label covers."""
 _LEVEL, _STEEP = 380, 380
-"""Direction components (per mille) above which a label is anchored at its left or right side, and
-at its top or bottom.
+"""A label whose direction has a larger horizontal component (per mille) is anchored at its left or
+right side, and with a larger vertical component at its top or bottom.
 """
 
 Line = tuple[Point, Point, int]

@@ -206,7 +206,7 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
     """Returns how many steps at the start of a task are equal to the steps of an earlier task.
 
-    If a later step uses a term that an equal step defines, the number is 0.
+    The number is 0 if other steps of the task use terms that these steps define.
     """
     own, other = _anonymous(page, task), _anonymous(page, earlier)
     same = [a == b for a, b in zip(own, other, strict=False)]

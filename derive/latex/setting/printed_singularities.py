@@ -21,7 +21,8 @@ MAX_ADDENDS = 12
 CONFIGURATIONS = 4
 """Number of singular configurations to print if the factors are too long."""
 GENERIC = sp.Rational(271, 379)
-"""Value (radian or meter) of the first fixed coordinate when the position of the axes is described.
+"""The sentence about the position of the axes holds for this value (radian or meter) of the first
+fixed coordinate.
 """
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
 """Start angles (degree) of the search for a singularity, used cyclically."""

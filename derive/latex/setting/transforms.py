@@ -108,7 +108,7 @@ def _merged(placement: Placement) -> Placement:
 
 
 def turned_back(placement: Placement) -> Placement:
-    """Removes quarter turns that only rotate a translation."""
+    """Removes two opposite quarter turns before and after a translation, and rotates it."""
     motions = list(placement)
     k = 0
     while k + 2 < len(motions):

@@ -1,10 +1,9 @@
 """Checks which part of the actuator range closes the loops, and which limits are unreachable.
 
-The limits of the actuators span a box. Each limit belongs to a single actuator, so the loops may
-stay open in a part of the box. A remark states that the loops close in less than half of the box.
-Each actuator is then moved alone, with the other actuators at the reference. A remark states the
-unreachable limits of the actuator. Other remarks state reference values far from the closed
-configuration.
+The limits of the actuators span a box. In a part of this box, the loops may be unable to close. A
+remark states that the loops close in less than half of the box. Each actuator is then moved alone,
+with the other actuators at the reference. A remark states the unreachable limits of the actuator.
+Other remarks state reference values far from the closed configuration.
 """
 
 import math

@@ -216,7 +216,7 @@ class TwoPinsAndSlide(PlanarStep):
 
     @property
     def branch(self) -> str:
-        """Name of the branch, or "" if the travel is a length."""
+        """Name of the branch, or "" if the travel is the length of a cylinder and has no branch."""
         return "" if self.is_length else self.branches[self.sign]
 
     @property

@@ -52,7 +52,7 @@ def _couplings(solution: Solution) -> Iterator[tuple[sp.Expr, str]]:
 
 
 def _unread(solution: Solution) -> set[str]:
-    """Returns closures and struts whose joints are known, unless a step with a margin closes them.
+    """Returns closures and struts with known joints that no step with a margin closes.
 
     A cylinder is never included, because it can have any length.
     """

@@ -49,8 +49,8 @@ class Judged:
         open: Number of configurations in which only the nominal loops close.
         gap: Largest closure error of closed loops, relative to the size.
         least: Largest joint difference from the least-squares configuration (radian, meter).
-        lost: Number of configurations that ``ik`` does not recover; infinite if only the design has
-        an inverse.
+        lost: Number of configurations that ``ik`` does not recover, or infinity if only the design
+            has ``ik``.
         maps: Largest error of the coordinates from ``actuators`` (radian, meter).
     """
 

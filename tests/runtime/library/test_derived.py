@@ -1,4 +1,5 @@
-"""Robots derived on first use: named arms, descriptions and interruptions."""
+"""`chasles.load` derives robots on first use, from names and from files, and survives
+interruptions."""
 
 import json
 import os

@@ -73,7 +73,7 @@ def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> S
         robot: A robot with parametric functions.
         seed: The seed.
         device: One of the devices in `DEVICES`; random by default.
-        another: Whether one link length is wrong by `ANOTHER`, as on a different robot.
+        another: Whether a different robot is measured: one of its links is longer by `ANOTHER`.
     """
     rng = np.random.default_rng(seed)
     # Robots with one or two coordinates touch a surface only at points or along a curve.

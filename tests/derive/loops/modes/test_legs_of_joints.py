@@ -108,7 +108,7 @@ def test_explanation_names_the_leg_steps():
 
 @pytest.mark.parametrize(("make", "modes"), [(driven_by_a_leg, 2), (agile_eye, 8)])
 def test_leg_inverse_returns_distinct_working_modes(make, modes):
-    """The lengths in both solutions of each leg have constant signs."""
+    """In each working mode, the length of a leg has the same sign at all poses."""
     mechanism = make()
     model, z = closed_configurations(mechanism, 0)
     assert len(z) > POSES / 2
