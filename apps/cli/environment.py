@@ -74,6 +74,8 @@ def build(
     """Compile robots into the cache, or into portable folders."""
     words = options_of(exact, parametric=False, base=base, tip=tip)
     manifests = [read_manifest(find_folder(robot, words)) for robot in chosen or robots()]
+    # The longest compilations start first, so that all threads end at nearly the same time.
+    manifests.sort(key=_source_size, reverse=True)
     # Threads are sufficient, because the compiler works in separate processes.
     work = _build_one if portable is None else partial(_write_one, portable)
     with ThreadPoolExecutor(threads) as pool:
@@ -86,6 +88,11 @@ def build(
             failed += report.failed
     if failed:
         raise typer.Exit(1)
+
+
+def _source_size(manifest: Manifest) -> int:
+    paths = map(manifest.path_of, manifest.c_files)
+    return sum(path.stat().st_size for path in paths if path.is_file())
 
 
 @dataclass(frozen=True)
