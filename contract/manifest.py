@@ -317,7 +317,7 @@ class Manifest:
         loops: Facts about the loops of the robot.
         format: The format version of the manifest.
         notes: Remarks on the robot, such as snapped values.
-        cleaning: The cleaned values of the description, and their effect.
+        cleaning: The values of the robot file that were replaced, and the effect on the tool pose.
         geometry: The elements of the vector p of the parametric functions, or () without such
             functions.
         robot_file: For a robot with loops: the text of a robot file with a placeholder for each

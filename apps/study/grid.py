@@ -13,12 +13,11 @@ are used.
 
 Four errors remain. First, if the surface of the body is parallel to the faces of the cells, all
 lines leave the body at the same position within a cell. For a surface parallel to cell faces, the
-excess volume is between 0 and h times the area of the open faces. Open faces at a parallel surface
-of the body are coplanar with the adjacent open faces. Second, the points may miss a cell that
-contains only a small corner of the body. A power law extrapolates the number of missed cells from a
-random half of the points. Third, if the body covers few cells, few lines determine by how much the
-visited cells extend beyond the body on average. Fourth, the
-correction, a product of factors 1 - c, is exact only for boxes.
+excess volume is between 0 and h times the area of the open faces. There, adjacent open faces are
+coplanar. Second, the points may miss a cell that contains only a small corner of the body. A power
+law extrapolates the number of missed cells from a random half of the points. Third, if the body
+covers few cells, few lines determine by how much the visited cells extend beyond the body on
+average. Fourth, the correction, a product of factors 1 - c, is exact only for boxes.
 
 Source:
     L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for the area
@@ -56,8 +55,8 @@ position of the grid relative to the body causes this error."""
 _SECOND = 0.5
 """Relative error of the second-order correction. The correction is exact only for boxes."""
 _MISSED = 0.1
-"""Maximum fraction of the visited cells that a random half of the points may miss. If the points
-miss a larger fraction, the number of missed cells cannot be extrapolated."""
+"""A random half of the points may miss at most this fraction of the visited cells. If it misses
+more, the number of cells that all points miss cannot be extrapolated."""
 _FEWEST = 4
 """Minimum number of cells along the longest side. With fewer cells, nearly all cells are at the
 surface."""

@@ -69,8 +69,8 @@ def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
 
     A single-precision number with the digits of a double, such as 0.20000000298023224, is first
     shortened. A decimal d is accepted if it differs from the value by at most ``tolerance``, and by
-    at most its last place divided by ``NOISE_GAP``. In the value, the digits 000 or 999
-    therefore follow the last place of d.
+    at most its last place divided by ``NOISE_GAP``. The next three digits of the value are
+    therefore 000 or 999.
 
     Args:
         value: A number. A number that is not a finite decimal is returned unchanged.

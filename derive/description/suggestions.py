@@ -35,7 +35,7 @@ SAME_MEANING: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("degree", "degrees", "°"), ("deg",)),
     **dict.fromkeys(("radian", "radians"), ("rad",)),
 }
-"""Words of other programs in lower case, with the words of robot files."""
+"""Words of other programs in lower case, each with the words that robot files use instead."""
 
 
 def hint(word: str, known: Iterable[str]) -> str:

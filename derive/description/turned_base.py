@@ -30,7 +30,8 @@ _ROUNDED_ANGLES = 3
 two orientations with three angles each. Each angle has an error of half a unit in the last place.
 """
 _FINE = 10**20
-"""Steps per radian. An angle in rotated axes is rounded to a step before it is simplified."""
+"""Before an angle in rotated axes is simplified, it is rounded to a multiple of 1 / _FINE
+radian."""
 _UPRIGHT = 1e-3
 """Minimum cosine of the pitch for which roll and yaw count as rotations about two axes."""
 _GUARD = 2

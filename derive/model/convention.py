@@ -208,7 +208,7 @@ def of_transform(
     Args:
         name: Name in robot files.
         fields: The fields.
-        transform: The product of motions. The symbols of the motions have the names of the fields.
+        transform: The product of motions. Each symbol in a motion has the name of a field.
         source: Publication that defines the convention.
         words: The name of the convention in a sentence of the article.
         turning: Field to which a revolute joint adds its variable.

@@ -1,7 +1,7 @@
 """Constant poses as products of motions, in exact numbers.
 
 Lengths are in meters, angles in radians. Each motion is expressed in the frame that results from
-the motions to its left. A placement thus has the order of a matrix product.
+the motions to its left. The motions of a placement are thus in the order of their matrix product.
 """
 
 from collections.abc import Mapping

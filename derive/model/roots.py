@@ -75,7 +75,7 @@ def at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
     Roots are computed by :func:`power`, and angles by :func:`angle_of`.
 
     Raises:
-        NoValue: A root of a long number is not real.
+        NoValue: The base of a root is a negative number.
     """
     if expression.is_Symbol:
         return numbers.get(expression, expression)

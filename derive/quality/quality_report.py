@@ -80,8 +80,8 @@ class JointQuality:
         angle: Angle between the joint axis and the previous joint axis (radian).
         distance: Distance between the joint axis and the previous joint axis (meter). The distance
             is 0 if one axis is only a direction.
-        own: Names of the conventions in the robot description between the previous joint axis and
-            the joint axis.
+        own: Names of the conventions with which the robot file leads from the previous axis to the
+            joint axis.
         misses: The axis displacements that the robot's parameters cannot represent.
         conventions: The quality of every tested convention.
         suitable: The suitable convention.

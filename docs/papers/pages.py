@@ -259,7 +259,7 @@ def cells(row: Row) -> tuple[str, ...]:
     if isinstance(value, str) and (value.isalpha() or not mutations.is_expression(value)):
         printed = printed.replace(value, f"“{value}”", 1)
     values = f"{'no value' if row.printed is None else printed} {source}, {ours} in chasles."
-    note = _phrase(row.note.replace("; cause: ", ". Cause: "))
+    note = _phrase(row.note.replace("; cause: ", ". Reason for the printed value: "))
     return _item(row), values, f"{row.verdict.capitalize()}. {note}".strip()
 
 

@@ -1,4 +1,4 @@
-"""Part 3 of the report: roadmaps on our own map, and for the arm among obstacles."""
+"""Part 3 of the report: roadmaps on a map that we drew, and for the arm among obstacles."""
 
 from __future__ import annotations
 

@@ -143,7 +143,7 @@ class LoopMethods(NewtonMethods):
         q, margin = self.functions["actuators_all"](theta)
         closes = _branch_closes(q, margin)
         if self.n < len(self.chain_joints) and ("branches", "actuators", "chain") in self._roles:
-            # The loops may exclude the values of dependent joints in theta.
+            # Theta contains dependent joints. Their values may contradict the loops.
             closes = closes & self._leads_to(q, np.asarray(theta, dtype=np.float64))
             closes = closes & ~self._is_repeated(q, closes)
             q = np.where(closes[..., None], q, np.nan)

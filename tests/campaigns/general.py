@@ -143,7 +143,7 @@ class Judged:
 def configurations(
     robot: SerialRobot, count: int, right: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns configurations (count, n), and others (right, n) at multiples of 90 degrees."""
+    """Returns random configurations (count, n), and configurations (right, n) at right angles."""
     n = len(robot.moving)
     q = rng.uniform(-np.pi, np.pi, (count, n))
     quarters = rng.integers(0, 4, (right, n)) * np.pi / 2

@@ -119,7 +119,7 @@ def no_plan(n: int, reason: str, n_checked: int = 0) -> Plan:
 
 
 def plan_along(q: FloatArray, n_checked: int) -> Plan:
-    """Return the result with a path through corners (m, n)."""
+    """Return the plan of a path through the corners q (m, n)."""
     length = float(np.linalg.norm(np.diff(q, axis=0), axis=1).sum())
     return Plan(q, length, "", n_checked)
 

@@ -208,7 +208,7 @@ def _plane(h: SolvedLoops, parts: _Parts, loop: Loop) -> Plane | None:
 
 
 def _plane_of_leg(h: SolvedLoops, parts: _Parts, own: Frame, other: Frame) -> Plane | None:
-    """Returns the plane of a ball joint.
+    """Returns the plane in which a leg moves its ball joint.
 
     Args:
         h: The robot.

@@ -202,7 +202,7 @@ def arm_page(page: LoopPage, robot: SerialRobot) -> Page:
 def arm_inverses(
     lines: Lines, found: Attempt | None, robot: SerialRobot, work: Work, values: Sequence[sp.Expr]
 ) -> Inverses:
-    """Returns the inverse of an arm as the task of a serial robot.
+    """Returns the inverse of an arm in a loop, in the form of a serial robot.
 
     Args:
         lines: The axes of the arm.

@@ -1,9 +1,9 @@
 """Detects loops that almost have a closed form, such as loops of a real robot.
 
 There are two closed forms. A platform on pairs of equal, parallel rods only translates. A loop with
-parallel axes is planar. If a geometry differs by more than rounding errors from both of these
-geometries, Newton's method must close the loops. The report states a small difference between the
-geometry and the conditions of a closed form.
+parallel axes is planar. If the rods are not exactly equal and parallel, and the axes are not
+exactly parallel, Newton's method must close the loops. The report states a small difference between
+the geometry and the conditions of a closed form.
 """
 
 from collections.abc import Iterator

@@ -15,8 +15,8 @@ from ..model.numeric_mechanism import Floats, NumericMechanism
 NEAR = 0.2
 """Largest accepted distance from the reference (radian, or relative to the size).
 
-Reference values of passive joints are only approximate. Exchanging the ends of a wrong rod may
-close the loops at a distant configuration.
+Reference values of passive joints are only approximate. If the ends of a correct rod are exchanged,
+the loops may close at a distant configuration.
 """
 CLEARLY = 0.02
 """Maximum distance of the closed configuration from a reference that is given with two digits. The

@@ -1,8 +1,9 @@
-"""Solves a ring of three pins whose base is the sum of two vectors with the lengths of the arms.
+"""Solves parallelograms: three bodies and three pins.
 
-The ring has two assembly modes, which are computed without a square root. In the parallelogram, the
-arms stay parallel to the two vectors. In the crossed mode, the vector C of an arm is mirrored about
-the base D:
+The base vector is the sum of two vectors with the lengths of the arms. A parallelogram has two
+assembly modes, which are computed without a square root. In the parallelogram, the arms stay
+parallel to the two vectors. In the crossed mode, the vector C of an arm is mirrored about the base
+D:
 
     C* = D conj(C) / conj(D), where conj is the complex conjugate.
 """
@@ -38,7 +39,7 @@ sum is the base. In the crossed mode, the arms are mirrored about the base.
 
 @dataclass(frozen=True)
 class Sides:
-    """The base of a ring of three pins as a sum of two sides with the lengths of the arms.
+    """The base vector of a parallelogram as the sum of two vectors with the lengths of the arms.
 
     Attributes:
         dyad: The ring.

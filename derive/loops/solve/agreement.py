@@ -54,7 +54,7 @@ def _couplings(solution: Solution) -> Iterator[tuple[sp.Expr, str]]:
 def _unread(solution: Solution) -> set[str]:
     """Returns closures and struts with known joints that no step with a margin closes.
 
-    A cylinder is never included, because it can have any length.
+    A cylinder is never returned, because it can have any length.
     """
     closed = {name for step in solution.steps if step.margin is not None for name in step.joints}
     return {

@@ -71,7 +71,7 @@ def test_arm_of_package_is_not_derived_on_first_use(installed):
         assert "ur10e" in chasles.robots()
         assert "ur10e" not in chasles.shelf_robots()
         assert chasles.find_folder("ur10e") == arm
-        # `ik` with joints that the package does not fix must be derived from the robot file.
+        # If the user fixes other joints than the package, `ik` is derived from the robot file.
         assert description_of(arm) == (shelf()["ur10e"], ())
     finally:
         (arm / "manifest.json").unlink()

@@ -23,8 +23,8 @@ from tests.support.oracles.tasks import TASKS
 from tests.support.oracles.verdict import judged
 
 OTHER_JOINT_GIVEN = {1462: (1,), 5388: (0, 3)}
-"""Each case is an arm whose first choice of fixed joints misses poses, and a choice that misses no
-pose."""
+"""Seeds of arms. With the first choice of fixed joints, an arm misses poses; with these joints it
+misses none."""
 SEARCHED = (4220,)
 """Arms that miss poses with every choice of fixed joints."""
 

@@ -34,7 +34,7 @@ EVALUATED = ("iiwa14", "jaco2", "photo_robot", "awkward", "calibrated", "tilted"
 EVALUATED += ("fourteen", "random0", "random3")
 """Robots whose printed formulas are evaluated, with every kind of joint, constant and name."""
 REPRINTED = ("scara", "iiwa14", "four_bar", "slider_crank", "planar_3rrr", "bricklaying_gantry")
-"""Robots of every kind whose printed article is compared with the committed article."""
+"""Robots of every kind. Their newly printed articles are compared with the committed articles."""
 SMALL = tuple(name for name in EVALUATED if name != "fourteen")
 TRUE = 1e-12
 """Tolerance of sums of a few dozen double-precision products of size 1."""

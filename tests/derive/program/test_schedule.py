@@ -36,7 +36,7 @@ def depths(found: Program) -> list[int]:
 
 
 def kinds(found: Program) -> Counter:
-    """Counts the statements of a program without variable names."""
+    """Counts equal statements of a program. Variable names are ignored."""
     return Counter(
         (
             getattr(s, "operation", None) or (s.output, s.entry),
