@@ -126,7 +126,7 @@ class Grid:
 
     @property
     def dimension(self) -> int:
-        """Number of directions with more than one cell."""
+        """Number of axes (0 to 3) along which the grid has more than one cell."""
         return sum(n > 1 for n in self.shape)
 
     def centers(self) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -46,7 +46,7 @@ GENERAL = "jaco2"
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Return ratios to other libraries, times in C, and derivation times."""
+    """Return times relative to other libraries, times of the C code, and derivation times."""
     with one_core():
         found: list[Ratio | Limit] = []
         for name in ARMS:

@@ -68,7 +68,7 @@ class Conversion:
 
         Each row of a table contains the convention fields of one joint, in meter and radian, with
         up to 17 digits. The first and last row of a .csv file contain the poses of base and tool. A
-        .tex file states both poses after its `tabular`.
+        .tex file states the poses of base and tool below the table.
 
         Args:
             path: The path of the file, which ends in .urdf for URDF, otherwise in .toml. For "dh",

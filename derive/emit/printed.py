@@ -41,7 +41,7 @@ def coordinate_lines(derivation: Derivation) -> list[str]:
 def example_inverse(
     derivation: Derivation, printed: Sequence[SymbolicFunction]
 ) -> SymbolicFunction | None:
-    """Returns the first inverse for a pose that needs only fixed joints, or None."""
+    """Returns the first inverse whose inputs are a pose and fixed joints, or None."""
     robot = derivation.robot
     has_joints = isinstance(robot, SerialRobot) and not robot.couplings
     for function in printed:

@@ -331,7 +331,7 @@ STRUCTURED = METHODS[: METHODS.index(_by_self_motion)]
 def _by_free_followers(
     robot: SerialRobot, chain: CoupledChain, terms: Terms, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the tasks of a robot with coupled joints: ``ik``, and the position of a palletizer.
+    """Derives ``ik`` of a robot with coupled joints, and ``ik_position`` of a palletizer.
 
     The steps treat all joints as free, unless a structure includes the couplings. The residual is
     evaluated at the coordinates. Solutions that violate a coupling are therefore invalid.

@@ -117,8 +117,7 @@ def _pitch(pose: FloatArray, J: FloatArray, pitch: FloatArray) -> Measured:
     level = np.hypot(x, y)
     sine, cosine = np.sin(pitch[:, 0]), np.abs(np.cos(pitch[:, 0]))
     error = np.arctan2(sine, cosine) - np.arctan2(rise, level)
-    # For a vertical tool axis, any heading is correct. The heading of the tool's x axis is used,
-    # because its pitch has a nonzero derivative.
+    # A vertical tool axis has no heading. The heading of the tool's x axis is used instead.
     upright = level == 0
     c = np.where(upright, pose[:, 0, 0], x / np.where(upright, 1.0, level))
     s = np.where(upright, pose[:, 1, 0], y / np.where(upright, 1.0, level))

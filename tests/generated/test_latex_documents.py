@@ -27,8 +27,7 @@ MAX_PAGES = 12
 MAX_PAGES_OF_LOOPS = 20
 MAX_PAGES_OF_BUILT = 30
 PICTURES = ("drawing.tex", "workspace.tex")
-"""Document files that need the LaTeX package TikZ. The lines of pictures may be wider than the text
-width of an article without pictures."""
+"""Fragments that need the LaTeX package TikZ. An article without TikZ omits these fragments."""
 SHIPPED = ("ur5e", "well_manipulator", "stewart_gough")
 """An arm, a mechanism with loops and a platform; `make docs` compiles the documents of all robots.
 """

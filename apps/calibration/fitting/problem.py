@@ -481,7 +481,7 @@ class Problem:
         )
 
     def _framed(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Move the base corrections from the geometry to the base frame in the device frame."""
+        """Return p without base corrections, and the corrected base frame in the device frame."""
         still, own = self.q[0], p.copy()
         own[[item.part == "base" for item in self.robot.geometry]] = 0.0
         moved = self.robot.fk_p(still, p) @ se3.inverse(self.robot.fk_p(still, own))

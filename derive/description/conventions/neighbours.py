@@ -47,7 +47,8 @@ class Neighbours:
     def is_of_lines(self) -> bool:
         """Whether the joint axis and the preceding axis are lines.
 
-        A prismatic axis is only a direction. The base frame has no axis.
+        The result is False for a prismatic axis, which is only a direction, and for the first
+        joint.
         """
         return self.before is not None and "prismatic" not in (self.joint.kind, self.before.kind)
 

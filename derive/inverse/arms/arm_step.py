@@ -41,7 +41,7 @@ class ArmStep(LoopStep):
     """Joints of a serial arm between known bodies, with up to two solutions.
 
     Attributes:
-        found: The values of all joints of the arm in its first step, and empty in its later steps.
+        found: In the first step of an arm, the values of all its joints. Empty in later steps.
         arm: The arm. None in later steps of an arm, and for locked joints.
     """
 

@@ -164,8 +164,8 @@ def sets_to_fix(robot: SerialRobot) -> list[tuple[int, ...]]:
     """Returns the sets of joints to fix. Six joints stay free.
 
     Prismatic joints and the revolute joints at the base (as in a torso) are fixed first. The last
-    joint to fix may be any remaining revolute joint. With fewer than six revolute joints, prismatic
-    joints stay free.
+    joint to fix may be any remaining revolute joint. If the arm has fewer than six revolute joints,
+    some prismatic joints stay free.
     """
     slides = sorted(slides_of(robot))
     turns = [k for k in range(len(robot.moving)) if k not in slides]

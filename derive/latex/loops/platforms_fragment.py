@@ -27,7 +27,7 @@ from .loop_page import LoopPage
 AXES = "xyz"
 PLANE, SPACE = 2, 6
 RANKS = ("l", "J", "k", "n", "u", "w")
-"""Symbols of the elimination, in the order of a product."""
+"""Symbols of the elimination. In a product, the factors are printed in this order."""
 WHOLE = 0.8 * LINE
 """Maximum width (pt) of a vector component on one line."""
 ZERO = sp.Integer(0)

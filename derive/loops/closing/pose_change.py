@@ -1,9 +1,8 @@
 """Measures how much the tool moves if written values are replaced by exact values.
 
 Near a dead point, a small change of a length causes a large motion. Therefore, no bound holds for
-all configurations. Instead of a bound, the module closes the loops of the robot with written values
-and of the robot with exact values, at random configurations. The largest difference of the tool
-poses is reported.
+all configurations. The module therefore closes the loops twice, with written and with exact values,
+at random configurations, and reports the largest difference of the tool poses.
 """
 
 from collections.abc import Iterator

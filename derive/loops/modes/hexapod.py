@@ -66,7 +66,7 @@ NO_JOINTS = DoubleJoints(0, (0,) * RODS)
 
 
 def double_joints(a: Sequence[Sequence[object]], b: Sequence[Sequence[object]]) -> DoubleJoints:
-    """Returns the pairs of rods that share an end. The platform (ends b) is tried first."""
+    """Returns the pairs of rods that share an end. Shared ends on the platform are preferred."""
     sides = ((side, _paired(ends)) for side, ends in ((1, b), (2, a)))
     return next((DoubleJoints(side, rods) for side, rods in sides if rods), NO_JOINTS)
 

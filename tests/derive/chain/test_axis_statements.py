@@ -28,7 +28,7 @@ STATEMENTS = {
     "arm65": 2,
     "arm99": 1,
 }
-"""Number of statements about axes in the article of shipped robots and of random arms.
+"""The number of statements about axes in each article, of shipped robots and of random arms.
 
 Together, the robots have each kind of statement, with loops, fixed joints and prismatic joints."""
 CONFIGURATIONS = 30

@@ -1,7 +1,7 @@
 """Arms that are planar only if the fixed joint is 0.
 
-Three joints position the center of a spherical wrist. In a planar arm, one of the three joints does
-not change the height of the center, so its value is arbitrary.
+Three joints position the center of a spherical wrist. If the arm is planar, one of these joints
+does not change the height of the center. Its value is then arbitrary.
 """
 
 import numpy as np

@@ -43,7 +43,7 @@ class Inverse:
 
     Attributes:
         name: The peer.
-        call: The timed function from a prepared pose to a result, which has a type of the library.
+        call: The timed function. It maps a prepared pose to a result in the format of the library.
         read: Converts a result of `call` to joint values (k, n), and to k booleans that state
             whether the library claims that a solution is exact.
         prepare: Function from a pose (4, 4) to the pose expected by the other library.

@@ -220,7 +220,7 @@ def test_ball_joint_in_the_tree_with_a_pin_matches_mujoco(path):
     text = BALL.format(second=second)
     robot, _ = compare(path, text, "crank", "tool")
     assert [closure.kind for closure in robot.closures] == ["pin"]
-    # The loop is a serial arm in closed form.
+    # The loop has a closed form, as a serial arm between two bodies.
     fk = lower([derive(robot, functions=("fk", "actuators_all")).function("fk")], "r")[0]
     data, q = closed(mujoco.MjModel.from_xml_string(text), "crank", 0.07)
     T, site = np.array(fk([q])).reshape(4, 4), data.site("tool")
