@@ -216,13 +216,18 @@ class Lines:
         axes: The axes, starting at the base or at the tool.
         tolerance: Largest deviation of axes that count as parallel or intersecting. An angle is in
             radian, a distance is divided by the arm length.
-        is_part: Whether other joints of the chain are fixed.
+        whole: All axes of the chain at home if some joints of the chain are fixed, otherwise empty.
     """
 
     terms: Terms
     axes: tuple[Axis, ...]
     tolerance: float = EXACT_STRUCTURE
-    is_part: bool = False
+    whole: tuple[Axis, ...] = ()
+
+    @property
+    def is_part(self) -> bool:
+        """Whether other joints of the chain are fixed."""
+        return bool(self.whole)
 
     @property
     def added(self) -> tuple[Axis, ...]:
@@ -231,8 +236,11 @@ class Lines:
 
     @cached_property
     def length(self) -> float:
-        """Sum of the distances between the origins of consecutive axes (meter)."""
-        points = [axis.origin for axis in self.axes if axis.turns]
+        """Sum of the distances between the origins of consecutive revolute axes at home (meter).
+
+        The length of the chain does not depend on which joints are fixed.
+        """
+        points = [axis.origin for axis in self.whole or self.axes if axis.turns]
         return sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points))
 
     def reversed(self) -> "Lines":
@@ -256,7 +264,8 @@ class Lines:
                 R = R @ turn
             elif not axis.turns:
                 t = t + axis.some_motion * (R @ axis.direction)
-        return replace(self, axes=tuple(kept), is_part=self.is_part or bool(given))
+        whole = self.whole or (self.axes if given else ())
+        return replace(self, axes=tuple(kept), whole=whole)
 
     def parallel(self, *indices: int) -> bool:
         """Whether axes are parallel or antiparallel."""

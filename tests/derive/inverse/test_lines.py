@@ -3,6 +3,8 @@
 The tests also check the target pose after joints with known values are removed.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -58,6 +60,15 @@ def test_axes_meet_up_to_the_tolerance(by, meet):
     apart = 2 * by * EXACT_STRUCTURE * 2
     lines = lines_of(((0, 0, 1), (0, 0, 0)), ((1, 0, 0), (0, apart, 2)))
     assert lines.meet(0, 1) == meet
+
+
+def test_fixed_slide_does_not_change_the_unit_of_deviations():
+    lines = lines_of(((0, 0, 1), (0, 0, 0)), ((0, 0, 1), (0, 0, 0)), ((1, 0, 0), (0, 0.1, 2)))
+    slide = replace(lines.axes[1], kind="prismatic")
+    lines = replace(lines, axes=(lines.axes[0], slide, lines.axes[2]))
+    left = lines.at_generic([1])
+    assert not np.allclose(left.axes[1].origin, lines.axes[2].origin)
+    assert left.meeting_deviation((0, 1)) == pytest.approx(lines.meeting_deviation((0, 2)))
 
 
 def test_meeting_requires_a_point_common_to_all_axes():
