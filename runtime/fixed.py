@@ -48,8 +48,8 @@ def fixed_coordinates(robot: RobotFacts, method: str, fixed: Fixed | None) -> Bo
 
     Raises:
         InputTypeError: If `fixed` holds values, or items other than names and indices.
-        InputValueError: If a name is unknown, if several coordinates move a joint, or if all
-        coordinates are fixed.
+        InputValueError: A name is unknown, several coordinates move one joint, or all coordinates
+            are fixed.
     """
     label = f"{robot.name}.{method}"
     is_fixed = np.zeros(robot.n, np.bool_)

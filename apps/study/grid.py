@@ -15,9 +15,10 @@ Four errors remain. First, if the surface of the body is parallel to the faces o
 lines leave the body at the same position within a cell. For a surface parallel to cell faces, the
 excess volume is between 0 and h times the area of the open faces. There, adjacent open faces are
 coplanar. Second, the points may miss a cell that contains only a small corner of the body. A power
-law extrapolates the number of missed cells from a random half of the points. Third, if the body
-covers few cells, few lines determine by how much the visited cells extend beyond the body on
-average. Fourth, the correction, a product of factors 1 - c, is exact only for boxes.
+law extrapolates the number of missed cells from a random half of the points. Third, the visited
+cells extend beyond the body by an average margin. If the body covers few cells, this margin is
+estimated from few lines. Fourth, the correction, a product of factors 1 - c, is exact only for
+boxes.
 
 Source:
     L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for the area

@@ -19,7 +19,7 @@ POSITIONS = frozenset(
 )
 """Roles of functions that compute positions. The list contains no derivatives."""
 OF_GEOMETRY = "parametric pose"
-"""Role of the position function with variable geometry."""
+"""Role of the forward kinematics whose geometric parameters are inputs."""
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:

@@ -50,7 +50,7 @@ def inverses(derivation: Derivation) -> list[Signature]:
 
 
 def seeded(derivation: Derivation) -> list[Signature]:
-    """Returns the inverses whose other inputs follow from a seed."""
+    """Returns the inverses for which a seed determines all inputs except the target."""
     return [f for f in inverses(derivation) if seed_inputs(derivation, f) is not None]
 
 

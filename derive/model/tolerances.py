@@ -114,8 +114,8 @@ a wrong expression is about as large as the expression itself."""
 
 MEANT = 1e-100
 """Maximum nonzero constant (no unit) that cannot be a rounding error, so that it is not replaced by
-0. Rounding errors of numbers near 1 are at least 1e-40. A constant of 1e-150 is therefore a number
-  that the file contains."""
+0. Rounding errors of numbers near 1 are at least 1e-40. So a constant of 1e-150 comes from the
+robot file, not from rounding."""
 UNIT_VECTOR = 1e-12
 """Maximum difference between 1 and the squared length of a unit vector (no unit). Rounding
 errors are about 1e-15. An exact vector must have exactly the length 1."""
@@ -319,7 +319,7 @@ equals the first vector, unless the first vector is almost 0."""
 GREATEST_NUMBER = 1e300
 """Maximum sum of the magnitudes of a finite input (meter or no unit)."""
 DIVISOR_FLOOR = sp.Float("1e-300", 20)
-"""Number that is added to a sum of squares that is a divisor and may be 0."""
+"""Positive number that is added to a divisor that may be 0. The divisor is a sum of squares."""
 ARTICLE_ZERO = 1e-100
 """Minimum magnitude of a number in the article. The article omits constants below 1e-100, which
 only prevent errors such as a division by zero."""

@@ -55,7 +55,7 @@ class Signature:
         summary: One line that states what the function computes.
         identity: One line with the identity that the function satisfies.
         inputs: The arguments in order.
-        outputs: The results in order.
+        outputs: The symbolic expressions that the function returns, in order.
         role: The role, for the runtime.
     """
 

@@ -128,7 +128,7 @@ class Solutions(Fields):
         """Return the valid solutions (count, n) [rad or m] of one pose, in slot order.
 
         Raises:
-            InputValueError: If there are several poses, whose numbers of solutions may differ.
+            InputValueError: There are several poses, and their numbers of solutions may differ.
         """
         if self.valid.ndim != 1:
             raise InputValueError(

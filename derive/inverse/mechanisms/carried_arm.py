@@ -79,7 +79,7 @@ class CarriedArmTables(Tables):
         kinds: Whether the joint of each map is prismatic.
         size: Length of the mechanism (meter).
         maps: For each revolute joint, the factors of 1, cosine and sine in the inverse of the joint
-            pose. For a prismatic joint, the factors of 1 and of the displacement, and 0.
+            pose. For a prismatic joint, the constant term, the factor of the displacement, and 0.
         planes: Unit normal and negative offset of each plane in the frame of the legs (1, meter).
         points: The ball joints in the platform frame (meter).
     """

@@ -104,8 +104,8 @@ def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, 
         terms: Table of named terms.
         k: The axis of the subproblem.
         total: A vector whose length is the required length of the sum of the two vectors.
-        parts: The two vectors of the sum. The components of these vectors along k do not depend on
-            the angle.
+        parts: The two vectors that are added. The component of each vector along k does not depend
+            on the angle.
     """
     along = terms.let(sum((dot(terms, k, part) for part in parts), sp.Integer(0)))
     return terms.let(dot(terms, total, total) - along**2)

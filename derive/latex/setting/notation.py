@@ -56,7 +56,8 @@ class Notation:
         order: Position of each printed symbol in a product.
         meanings: Definitions of the short symbols. Long constants are defined by earlier short
             symbols.
-        angles: Angles of cosines and sines with accent and index, in order of first use.
+        angles: For each angle, the accent and the index in the symbols of its cosine and sine. The
+            angles are in order of first use.
         constants: The named constants, in order of first use.
         halves: Whether angles of 30 or 60 degrees cause square roots of 3. If `halves` is True,
             fractions replace decimals such as 0.5.

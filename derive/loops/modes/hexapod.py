@@ -36,8 +36,8 @@ class Hexapod:
     at zero.
 
     Attributes:
-        a: The rod ends on the actuated bodies.
-        b: The rod ends on the platform at zero.
+        a: The endpoints of the rods on the actuated bodies.
+        b: The endpoints of the rods on the platform, at zero coordinates.
         lengths: Rod lengths.
         axes: For each of the last three joints, the index of the parallel axis among the first
             three joints.

@@ -34,7 +34,7 @@ RING = 3
 
 
 class PlanarStep(LoopStep):
-    """A function that joins rigid groups of a planar linkage by a step."""
+    """A construction step that joins rigid groups of a planar linkage into one group."""
 
     @classmethod
     @abstractmethod

@@ -127,7 +127,8 @@ def test_mimic_in_loops_is_a_gear(tmp_path):
     ],
 )
 def test_gearbox_in_loops_is_a_gear(tmp_path, axes, hand, sign):
-    """A hand on the rocker turns against the coupler. Newton closures give the pose."""
+    """A gearbox couples a hand on the rocker to the coupler. Newton's method computes the reference
+    pose."""
     extra = f"""<link name="hand"><pose>0.1 0.2 0 0 0 0</pose></link>
 <joint name="e" type="revolute"><parent>rocker</parent><child>hand</child>
   <axis><xyz>{hand}</xyz><limit><effort>0</effort></limit></axis></joint>
