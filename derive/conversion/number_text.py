@@ -1,8 +1,8 @@
 """Writes exact numbers for robot files and URDF.
 
 The reader of robot files replaces decimals that look rounded by exact values
-(:mod:`~chasles.derive.description.noise`). The writer therefore writes decimals that look rounded
-as fractions with denominator 3. The reader does not change fractions with denominator 3.
+(:mod:`~chasles.derive.description.noise`). Therefore the writer converts such decimals to fractions
+with denominator 3, which the reader keeps unchanged.
 """
 
 import math

@@ -25,7 +25,7 @@ class ExactNumbers:
 
     Attributes:
         tolerance: Length noise (meter).
-        points: Exact points for points without noise.
+        points: For each point whose noise was removed, the exact point.
         numbers: The numbers that were replaced so far.
     """
 

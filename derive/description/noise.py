@@ -139,8 +139,8 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
 def radians_meant(value: sp.Expr) -> sp.Expr | None:
     """Returns the multiple of pi if an angle in degrees looks like radians, else None.
 
-    The angle must be at most one turn. A right angle needs two decimal places (1.57). Any other
-    multiple of pi/12 needs four decimal places (0.7854).
+    The angle must be at most one turn. A right angle is recognized from two decimal places (1.57).
+    Other multiples of pi/12 are recognized from four decimal places (0.7854).
     """
     places = decimal_places(value) or 0
     multiple = exact_angle(value) / sp.pi

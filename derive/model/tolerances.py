@@ -98,8 +98,8 @@ PARALLEL_GEARS = 1e-6
 """Maximum difference between 1 and the cosine of the angle between the axis of a gearbox and the
 axis of a joint that it turns. Files state directions with four or more digits."""
 COMPILED_ANGLE = 1e-13
-"""Maximum difference (radian) between a computed angle and the angle in a file. The rounding error
-of an angle near pi is a few times smaller."""
+"""Maximum difference (radian) between a computed angle and the angle in a file. Rounding errors of
+angles near pi are a few times smaller than 1e-13 rad."""
 CALIBRATED_TOOL = 0.05
 """Maximum displacement of the tool by a factory calibration, with all joints at zero.
 CALIBRATED_TOOL limits the tool distance (meter) and the norm of the difference of the rotation

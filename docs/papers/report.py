@@ -183,7 +183,7 @@ def consistent(
     The value is an input that was copied from the paper, or one model is computed twice.
 
     Raises:
-        Refuted: The printed value differs from our value, or the reason is empty.
+        Refuted: The printed value differs from our value, or `reason` is empty.
     """
     if not reason:
         raise Refuted(f"item {printed.item} has no reason")

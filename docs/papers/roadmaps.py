@@ -198,7 +198,7 @@ def arm(printed: dict[str, Printed]) -> list[Row]:
     space, plan = arm_plan()
     clear = min(space.clearance(q)[0] for q in plan.at(np.linspace(0, 1, 60)))
     words = (
-        "the report plans in a plane. Our value is the length of a path in joint space from via "
-        f"point 1 to via point 5. The clearance of this path is {1000 * clear:.1f} mm"
+        "the paper plans the path in a plane. Our value is the length of a path in joint space "
+        f"from via point 1 to via point 5. The clearance of this path is {1000 * clear:.1f} mm"
     )
     return [not_printed(printed["arm"], plan.length, words)]

@@ -1,4 +1,7 @@
-"""Each row of the paper tables agrees with its verdict, and fails with a changed digit."""
+"""Tests the verdict of each row of the paper tables.
+
+A changed digit of the printed value is detected.
+"""
 
 import importlib
 import re

@@ -242,7 +242,10 @@ def _with_signs(
 
 
 def _is_smooth(terms: Terms, values: Iterable[sp.Expr]) -> bool:
-    """Whether no value contains a minimum or maximum of two expressions, as a sorted root does."""
+    """Whether the values are free of the functions Min and Max.
+
+    Sorted roots contain these functions.
+    """
     waiting, seen = [*values], set[sp.Symbol]()
     while waiting:
         entry = waiting.pop()

@@ -191,7 +191,7 @@ class PlaneEquations:
         return found
 
     def _product(self, factors: Sequence[FloatArray], T: FloatArray) -> FloatArray:
-        """Returns the planes times the inverse poses, T and the ball joints (3,)."""
+        """Returns the values (3,) of the plane equations at the ball joints."""
         pose = reduce(np.matmul, [*factors[: self.before], T, *factors[self.before :]])
         found: FloatArray = np.einsum("ij,jk,ik->i", self.rows, pose, self.points)
         return found

@@ -3,8 +3,8 @@
 Statement: The equation ``R(k1, theta1) R(k2, theta2) p = v`` is solved for both angles.
 
 Derivation: The vector ``z = R(k1, theta1)^T v = R(k2, theta2) p`` has the component ``k2.p`` along
-k2. Subproblem 4 therefore has two solutions for theta1. Subproblem 1 solves for theta2 after
-theta1. Since theta1 is known, the two angles match even if theta1 is arbitrary.
+    k2. Subproblem 4 therefore has two solutions for theta1. Subproblem 1 then solves for theta2 at
+    each theta1. If theta1 is arbitrary, theta2 still belongs to the chosen theta1.
 
 Let ``c = k1.k2`` and ``s^2 = 1 - c^2``. If p is nearly parallel to k2, the two solutions are nearly
 equal. The expression of subproblem 4, ``xi^2 = |v x k1|^2 s^2 - (k2.p - c k1.v)^2``, is then a

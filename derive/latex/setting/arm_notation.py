@@ -1,4 +1,4 @@
-"""The short symbols of an arm whose joints are joints of a robot with loops."""
+"""Short symbols of an arm that is a part of a robot with loops."""
 
 from collections.abc import Sequence
 

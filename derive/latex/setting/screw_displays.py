@@ -55,7 +55,8 @@ class ScrewDisplays:
         terms: Shared terms. Each shared term depends only on earlier shared terms.
         columns: One display per screw axis.
         home: The home pose.
-        named: Wide entries of the screw axes and the home pose, keyed by name.
+        named: Names and values of matrix entries that are too wide to print. The matrices are the
+            screw axes and the home pose.
     """
 
     terms: tuple[Equation, ...]

@@ -1,8 +1,8 @@
 """Joint values of loops without a closed form.
 
 A solver closes the loops by Newton's method (:mod:`.closure_equations`). The implicit function
-theorem gives the derivatives of the solution. The solver returns the variables w and their
-derivatives. The statements of a function use the variables w and their derivatives as arguments.
+theorem gives the derivatives of the solution. The solver returns the loop variables w and the
+derivatives of w. The generated functions have w and the derivatives of w as arguments.
 """
 
 import math

@@ -110,7 +110,7 @@ class CrossedParallelogram(LoopStep):
     branches: ClassVar[Mapping[int, str]] = FIGURES
 
     def equations(self) -> StepEquations:
-        """Returns the equation for the rotation from the conjugate of the base to the base."""
+        """Returns the equation for the angle from the vector (x, -y) to the base vector (x, y)."""
         (angle,) = self.solved
         D, d = components("D"), length_of("D")
         x, y = self.base

@@ -169,7 +169,8 @@ class SolvedLoops(LoopModel):
 
     def where(self, condition: sp.Basic) -> sp.Expr:
         """Returns 0 if a condition holds, otherwise NaN."""
-        # The radicand is 0 or -1, both constant. The derivative of its root divides by no zero.
+        # The radicand is piecewise constant (0 or -1), so that the derivative of the root is
+        # defined at 0.
         square = self.terms.let(sp.Piecewise((0, condition), (-1, True)))
         return self.terms.let(sp.sqrt(square))
 

@@ -24,11 +24,11 @@ from .turning_leg import OPENING
 
 @dataclass(frozen=True, kw_only=True)
 class SlidingLeg(LegStep):
-    """The travel at which the distance of the ends is the leg length.
+    """Solves for the travel of a slider at which a leg has its given length.
 
     Attributes:
-        offset: The vector from the end on the slider at zero travel to the other end, in the axes
-            of the joint.
+        offset: The leg vector at zero travel, in the axes of the joint. The vector starts at the
+            endpoint on the slider.
         travel: Travel along the z axis of the joint (meter).
         square: The square of the leg length.
     """

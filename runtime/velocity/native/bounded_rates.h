@@ -25,7 +25,7 @@ typedef struct {
     char *locked; /* (n,) whether a joint has zero bounds and is excluded from the problem */
     char *fixed;  /* (n,) whether a joint is fixed at a bound; the SVD leaves out its column */
     Svd svd;
-    double *a, *b, *fixed_rate; /* (n,) a and b of the candidate y = a + b; rates of fixed joints */
+    double *a, *b, *fixed_rate; /* (n,) terms of the candidate a + b; rates of the fixed joints */
     double *best_a, *best_b;    /* (n,) */
     char *best_fixed;           /* (n,) */
     DampedBox box;

@@ -138,7 +138,7 @@ def test_measurements_of_other_robots_get_a_doubt(arm):
 
 
 def test_length_that_tolerances_exclude_gets_a_doubt(arm):
-    """The model of all parameters fits the too long link by an error of forty standard
+    """The fit of all parameters changes the length of the wrong link by forty standard
     deviations."""
     draw = simulated(arm, 24, another=True)
     assert draw.parameter_std

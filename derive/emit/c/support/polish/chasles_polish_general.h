@@ -54,9 +54,9 @@ static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
     return 1;
 }
 
-/* Returns whether the known solutions match the real roots of an elimination order one to one, and
- * no two roots are near each other. The known solutions are complete if they match the roots. Roots
- * that are certainly complex do not count. */
+/* Returns whether each real root of the determinant belongs to exactly one known solution, and no
+ * two roots are near each other. Then the known solutions are complete. Roots that are certainly
+ * complex are ignored. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                                     const chasles_general_order *order,
                                     const chasles_circle_roots *roots)
