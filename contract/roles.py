@@ -1,7 +1,7 @@
 """Defines the robot kinds, function roles, vectors and task components.
 
-A role states what a function computes. Compiler and runtime do not infer the role from the
-function's name.
+A role states what a function computes. The compiler and the runtime read the role of a function
+from the manifest, not from the function's name.
 """
 
 from __future__ import annotations

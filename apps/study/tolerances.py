@@ -9,9 +9,9 @@ IN_PLACE = 1e-12
 """Distance [m] and angle [rad] between two poses that count as rounding errors. Beyond 1 m from the
 base, the distance is divided by the distance from the base."""
 STRAIGHT = 1e-9
-"""Maximum sine of the angle between the connecting lines of three collinear points. At the maximum
-sine, the radius of the circle is a billion times the distance of the points. 1e-9 is also the
-maximum distance of coplanar points from a plane, relative to the extent of the points."""
+"""Three points count as collinear if the sine of the angle between their connecting lines is at
+most 1e-9. A circle through such points has a radius of at least a billion times their distance.
+Points count as coplanar if their distance from a plane is at most 1e-9 of their extent."""
 NODES_APART = 2e-3
 """Node spacing of fourth-order finite differences, relative to the curve length. The relative
 truncation error is about the fourth power of the spacing, 2e-11. Second derivatives amplify

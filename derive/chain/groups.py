@@ -276,7 +276,10 @@ class _Builder:
         self.stations.append(Station(joint, self.sign, pitch, self._angle()))
 
     def stretch(self, stretch: _Stretch) -> None:
-        """Adds the constant transform after a joint. A tilt ends the group."""
+        """Adds the constant transform after a joint.
+
+        If the transform tilts the joint axis, a new group of parallel axes starts.
+        """
         self._fill(stretch)
         for rotation in _factored(self.terms, stretch.rotations):
             if rotation.axis == "z":

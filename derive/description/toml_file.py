@@ -365,7 +365,9 @@ class TomlFile:
         return _follow(self.table, keys)
 
     def fail(self, keys: Keys, expected: str, shown: object = ...) -> NoReturn:
-        """Raises an error for a value, or for the table of a missing value.
+        """Raises an error that shows the invalid value.
+
+        If the value is missing, the error shows its table.
 
         Args:
             keys: The path to the value.

@@ -94,7 +94,7 @@ class Sampled:
         """Typical distance between nominal solutions, for each joint.
 
         Smallest difference (radian) between two solutions of a pose, as a median over all poses.
-        The value is 0 if no pose has two solutions.
+        If no pose has two solutions, the typical distance is 0.
         """
         q = np.stack([start for start, _ in self.branches], 1)
         is_there = np.stack([residual < RECOVERED for _, residual in self.branches], 1)

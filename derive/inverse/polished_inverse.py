@@ -55,7 +55,8 @@ def polished_inverse(
     """Returns the function ``ik`` of an arm that is close to a known family.
 
     Args:
-        classification: The structure, with the deviation of the axes.
+        classification: The family of the nominal arm, and the deviation of the true axes from this
+            family.
         nominal: The task ``ik`` of the nominal arm.
         general: Tables of the general solver, which finds solutions of uncertain branches. A
             well-conditioned general solver runs at every pose if the arm has fixed joints, because

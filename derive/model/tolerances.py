@@ -22,9 +22,9 @@ ROUNDING = 10.0**-RELIABLE_DIGITS
 unit)."""
 
 MAX_WAVES = 0.05
-"""Maximum amplitude of the waves of a drive (radian), relative to its gain. For relative amplitudes
-up to 0.05, three Newton steps invert the drive equation up to rounding errors. Real drives have
-relative amplitudes below 0.001."""
+"""Maximum ratio of the wave amplitude (radian) to the gain of a drive. For ratios up to 0.05, three
+Newton steps invert the drive equation up to rounding errors. Real drives have ratios below
+0.001."""
 MAX_SAG = 0.05
 """Maximum derivative of a joint deflection with respect to the coordinates. Each fixed-point step
 of the spring equation multiplies the error by at most 0.05. Twelve steps invert the spring equation

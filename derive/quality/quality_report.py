@@ -22,8 +22,8 @@ class ConventionQuality:
         numbers: Names of the convention's parameters.
         needed: Number of parameters for the axis: 4 for a line, 2 for a direction.
         determinant: det(D^T D) of the convention's parameters.
-        completed: det(D^T D) with all parameters of a pose. These parameters include rotations
-            about, and translations along, the adjacent axes. The determinant is zero at
+        completed: det(D^T D) with all parameters of a pose. The parameters of a pose include
+            rotations about, and translations along, the adjacent axes. The determinant is zero at
             discontinuities of the model.
         value: Value of ``completed`` for the robot's dimensions (meter). None if the convention
             cannot represent the axis.

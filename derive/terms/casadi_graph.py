@@ -41,8 +41,8 @@ def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Functio
     ``choice`` of the function ``<prefix>_<name>_branch`` contains the signs.
 
     Args:
-        functions: Functions with a shared table of terms. Terms that functions without signs share
-            are converted once.
+        functions: Functions with a shared table of terms. Functions without signs share converted
+            terms.
         prefix: The robot's name.
 
     Raises:

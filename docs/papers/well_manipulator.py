@@ -2,9 +2,9 @@
 
 Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
 Engineering. The robot file `well_manipulator` describes this manipulator. The file
-`robots/well_first_cylinder.toml` in this folder describes its first cylinder, with pin B as printed
-in equation (64). The motion of the paper fixes
-theta2 and both telescopes; without `fixed=`, `ik` fixes theta7 instead of theta2.
+`robots/well_first_cylinder.toml` in this folder describes the manipulator's first cylinder, with
+pin B as printed in equation (64). The motion of the paper fixes theta2 and both telescopes; without
+`fixed=`, `ik` fixes theta7 instead of theta2.
 """
 
 from __future__ import annotations

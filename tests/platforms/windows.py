@@ -45,7 +45,7 @@ def run_in_wine(*command):
 
 
 def build_wheel(zig, version, python, headers, builder):
-    """Returns the wheel of the committed files with the kernels."""
+    """Builds a wheel from the committed files and the compiled kernels."""
     shutil.rmtree(SOURCE, ignore_errors=True)
     SOURCE.mkdir(parents=True)
     archive = subprocess.run(

@@ -109,7 +109,8 @@ class Formula:
             return self.group() / self.group()
         if token == "\\sqrt":
             self.take()
-            # As the article states, a square root is 0 beyond the boundary of the workspace.
+            # The article states that a square root of a negative number is read as 0. Radicands are
+            # negative beyond the boundary of the workspace.
             return math.sqrt(max(self.group(), 0.0))
         if token == "\\pi":
             self.take()

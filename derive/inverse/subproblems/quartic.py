@@ -69,8 +69,8 @@ class CirclePoint:
     Attributes:
         turn: Cosine and sine of the root angle.
         margin: Margin in the units of the polynomial. The margin is 0 for a double root. For a
-            complex root, the margin is negative and ``turn`` is the point of the circle nearest to
-            a line of the pair.
+            complex root, the margin is negative. A complex root belongs to a line that misses the
+            unit circle. ``turn`` is then the point of the circle nearest to this line.
     """
 
     turn: CosSin

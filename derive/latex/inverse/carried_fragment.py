@@ -72,7 +72,7 @@ def _steps(page: LoopPage, *parts: Part) -> list[tuple[str, PrintedTask]]:
 
 
 def _arm(page: LoopPage, chain: CarriedArm) -> list[str]:
-    """Prints the elimination of joints before and on a platform."""
+    """Prints the elimination of the unknown joints before the legs and behind the platform."""
     own = chain.carried
     unknown = [own.others[k] for k in chain.unknown]
     given = [page.hybrid.robot.moving[k].name for k in chain.given]

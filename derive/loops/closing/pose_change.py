@@ -22,7 +22,7 @@ SAMPLES = 20
 
 
 def with_pose_change(mechanism: Mechanism) -> Mechanism:
-    """Returns the mechanism with the largest pose changes in ``cleaning`` and ``notes``.
+    """Adds the largest changes of the tool pose by cleaning to ``cleaning`` and ``notes``.
 
     Args:
         mechanism: A robot with exact values whose loops close at the reference.

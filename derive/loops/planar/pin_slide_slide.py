@@ -29,7 +29,8 @@ class PinAndTwoSlides(PlanarStep):
     """Two consecutive slides whose outer bodies share a pin.
 
     Attributes:
-        offset: The vector from the pin to the pin on the base if both travels are zero.
+        offset: Difference between the two positions of the pin at zero travel, as a point of either
+            outer body.
         first: Direction of the first slide.
         second: Direction of the second slide.
         travels: Travels along the first and the second slide (meter).

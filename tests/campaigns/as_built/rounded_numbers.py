@@ -86,10 +86,11 @@ def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Ge
 
 
 def _form(robot: Mechanism) -> tuple[object, ...]:
-    """Returns closed-form steps and two sets of joints without a closed form.
+    """Returns closed-form steps and two sets of joints.
 
-    The first set has no closed form from the actuators, and the second set has no closed form from
-    the main chain."""
+    The joints of the first set have no closed form for given actuators. The joints of the second
+    set have no closed form for a given main chain.
+    """
     found = forward(robot)
     steps = tuple(type(step).__name__ for step in found.steps)
     return steps, found.open, () if found.open else solved(robot).backward.open

@@ -95,7 +95,7 @@ hand = { rocker = "1/2" }
 
 @pytest.mark.parametrize("limits", [(20, 350), (85, 400), (-700, 700)])
 def test_limits_of_coupled_joint_select_its_full_turn(limits):
-    """A rocker makes full turns. A hand follows it by half of its angle."""
+    """A rocker makes full turns. A coupled hand rotates by half the rocker angle."""
     own = f'name = "rocker", limits = [{limits[0]}, {limits[1]}]'
     robot = read_text(DRAG_LINK.replace('name = "rocker"', own, 1))
     model, fk = Model(robot), lower([derive(robot, functions=("fk",)).function("fk")], "r")[0]

@@ -215,7 +215,7 @@ def test_reversed_difference_keeps_its_value():
 
 
 def random_branch(rng):
-    """Returns a branch of random operations on two numbers and two signs."""
+    """Returns a function of random operations. Its inputs are two numbers and two signs."""
     logic = {Operation.NOT, Operation.AND, Operation.OR}
     numbers = [X, Y, S, Input(1, 1), *map(Constant, (0.0, 1.0, -1.0, 0.5, -2.0))]
     conditions, statements = [], []

@@ -199,7 +199,7 @@ def test_parabolas_and_blends_pass_through_their_poses(arm):
 
 
 def test_rates_near_singularity_match_curve_differences():
-    """The line passes near the stretched elbow, without damping."""
+    """The tool moves on a line near the configuration with a stretched elbow."""
     arm, checked = chasles.load("iiwa14"), 0
     rng = np.random.default_rng(3)
     while checked < 2:

@@ -164,7 +164,8 @@ def test_gearbox_of_an_arm_moves_two_joints_by_one_motor(tmp_path):
   <gearbox_reference_body>one</gearbox_reference_body></joint></model></sdf>"""
     passive = "<limit><effort>0</effort></limit>"
     robot = read(file_of(tmp_path, text.format(axis="0 0 1", passive=passive)))
-    # From link one, the base turns by -first, and link two by -second: second = -3 first.
+    # Relative to link one, the base rotates by -first, and link two by -second. So second = -3
+    # first.
     assert [c.name for c in robot.coordinates] == ["first"]
     (coupling,) = robot.couplings
     assert (coupling.joint, coupling.ratios) == ("second", (("first", -3),))

@@ -14,8 +14,8 @@ REACH = {"revolute": 0.3, "prismatic": 0.05}
 """Maximum distance of a coordinate from the reference (radian or meter)."""
 CLOSED, SAME = 1e-12, 1e-9
 GIVEN = {0: [], 1: [], 2: [], 3: ["before"], 7: [], 8: ["axis_0"], 13: ["before"]}
-"""Each case is a platform, and the redundant joints that are inputs of its inverse after the
-pose."""
+"""The key is the number of a platform. The value lists the redundant joints, whose values are
+inputs of the inverse."""
 
 
 def configurations(mechanism, seed):

@@ -443,7 +443,8 @@ static void chasles_arm_at(const chasles_arm_equations *equations, double angle,
                 pair->at[i][a][b] = chasles_carried_dot(equations->at[i][a][b], u);
 }
 
-/* Writes the equations in 1, two displacements and the angle of the third unknown. */
+/* Copies the coefficients of the equations that are linear in two displacements. An angle is the
+ * third unknown. */
 static void chasles_arm_columns(const chasles_arm_equations *equations, chasles_arm_pair *pair)
 {
     pair->count = 3;
