@@ -1,7 +1,7 @@
 """Defines the robot kinds, function roles, vectors and task components.
 
-A role states what a function computes. The compiler and the runtime read the role of a function
-from the manifest, not from the function's name.
+A role states what a function computes. The compiler and the runtime do not derive the role of a
+function from its name.
 """
 
 from __future__ import annotations
@@ -132,9 +132,9 @@ class Role:
     Attributes:
         name: One of :data:`ROLES`.
         domain: The vector of the first input, one of :data:`VECTORS`.
-        codomain: The vector that a map between coordinate vectors returns. A derivative of the map
-            has the codomain of the map. A function that returns all branches of the map also has
-            the codomain of the map.
+        codomain: The vector that a map between coordinate vectors returns. The codomain of a
+            derivative is the codomain of the differentiated map. The codomain of a function that
+            returns all branches is the codomain of a single branch.
         fixed: Indices in q of the coordinates that are inputs of an inverse after the pose. A fixed
             coordinate is constant during the refinement.
         labels: The branch label of each solution slot, for an inverse or for all branches of loops.

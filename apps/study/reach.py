@@ -141,7 +141,7 @@ def reach(
             within its limits. The solutions for all redundancy values are counted.
         threads: Number of threads in this process or in each worker, or "all" for one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to show a progress bar. With None, a terminal shows the bar.
+        progress: Whether to show a progress bar. If None, the bar is shown in a terminal.
 
     Raises:
         AttributeError: The robot has no `ik`. The message lists the robot's other inverse
@@ -182,7 +182,7 @@ def base_placement(
         T_w_0: (m, 4, 4) base poses in the world frame.
         threads: Number of threads in this process or in each worker, or "all" for one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to show a progress bar. With None, a terminal shows the bar.
+        progress: Whether to show a progress bar. If None, the bar is shown in a terminal.
 
     Returns:
         (m,) fractions of the poses that have a solution within limits.

@@ -247,8 +247,8 @@ POSE_AT_INFINITY = 1e-10
 NO_FRAME = 1e-9
 """Maximum distance (meter) of a centroid that counts as the origin."""
 RODS_SPAN = 1e-9
-"""Minimum singular value of a direction in which rod ends and lengths differ between
-configurations, relative to the largest singular value."""
+"""Minimum singular value of the variation of rod endpoints and rod lengths between configurations.
+A smaller singular value, relative to the largest singular value, counts as zero."""
 
 # --- inverse: structures, boundaries of subproblems, determinants ---
 
@@ -385,7 +385,7 @@ POOR_SEPARATION = 1e-5
 """Minimum separation of the solutions (:attr:`.Choice.separation`). If the solutions of an arm
 have a smaller separation, the solver fixes other joints of the arm. The solutions of arms with six
 regular joints and a prismatic joint have separations of at least 1e-4. If the prismatic joint is
-parallel to two axes, the separation is 7e-7."""
+parallel to two of the axes, the separation of the solutions is 7e-7."""
 ASKED_SEPARATION = 5e-3
 """Minimum separation of the solutions (:attr:`.Choice.separation`) for which the general solver is
 practical. If the separation is larger, the general solver may run at every pose of an arm that

@@ -204,9 +204,9 @@ def _named(direction: NDArray[np.float64], words: tuple[str, ...]) -> str:
 def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float64]:
     """Returns the displacements (d, k) of a joint axis, with one column per parameter.
 
-    The parameters of the previous joint are its coordinate offset and the fields that act after its
-    motion or commute with it. The parameters of the joint itself are the fields that act before its
-    motion. The axis of a prismatic joint has an arbitrary position.
+    The axis depends on parameters of two joints. The parameters of the previous joint are its
+    coordinate offset and the transforms after its motion. The parameters of the joint itself are
+    the transforms before its motion. The axis of a prismatic joint has an arbitrary position.
 
     Args:
         robot: The robot.

@@ -30,7 +30,7 @@ typedef struct {
     const char *name;
     /* One pointer for each input and each output, to dense row-major doubles. */
     void (*call)(const double *const *inputs, double *const *outputs);
-    /* Evaluates n rows; a step is the distance between adjacent rows in doubles. NULL if the robot
+    /* Evaluates n rows. A step is the number of doubles from a row to the next. NULL if the robot
      * has no code for batches. Outputs must not overlap inputs. */
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);

@@ -1,8 +1,9 @@
 """Identification of random robots: error reduction, confidence intervals and warnings.
 
-Even trials test errors and intervals. Each arm has axis errors up to 1 mm and 1 mrad. The arm is
-measured at 60 configurations with noise of 0.02 mm and 0.05 mrad. The measurements are poses,
-positions of three targets, or positions with 5 mm outliers in 5 % of the rows.
+Trials with even numbers test the error reduction and the confidence intervals. Each arm has axis
+errors up to 1 mm and 1 mrad. The arm is measured at 60 configurations with noise of 0.02 mm and
+0.05 mrad. The measurements are poses, positions of three targets, or positions with 5 mm outliers
+in 5 % of the rows.
 
 The mean error at validation configurations must decrease by a factor of 20, with all frames
 unknown. If the Cramer-Rao bound (`noise_bound.py`) does not allow a reduction by 20, the error must

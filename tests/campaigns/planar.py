@@ -84,7 +84,7 @@ def compared(
     rng: np.random.Generator,
     starts: int,
 ) -> Compared:
-    """Compares the modes at one input with Newton's method."""
+    """Compares the assembly modes at one input with the results of Newton's method."""
     theta, margin, unsure = robot.functions["modes"](q)
     theta, margin = theta[np.isfinite(margin)], margin[np.isfinite(margin)]
     size = _size(theta)

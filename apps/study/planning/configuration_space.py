@@ -55,8 +55,9 @@ class ConfigurationSpace:
         radii: (k,) radius of each of the k `bodies` [m].
         lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
-        checks: Pairs of indices for collision checks. The first index is a shape of the robot. The
-            second index is an obstacle, or the number of obstacles plus the index of another shape.
+        checks: Pairs of indices for collision checks. The first index selects a shape of the robot.
+            The second index selects an obstacle, or another shape of the robot by the number of
+            obstacles plus its index.
         bounds: Bounds of the joint motion of a robot with loops.
     """
 

@@ -42,9 +42,9 @@ BoolArray = NDArray[np.bool_]
 
 _TURN = 2 * np.pi
 _ANGLES, _LENGTHS = 5, 3
-"""Number of nodes that determine a polynomial of degree 2 in an angle or a length."""
+"""Number of interpolation nodes for a polynomial of degree 2 in an angle or a length."""
 _LARGEST = 300_000
-"""Maximum number of nodes that determine an equation."""
+"""Maximum number of interpolation nodes for one equation."""
 _SAMPLES = 200
 """Number of random configurations to find the joints in an equation."""
 _ATTEMPTS = 30

@@ -95,8 +95,8 @@ class Obstacles:
 
     Attributes:
         lines: Start, end and half width of each line that no label should cross.
-        outlines: Start, end and half width of each body outline. A loop number may cross an
-            outline.
+        outlines: Start, end and half width of each body outline. Only the number of a loop may be
+            drawn across an outline.
         boxes: Areas of labels and symbols that no label must cover.
         plates: Filled polygons. A label covers a filled polygon only if no other position is free.
     """

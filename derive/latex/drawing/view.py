@@ -39,7 +39,10 @@ def view(
 
 
 def view_of_arm(skeleton: Skeleton) -> tuple[Array, bool]:
-    """Returns the view of a serial robot. Parallel axes are viewed along their direction."""
+    """Returns the viewing direction of a drawing of a serial robot.
+
+    Parallel joint axes are viewed end-on.
+    """
     normal = _normal_of_tree(skeleton, tree_poses(skeleton.bodies, skeleton.q_drawn))
     return (from_aside(), False) if normal is None else (_along(normal), True)
 

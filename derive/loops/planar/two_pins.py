@@ -132,7 +132,8 @@ class PinAndSlide(PlanarStep):
     """The travel of a slide that moves a pin to its position on the base.
 
     Attributes:
-        offset: The vector from the pin at zero travel to its position on the base.
+        offset: The vector from the position of the pin at zero travel to its required position on
+            the base.
         direction: Unit vector along the slide.
         travel: Travel along the slide (meter).
     """

@@ -185,7 +185,7 @@ class TelescopeTravel(LoopStep):
 
     @property
     def remark(self) -> str:
-        """A sentence on which of two travels is used."""
+        """A sentence that states which of the two solutions for the travel is used."""
         return travel_remark(self.sign)
 
 

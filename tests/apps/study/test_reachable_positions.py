@@ -1,4 +1,4 @@
-"""Platform positions at one orientation agree with spherical shells and an integral."""
+"""Tests the workspace of platform positions at one orientation."""
 
 import numpy as np
 import pytest

@@ -367,7 +367,8 @@ def test_conditions_of_arm_without_spherical_wrist_are_singular():
 
 
 def test_arm_with_pi_in_a_length_before_a_prismatic_joint_has_numeric_singularities():
-    """The screw of a prismatic joint has no position, so no screw contains the length."""
+    """The screw axis of a prismatic joint is only a direction, so that no screw axis contains the
+    length with pi."""
     robot = chasles.derive.read_text(
         'name = "column"\nconvention = "mdh5"\n[[joints]]\na = 0.3\nc = "pi/2"\n'
         '[[joints]]\ntype = "prismatic"\na = 0.2\nc = "pi/2"\n[[joints]]\na = 0.1\n'

@@ -1,4 +1,5 @@
-"""Actuator forces of a wrench on the tool: the power balance, through loops."""
+"""Tests actuator forces by the power balance with the wrench on the tool, also for robots with
+loops."""
 
 import numpy as np
 import pytest

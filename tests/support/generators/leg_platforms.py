@@ -284,7 +284,8 @@ LEG_KINDS = {
     "3-RUU": _rotary,
     "3-RUU with offsets": lambda rng: _rotary(rng, 10),
 }
-"""Platforms by kind: the actuated joints, the text of joints and closures, and the reference."""
+"""Generators of platforms by kind. Each generator returns the actuated joints, the joints and
+closures as text, and the reference configuration."""
 
 
 def around(radius, k):
