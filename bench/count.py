@@ -2,7 +2,7 @@
 
 Kernels are compiled for baseline x86-64. Instructions of the math library are excluded. The counts
 depend only on the generated C and the compiler. The counts include functions of the generated C
-that replace library functions. To count a call from Python, a program makes 100 calls, then 400
+that replace library functions. A call from Python is counted by two runs, with 100 and with 400
 calls. The count of one call is the difference of the two counts, divided by 300.
 """
 

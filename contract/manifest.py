@@ -250,7 +250,7 @@ class LoopFacts:
             couplings. theta are the joint values, q the coordinates.
         joint_couplings: Factors of the variables `z` in each coupling of a robot with loops. The
             sum of factor * variable is constant.
-        limited: The variables of `z` with limits that are not actuated.
+        limited: The variables of `z` that have limits and are not actuated.
     """
 
     chain: tuple[Coordinate, ...] = ()

@@ -243,7 +243,10 @@ def _labels(found: Solutions) -> tuple[str, ...]:
 def _with_coinciding(
     bodies: Skeleton, q: FloatArray, pale: FloatArray, labels: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Return the labels. State in a label if the links coincide with an earlier configuration."""
+    """Return the labels of the configurations.
+
+    If the links coincide with an earlier configuration, the label names that configuration.
+    """
     seen = [(corners(bodies, bodies.poses(q)), "the drawn robot")]
     found = []
     for number, (ghost, label) in enumerate(zip(pale, labels, strict=False), 1):

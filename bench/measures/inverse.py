@@ -27,7 +27,7 @@ CALL_BAR, BATCH_BAR, GENERAL_BAR = 6.0, 50.0, 3.0
 SLOW = "ssik"
 """Slow library.
 
-For arms with a closed form, the time ratio to this library has no required minimum.
+For arms with a closed form, no minimum is required for the time ratio of ssik and chasles.
 """
 C_BAR_NS = 150
 AVX2 = ("-march=x86-64", "-mavx2", "-mfma")

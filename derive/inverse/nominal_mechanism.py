@@ -247,7 +247,7 @@ def convergence_of(
 def turns_of(hybrid: SolvedLoops) -> tuple[float, ...]:
     """Returns the number of full turns per unit of each coordinate.
 
-    The number is 0 for prismatic joints.
+    A prismatic joint has no full turns, so its entry is 0.
     """
     wraps = turning_coordinates(hybrid.mechanism, hybrid.terms)
     return tuple(1 / TURN if is_turning else 0.0 for is_turning in wraps)

@@ -321,7 +321,7 @@ METHODS: tuple[Method, ...] = (
 WRITTEN: tuple[Method, ...] = (_by_nominal, _by_determinant)
 """Methods that use handwritten C code.
 
-A robot with loops can call such an inverse for its main chain.
+A robot with loops can call the handwritten C code for its main chain.
 """
 STRUCTURED = METHODS[: METHODS.index(_by_self_motion)]
 """Methods whose solution steps can be printed. The method for general arms has no printable steps.

@@ -68,9 +68,9 @@ _OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
     "singularities": ("Singular configurations", singularities_of_coupled),
     "example": ("Worked example", example_of_coupled),
 }
-"""Fragments of a coupled serial robot.
+"""Sections of the article of a coupled serial robot.
 
-A coupled fragment replaces the fragment with an equal name for a serial robot without couplings.
+Each section replaces the section with the same name of a serial robot without couplings.
 """
 _DRAWING = "drawing"
 """Name of the LaTeX fragment with the figure of the robot."""

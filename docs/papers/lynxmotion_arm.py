@@ -147,7 +147,7 @@ def forward(printed: dict[str, Printed]) -> list[Row]:
             consistent(printed[f"pitch_{k + 1}"], pitch[k], TWICE),
         ]
     for k in range(2, 4):
-        note = f"the figure is lost; the pitch of the tool is {np.degrees(pitch[k]):.1f} deg"
+        note = f"the figure is lost. The pitch of the tool is {np.degrees(pitch[k]):.1f} deg"
         found.append(lost(printed[f"position_{k + 1}"], T[k, :3, 3], note))
     upright = CONFIGURATIONS + np.array([0, np.pi / 2, 0, 0, 0])
     mirrored = CONFIGURATIONS * [1, -1, -1, -1, 1]
@@ -397,7 +397,7 @@ def free_motion(printed: dict[str, Printed]) -> list[Row]:
         lost(
             printed["free_speed"],
             [speed.min(), speed.max()],
-            "the figure is lost; the parabola parameter is linear in time, so the speed varies",
+            "the figure is lost. The parabola parameter is linear in time, so the speed varies",
         ),
     ]
 
@@ -447,7 +447,7 @@ def off_lines(made: Trajectory) -> float:
 
 def detour(printed: dict[str, Printed]) -> list[Row]:
     """States the sphere between points 3 and 4, and the clearance of the motion around it."""
-    reason = "the figure is lost; our choice is a sphere midway between points 3 and 4"
+    reason = "the figure is lost. Our choice is a sphere midway between points 3 and 4"
     clear = clearance(around(FINE))
     return [
         assumed(printed["ball"], RADIUS, reason),

@@ -241,7 +241,7 @@ def inverse(printed: dict[str, Printed]) -> list[Row]:
         q = platform().ik_planar(POSES[figure]).q[[0, -1]].T
         item = printed[f"pose_{figure.replace('.', '_')}"]
         found.append(
-            lost(item, wrapped(q), "the figure is lost; the row has both solutions of each leg")
+            lost(item, wrapped(q), "the figure is lost. Our value has both solutions of each leg")
         )
     solutions = platform().ik_planar(POSE)
     count = int((solutions.valid | solutions.other_mode).sum())
@@ -280,7 +280,7 @@ def areas(printed: dict[str, Printed]) -> list[Row]:
     for length, ending in ((130, ""), (170, "_170")):
         for angle in ANGLES:
             item, area = printed[f"area_{angle}{ending}"], region(angle, length).area
-            words = "the figures are lost. Our area is computed exactly from circular arcs"
+            words = "the paper's figures are lost. Our area is computed exactly from circular arcs"
             ours = consistent(item, area, TWICE) if item.value else lost(item, area, words)
             found.append(ours)
     return found

@@ -51,7 +51,7 @@ def fixed_at(robot, q):
 
 
 def values_of(robot, q):
-    """Returns functions, inverses and batches at configurations, keyed by name."""
+    """Returns the results of all functions at the configurations q, keyed by function name."""
     found = {}
     for name in sorted(FUNCTIONS & set(robot.functions)):
         outputs = robot.functions[name](q)

@@ -159,7 +159,7 @@ class ConfigurationSpace:
         return np.asarray(self._distances_at(z)[0])
 
     def _distances_at(self, z: FloatArray) -> FloatArray:
-        """Return distances (m, checks) at configurations (m, n_z) of all joints [m]."""
+        """Return distances (m, checks) [m] for m vectors of joint values z (m, n_z)."""
         with requires("chasles[planning]"):
             import coal  # noqa: PLC0415
 

@@ -57,7 +57,7 @@ Each solution for two angles has up to two inner angles. Without unknown angles,
 joints have one solution.
 """
 ON_BOTH_SIDES = 48
-"""Maximum number of solutions for three angles both before and on the platform."""
+"""Maximum number of solutions for three unknown angles, some before and some on the platform."""
 
 
 @dataclass(frozen=True)

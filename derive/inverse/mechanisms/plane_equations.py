@@ -146,7 +146,7 @@ class PlaneEquations:
         The test uses random values of all other joints. Two adjacent parallel axes, for example,
         cause a common root at infinity. A common root at infinity makes the resultant of the
         equations zero. The factor of exp(i x) in a map is (A - i B) / 2, with the factors A and B
-        of cosine and sine. A prismatic joint has the single root A at infinity.
+        of cosine and sine. For a prismatic joint, the factor A of the displacement is used instead.
         """
         rng, (start, T) = np.random.default_rng(0), self._closed[-1]
         x = rng.uniform(-np.pi, np.pi, len(start))

@@ -69,9 +69,10 @@ def plane_normal(terms: Terms, directions: Sequence[Vector]) -> Vector:
 
 
 def _widest_last(terms: Terms, directions: Sequence[Vector]) -> tuple[OneOf, list[Vector]]:
-    """Returns three directions in cyclic order, and a function that selects a value for this order.
+    """Rotates the order of three directions. Returns the order as a function, and the directions.
 
-    In the returned order, the second and the third direction have the largest angle between them.
+    The last two returned directions have the largest angle between them. The returned function
+    selects one of three values in the same order.
     """
     squares = [squared_sine(terms, directions[k - 2], directions[k - 1]) for k in range(_TRIPLE)]
     is_first = sp.And(squares[0] >= squares[1], squares[0] >= squares[2])

@@ -38,7 +38,7 @@ IDENTITY = "T is the pose that the arm reaches"
 
 @dataclass(frozen=True)
 class _ArmPage(Page):
-    """The symbols of an arm, whose pose relative to its first joint is T."""
+    """The symbols of an arm. T is the pose of the arm's tool relative to its first joint."""
 
     @property
     def pose(self) -> str:

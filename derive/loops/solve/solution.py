@@ -412,7 +412,7 @@ def _middle(mechanism: Mechanism, joint: Joint | None) -> sp.Expr:
 
 
 def _quarter_turns(angle: float) -> sp.Expr:
-    """Rounds an angle to a right angle, about which angles have short expressions."""
+    """Rounds an angle to a multiple of 90 degrees, so that angle differences are short."""
     return sp.pi / 2 * round(2 * angle / math.pi)
 
 

@@ -1,9 +1,9 @@
 """Solves a hinge before the ball of a PRS or RRS leg. The body of the hinge acts like a rod.
 
-The ball moves on a circle about the hinge axis, at a constant distance from the circle's center. If
-the joint before the hinge moves center and ball within the plane of the circle, a rod with ball
-ends between center and ball determines the joint before the hinge. If center and ball are known,
-the direction from the center to the ball gives the hinge angle.
+The ball moves on a circle about the hinge axis. If the joint before the hinge moves the circle
+within its plane, a rod from the center to the ball represents the hinged body. The constant length
+of this rod determines the joint before the hinge. Then the direction from the center to the ball
+gives the hinge angle.
 
 Source:
     Tsai, Robot Analysis, 1999, ch. 3, for the legs of platforms.

@@ -1,4 +1,4 @@
-"""All conventions agree on one mechanism and with the matrices of their sources."""
+"""All conventions give the same forward kinematics, and each has the matrix of its source."""
 
 import pytest
 import sympy as sp

@@ -15,8 +15,8 @@ DOMAINS = {
     "w": "configuration",
     "T": "pose",
 }
-"""Domain of a generated function, keyed by the name of its first input. A first input whose name is
-not a key contains the components of a task."""
+"""Domain of a generated function, keyed by the name of its first input. Names that are not listed
+have the domain "task"."""
 
 
 @pytest.fixture(params=NAMES)

@@ -37,8 +37,8 @@ static inline double chasles_row(int n, const double *row, const double *q)
     return sum;
 }
 
-/* Writes the limits of an independent joint phi minus the constant of phi. The limits of the
- * coordinates and of the joints determine these limits. */
+/* Writes the range of phi - c for an independent joint phi, with the constant c of its coupling.
+ * The range follows from the limits of the coordinates and of the joints. */
 static inline void chasles_range(const chasles_couplings *c, const chasles_moves *moves, int j,
                                  double *low, double *high)
 {
