@@ -127,14 +127,14 @@ Direction = Annotated[int, Check("components of a twist, 0 to 5", lambda index: 
 
 @dataclass(frozen=True)
 class Role:
-    """The role of a function.
+    """What a function computes, with its input and output vectors.
 
     Attributes:
         name: One of :data:`ROLES`.
         domain: The vector of the first input, one of :data:`VECTORS`.
-        codomain: The vector that a map between coordinate vectors returns. The codomain of a
-            derivative is the codomain of the differentiated map. The codomain of a function that
-            returns all branches is the codomain of a single branch.
+        codomain: For a map between coordinate vectors, the output vector, one of :data:`VECTORS`.
+            A derivative of a map has the codomain of the map. A function that returns all branches
+            of a map also has the codomain of the map.
         fixed: Indices in q of the coordinates that are inputs of an inverse after the pose. A fixed
             coordinate is constant during the refinement.
         labels: The branch label of each solution slot, for an inverse or for all branches of loops.

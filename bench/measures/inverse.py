@@ -61,10 +61,12 @@ def poses(name: str, count: int) -> np.ndarray:
 
 
 def peers(name: str) -> list[Inverse]:
-    """Return the other libraries of a robot after a check of their solutions.
+    """Return the inverse kinematics of a robot in each other library.
+
+    Each library must return as many solutions as chasles, and each solution must reach its pose.
 
     Raises:
-        DisagreementError: Another library misses a solution or returns a wrong solution.
+        DisagreementError: A library misses a solution or returns a wrong solution.
     """
     robot, found, T = chasles.load(name), inverses(screws(name)), poses(name, CONFIGURATIONS)
     for peer in found:

@@ -35,7 +35,7 @@ class SeedInputs:
 
 
 def has_nearest(robot: Described, function: Signature) -> bool:
-    """Whether an inverse fits the size limits of the support files."""
+    """Whether a function is an inverse that fits the size limits of the support files."""
     return (
         function.role.is_inverse
         and function.outputs[0].shape[0] <= MAX_SLOTS
@@ -44,7 +44,7 @@ def has_nearest(robot: Described, function: Signature) -> bool:
 
 
 def inverses(derivation: Derivation) -> list[Signature]:
-    """Returns the inverses with several solutions."""
+    """Returns the inverse kinematics functions that fit the size limits of the support files."""
     functions = (*derivation.functions, *derivation.written)
     return [function for function in functions if has_nearest(derivation.robot, function)]
 
@@ -55,7 +55,7 @@ def seeded(derivation: Derivation) -> list[Signature]:
 
 
 def seed_inputs(derivation: Derivation, function: Signature) -> SeedInputs | None:
-    """Returns the other inputs of an inverse, or None if a seed does not determine them."""
+    """Returns the inputs of an inverse besides the pose, or None if a seed does not fix them."""
     names, robot = tuple(argument.name for argument in function.inputs[1:]), derivation.robot
     available = {f.name: f for f in (*derivation.functions, *derivation.written)}
     if not names:

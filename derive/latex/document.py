@@ -135,7 +135,7 @@ _BRIEF = frozenset(
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Returns the article and its fragments, keyed by file path.
 
-    The article contains equations, so the argument for the programs is ignored.
+    The article prints equations. The second argument, the programs of the functions, is not used.
     """
     return _files(derivation, fragments(derivation))
 

@@ -1,7 +1,8 @@
-"""Unrolls the program of a single branch over all signs. Shared terms are computed once.
+"""Writes the program of all branches from the program of a single branch.
 
-The signs of each branch are substituted. A value and its negative share a variable. All rules are
-exact in floating point: (-a) b = -(a b), a + (-b) = a - b, atan2(-y, x) = -atan2(y, x).
+In the copy for each branch, the branch signs are replaced by 1 or -1. Terms that several branches
+share are computed once. A value and its negative share a variable. All rules are exact in floating
+point: (-a) b = -(a b), a + (-b) = a - b, atan2(-y, x) = -atan2(y, x).
 """
 
 import itertools

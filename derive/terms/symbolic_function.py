@@ -56,7 +56,7 @@ class Signature:
         identity: One line with the identity that the function satisfies.
         inputs: The arguments in order.
         outputs: The symbolic expressions that the function returns, in order.
-        role: The role, for the runtime.
+        role: What the function computes, in a form that the runtime reads.
     """
 
     name: str

@@ -87,10 +87,11 @@ class Printed:
             print the value, or if the printed value is lost.
         unit: The unit, one of `UNITS`.
         where: Position in the paper.
-        about: The tolerance [unit] that the paper's words imply; None means half a unit of the last
-            digit.
+        about: The tolerance [unit] that the paper's words imply. If `about` is None, the tolerance
+            is half a unit of the last printed digit.
         text: The paper's words.
-        digits: Decimals of our value in the table; None means one decimal more than in the paper.
+        digits: Number of decimals of our value in the table. If `digits` is None, our value has one
+            decimal more than the paper's value.
         is_evaluated: Whether the value is not printed, but was evaluated independently.
     """
 

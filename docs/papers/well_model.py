@@ -67,7 +67,7 @@ def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
         ),
         agrees(
             printed["pose"],
-            Finding(is_rotation((first @ other)[:3, :3]), "from the product of two poses"),
+            Finding(is_rotation((first @ other)[:3, :3]), "the product of two poses is a pose"),
         ),
         agrees(
             printed["hat"],

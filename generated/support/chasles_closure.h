@@ -27,8 +27,8 @@
  * step of the unknown variables u solves c_u du = -c_a da along the tangent. Newton's iteration
  * then solves c_u du = -c, in the least-squares sense if M > U, to return to closed loops.
  *
- * The first stride is the complete path. A stride along the path is halved if the iteration does
- * not contract or the determinant changes its sign, so that u stays on its branch. The iteration
+ * The first step spans the complete path. A step is halved if the iteration does not contract or
+ * the determinant changes its sign, so that u stays on its branch. The iteration
  * ends at a singularity, where c_u is rank deficient, or after CLOSURE_MAX linear systems.
  *
  * Source: Deuflhard, Newton Methods for Nonlinear Problems, 2011, 2.1 and 5.1. The code allocates

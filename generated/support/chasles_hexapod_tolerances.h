@@ -43,7 +43,8 @@
  * size, and rad). Near a double solution, rod lengths change with the squared distance, so smaller
  * differences are not resolved. */
 #define CHASLES_ONE_MODE 1e-6
-/* Maximum |e.e| of a path end at infinity; no rotation has e.e = 0. */
+/* A path end is at infinity if |e.e| is at most this value, where e are the Euler parameters of the
+ * pose. No rotation has e.e = 0. */
 #define CHASLES_AT_INFINITY 1e-9
 /* Gimbal lock occurs if the middle angle differs from a quarter turn by an angle whose sine is
  * below this value; the two outer angles then count as dependent. */

@@ -55,8 +55,8 @@ static const double lanes_arctangent[] = {
 
 /* Subtracting +0 preserves -0. */
 #define LANES_OF(number) ((number) - LANES_NAME(lanes_zero))
-/* Conditions have the vector type `lanes_where`. A condition selects bits. A NaN in the unselected
- * value has no effect. */
+/* Conditions have the vector type `lanes_where`. LANES_CHOICE selects bits by a condition, so a NaN
+ * in the value that is not selected has no effect. */
 #define LANES_NOT(x) ((lanes_where) ~(x))
 #define LANES_AND(x, y) ((lanes_where)((x) & (y)))
 #define LANES_OR(x, y) ((lanes_where)((x) | (y)))

@@ -16,9 +16,9 @@ typedef struct {
 } chasles_passive;
 
 /* Returns whether joints are within their limits.
- *
- * n: number of coordinates
- * joints: number of joints
+ * n is the number of coordinates.
+ * joints is the number of joints.
+
  * index: the variable of each joint in the configuration z
  * turn: CHASLES_FULL_TURN if full turns of a joint keep the configuration, otherwise 0 */
 static inline int chasles_passive_inside(const chasles_moves *moves, int n, int joints,

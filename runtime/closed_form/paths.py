@@ -204,7 +204,7 @@ class InverseMethods(RobotFacts):
                 f"{label}: expected T (m, 4, 4){also} and q_seed ({self.n},), got shapes "
                 f"{poses.shape} and {start.shape}"
             )
-        # The inverse of whole poses handles rounded poses itself.
+        # If the task is a complete pose, the inverse itself projects rounded poses to rigid poses.
         rigid = poses if is_part else project(poses, caller=label)
         return part.of(rigid) if part.components and not is_part else poses
 

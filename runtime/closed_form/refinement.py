@@ -155,10 +155,9 @@ class Refinement:
     ) -> BoolArray:
         """Test which poses (...,) without a solution are reachable.
 
-        Only poses with a rounded translation and axes parallel to the base axes are tested. If a
-        pose is outside the workspace boundary, the error of the best solution slot is in the
-        singular direction of the Jacobian. If a pose is reachable, the error is not in the
-        singular direction, or the Jacobian has two singular directions.
+        Only poses with a rounded translation and axes parallel to the base axes are tested. A pose
+        counts as unreachable if the Jacobian has at most one singular direction and a large part of
+        the error of the best solution slot is in directions in which the tip cannot move.
         """
         found = np.zeros(missed.shape, dtype=bool)
         if self.task.components or not missed.any():

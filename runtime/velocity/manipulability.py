@@ -156,10 +156,10 @@ class ManipulabilityMethods(LengthMethods):
     ) -> Ellipsoid:
         """Return the ellipsoid of tip forces and torques, in base axes, for unit joint torques.
 
-        The force ellipsoid has the axes of the velocity ellipsoid, and reciprocal semi-axes. The
-        "linear" components are forces without a torque, in 1/meter (newton per newton meter), inf
-        at a singularity. The components "all" are wrenches (force * length, torque). Arguments,
-        result and errors are as for `velocity_ellipsoid`.
+        The force ellipsoid has the axes of the velocity ellipsoid, and reciprocal semi-axes. For
+        "linear" components, the torque is zero and the semi-axes are in 1/meter (newton per newton
+        meter), or inf at a singularity. For "all", each axis is a wrench (force * length, torque).
+        Arguments, result and errors are as for `velocity_ellipsoid`.
         """
         metric = self._metric("force_ellipsoid", components, characteristic_length)
         velocity = self._ellipsoid(q, metric, components)

@@ -51,7 +51,7 @@ class Finding:
 
     @property
     def is_good(self) -> bool:
-        """Whether the poses are accurate, and a changed structure has a stated reason."""
+        """Whether the pose error is within its bound, and a lost structure has a stated reason."""
         return self.excess <= 1 and (self.kept or bool(self.missed))
 
     def __str__(self) -> str:

@@ -2,8 +2,9 @@
 
 Spheres almost touch the robot in random configurations, so paths pass close to them. Each path is
 sampled at ten times as many configurations as the planner tested. At each sample, the robot must
-not collide, and the loops must be closed. The joints must match a continuation by Newton's method,
-which keeps the assembly mode.
+not collide, and the loops must be closed. Newton's method follows the path from sample to sample
+and keeps the assembly mode. The joint values of each sample must equal the joint values from
+Newton's method.
 """
 
 from dataclasses import dataclass, field, fields

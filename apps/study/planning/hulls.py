@@ -5,9 +5,10 @@ capsule, and each plate is a rounded hull of its corners. Each rod or cylinder i
 its ends. Lines and plates of the ground between several joints are ignored.
 
 The motion of a point is bounded by a sum over the joints between the base and the point. Each term
-is the joint motion times the lever arm of the point at the middle configuration. The lever arms of
-other configurations are not needed, because a joint moves all following axes together with the
-point. The bound is a convex function of the point. The corners therefore bound the whole shape.
+is the joint motion times the lever arm of the point at the middle configuration. A joint moves the
+point and all later axes as one rigid body, so the lever arms about the later axes do not change.
+The bound is a convex function of the position of the point. The largest bound over the corners of a
+shape therefore bounds the motion of the whole shape.
 """
 
 from __future__ import annotations

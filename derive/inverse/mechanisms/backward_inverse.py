@@ -159,7 +159,7 @@ def _settled(
     """Returns the indices of branch signs that do not affect the result."""
     unused = _unused(h, function, work)
     if h.mechanism.couplings:
-        # A sign without effect on the coordinates may decide whether a coupling holds.
+        # A branch sign that changes no coordinate may still decide whether a joint coupling holds.
         return unused
     if len(h.theta) == WHOLE and _has_loops_at_its_ends(h.mechanism):
         # Several joint vectors of the platform chain lead to the same pose and the same legs.

@@ -53,8 +53,8 @@ SOLUTIONS = {
 }
 """Maximum number of solutions by the numbers of unknown prismatic joints and angles.
 
-Each solution for two angles has up to two inner angles. Without unknown angles, the prismatic
-joints have one solution.
+If two angles are unknown, each value of the second angle has up to two values of the first angle.
+If all unknown joints are prismatic, the maximum is 1.
 """
 ON_BOTH_SIDES = 48
 """Maximum number of solutions for three unknown angles, some before and some on the platform."""

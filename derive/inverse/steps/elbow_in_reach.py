@@ -28,12 +28,12 @@ def with_elbow_in_reach(
     Args:
         work: Record of the solution.
         lines: The chain.
-        found: The sum that the direction of axis 6 determines.
+        found: The sum of angles 2 to 4 that follows from the direction of axis 6.
         v: The target direction of axis 6, rotated back by joint 1.
         U: The target wrist position relative to axis 2, rotated back by joint 1.
         center: The wrist position with joints 1 to 4 at 0.
-        sign: Selects one of two solutions for the sum of angles 2 to 4. Both solutions for the sum
-            have the same elbow angle.
+        sign: Selects one of two values of the sum of angles 2 to 4. The elbow angle is equal for
+            the two values.
     """
     terms = work.terms
     _, a2, a3, a4, _, _ = lines.axes

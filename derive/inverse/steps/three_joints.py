@@ -47,7 +47,7 @@ class Case:
 
     Attributes:
         kinds: One letter per joint: r for revolute, p for prismatic.
-        title: Description of the arrangement.
+        title: The arrangement in words, such as "axes 2 and 3 parallel".
         max_solutions: The maximum number of solutions.
         requires: Returns the conditions on the axes of the chain.
         solve: Solves for the three joints.

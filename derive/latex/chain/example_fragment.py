@@ -29,8 +29,9 @@ ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
 SLIDE = 0.3
 """Displacement (m) of a prismatic joint without limits in the example."""
 SHARE = 0.4
-"""Position of a coordinate in the example if the default value is outside the limits. The unit is
-the range of the coordinate.
+"""Value of a coordinate in the example if the default value is outside the limits.
+
+The value is a fraction of the limit range, measured from the lower limit.
 """
 _UNITS = {"rad": "angles in degrees", "m": "displacements in meters"}
 OUTSIDE = r"$^{\dagger}$"

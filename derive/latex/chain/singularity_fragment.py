@@ -51,8 +51,9 @@ def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
     constant, factors = found.determinant
     opening = "The determinant of the Jacobian is, up to its sign,"
     free = len(page.robot.moving) - len(found.fixed)
-    # A Jacobian with fewer than six columns is square only for some axes. The determinant of a
-    # square Jacobian with fewer than six columns depends on the reference point.
+    # A Jacobian with fewer than six columns is square only without rows of zeros. The zero rows
+    # depend on the axes and the reference point of the twist. The determinant of the square matrix
+    # depends on the reference point, too.
     rows = (
         "in the axes of one of the links, at one of their origins and without its rows that are 0, "
     )

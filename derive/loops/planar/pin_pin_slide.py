@@ -221,12 +221,12 @@ class TwoPinsAndSlide(PlanarStep):
 
     @property
     def is_choice(self) -> bool:
-        """Whether there is a second travel."""
+        """Whether the travel of the slide has two solutions."""
         return not self.is_length
 
     @property
     def remark(self) -> str:
-        """A sentence on which of two travels is used."""
+        """A sentence that states which of the two travels is used, or "" if only one exists."""
         return travel_remark(self.sign) if self.branch else ""
 
 

@@ -143,8 +143,8 @@ class SolvedLoops(LoopModel):
             i
             for i, step in enumerate(solution.steps)
             if step.margin is not None
-            # If the square root of a step is constant, its loop closes everywhere, because the loop
-            # closes at the reference.
+            # If the square root in a loop step is constant, the loop closes at all configurations,
+            # because the loop closes at the reference.
             and not self.terms.is_constant(step.root)
             and not step.root.free_symbols <= behind
         ]

@@ -193,8 +193,8 @@ C2, C3, C4 = map(sp.cos, Q)
     ],
 )
 def test_conditions_contain_no_factor_that_the_others_imply(products, expected):
-    """Each product is a minor of the Jacobian. A longer factor is simplified where a shorter factor
-    is 0."""
+    """Each product is a minor of the Jacobian. At a singularity all minors are 0, so the zero of a
+    short minor simplifies the longer minors."""
     found = conditions([Factored(sp.S.One, ((one, 1),)) for one in products], Q, {})
     assert set(map(frozenset, found)) == set(map(frozenset, expected))
 

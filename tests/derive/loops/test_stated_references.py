@@ -66,7 +66,8 @@ def ram_length(ram, angle):
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("ram", [(("a0", 0.2), ("b1", -0.2)), (("b1", 0.1), ("a0", 0.3))])
 def test_reference_selects_branch_of_ring_without_stated_joint(ram, sign):
-    """The loop of the ram contains a swing angle and closures, but no joint of the tree."""
+    """The loop through the ram contains the swing angle of the ram and pin closures. This loop
+    contains no joint of the spanning tree."""
     hybrid = solved(scissor_lift(sign, ram))
     assert not hybrid.forward.open
     chain = hybrid.forward.values

@@ -124,7 +124,6 @@ def test_decimals_and_integers_are_exact() -> None:
 def test_invalid_expressions_are_rejected_quickly(kind: str) -> None:
     refused = 0
     for text in REFUSED[kind]:
-        # A sequence of signs needs digits to be a number.
         message = ""
 
         def attempt(text: str = text) -> None:

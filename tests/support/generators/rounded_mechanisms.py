@@ -15,7 +15,7 @@ from chasles.derive.model.mechanism import Frame, Mechanism
 from chasles.derive.model.placements import Placement, from_xyz_rpy
 
 GIMBAL = 1e-9
-"""Below this cosine of the pitch, roll and yaw are rotations about the same axis."""
+"""If the cosine of the pitch is below this value, roll and yaw rotate about the same axis."""
 
 
 def rounded(mechanism: Mechanism, places: int, turn: Placement = ()) -> Mechanism:

@@ -57,11 +57,11 @@ def joint_equations(laws: Iterable[Law], names: Sequence[str]) -> tuple[Equation
     """Returns one equation for each dependent joint, in the order of the names.
 
     Joints without a place in ``names`` depend on the named joints if possible. Among the named
-    joints, a follower depends on joints that follow none. Otherwise, a joint depends on joints
-    before it in ``names``.
+    joints, a follower of an equality depends on joints that follow no joint. Otherwise, a joint
+    depends on joints before it in ``names``.
 
     Args:
-        laws: The equalities in any order.
+        laws: The equalities between joints. Their order does not change the result.
         names: Names of joints, from the base.
     """
     # The sorted equalities give the same digits in each order, even if some of them differ by

@@ -56,7 +56,7 @@ static void chasles_carried_unused(int first, int end, int n, double *q, double 
 }
 
 /* Replaces the residuals of the slots of the legs by residuals of the poses that fk reaches.
- * `least` is a further margin of all slots. */
+ * Limits the margin of each slot to at most `least`. */
 static void chasles_carried_reached(void (*fk)(const double *q, double *T), const double *T,
                                     double size, double least, int slots, int n, const double *q,
                                     double *residual, double *margin)
