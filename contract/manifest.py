@@ -430,9 +430,8 @@ class Manifest:
     def wraps(self) -> tuple[bool, ...]:
         """Whether a full turn of each coordinate leaves the pose unchanged.
 
-        The entry of a coordinate is False if the coordinate is the motor of a gearbox or of a
-        spindle. The entry is also False if a full turn of the coordinate moves a coupled joint by a
-        part of a turn.
+        The value is False for the motor of a gearbox or of a spindle. The value is also False if a
+        full turn of the coordinate moves a coupled joint by less than a full turn.
         """
         if self.loops.coupling:
             return full_turns(self.coordinates, self.loops.chain, self.loops.coupling)

@@ -166,7 +166,10 @@ class Role:
 
     @property
     def is_intermediate(self) -> bool:
-        """Whether only robot methods call the function, so that it is not a robot attribute."""
+        """Whether the function is internal.
+
+        Robot methods call it, but it is no attribute of a robot.
+        """
         return self.name in INTERMEDIATE
 
     @property

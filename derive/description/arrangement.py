@@ -40,8 +40,8 @@ def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, V
         noise: Minimum difference that counts as rounding (meter).
 
     Returns:
-        A dictionary from rounded copy to exact point. Equal points of different bodies get equal
-        exact points.
+        A dictionary from each rounded point to its exact point. A point that belongs to several
+        bodies has only one exact point.
     """
     found: dict[Vector, Vector] = {}
     for points in bodies:

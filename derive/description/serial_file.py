@@ -26,7 +26,8 @@ from .toml_file import FRAME, Keys, TomlFile, Word, dotted, listed
 
 MAX_JOINTS = 256
 AUTO = "auto"
-"""Convention name for joint axes as lines. chasles then selects a convention for each joint."""
+"""Convention name of files that state joint axes as lines in space. chasles selects a DH convention
+for each joint."""
 ROBOT_FIELDS = (
     "name",
     "title",

@@ -23,7 +23,8 @@ def load_template(robot: Described) -> str:
     """Returns the gravity vector, the mass tables and the spring tables.
 
     The result is empty if the arm has no masses. An arm with coupled or helical joints has no
-    springs. In the calibrated file, link k is on moving joint k, and has the base frame at zero.
+    springs. In the calibrated file, link k moves with moving joint k. With all joints at zero, the
+    frame of each link is the base frame.
 
     Args:
         robot: The description.

@@ -54,7 +54,10 @@ class Attempt:
         return max((requirement.deviation for requirement in self.requirements), default=0.0)
 
     def on(self, lines: Lines) -> "Attempt":
-        """Compares another chain, for example a nominal arm, with the same family."""
+        """Compares the axes of another chain with the family of this attempt.
+
+        The other chain may be a nominal arm.
+        """
         left = lines.at_generic(self.given)
         seen = left.reversed() if self.backwards else left
         return replace(self, requirements=tuple(self.family.requires(seen)))

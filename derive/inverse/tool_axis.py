@@ -2,11 +2,11 @@
 
 The added joint 6 rotates the tool about the tool axis. The position and direction of the tool axis
 do not depend on angle 6. Therefore, every reachable pose has a solution with angle 6 at 0. If the
-six joints fit no family, another axis is added for the pose task. The joint on the added axis keeps
-the value 0, because the arm has no joint there. The added axis passes through the intersection of
-the first or the last two axes, as in a spherical wrist. If an added axis leads to no solution,
-another axis is tried. An axis next to a prismatic joint gives further candidates, which intersect
-this axis. The last candidates intersect no axis.
+six joints fit no family, another revolute axis is added instead. Its joint angle must be 0, because
+the arm has no joint there. The added axis passes through the intersection of the first or the last
+two axes, as in a spherical wrist. If an added axis leads to no solution, another axis is tried. An
+axis next to a prismatic joint gives further candidates, which intersect this axis. The last
+candidates intersect no axis.
 """
 
 from collections.abc import Iterator, Sequence

@@ -118,7 +118,7 @@ class Row:
         digits: Decimals of `ours` in the table, if it is a number.
         source: The compared item.
         judge: Function that compares a changed printed value with the value of chasles. The
-            function raises an error if the verdict of the row does not hold.
+            function raises an error if the verdict of the row is wrong for the changed value.
     """
 
     item: str

@@ -1,8 +1,8 @@
 """Refines solutions for targets that have no valid solution slot but a small residual.
 
 If several solution steps are nearly singular, a closed form loses digits or misses a solution.
-Newton's method recovers the digits and the solution. Rounded poses get least-squares solutions
-(docs/explanation).
+Newton's method restores the lost digits and finds the missed solution. Rounded poses get
+least-squares solutions (docs/explanation).
 """
 
 from __future__ import annotations

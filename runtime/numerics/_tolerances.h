@@ -107,9 +107,9 @@
  * Function joint_rates uses d = e. For d = e, the damped inverse is s / e^2, at most 1 / e, so that
  * rates are bounded. */
 
-/* Default threshold e = d of joint_rates, dimensionless, so that rates are at most 25 times the
- * twist. The threshold is 1/4 of the median smallest singular value of random six-axis
- * configurations. */
+/* Default of e and d for joint_rates, dimensionless. Rates are then at most 25 times the twist. The
+ * value is 1/4 of the median smallest singular value at random configurations of six-axis arms.
+ */
 #define RATES_DAMPING_THRESHOLD 0.04
 
 /* Minimum threshold e and minimum damping d of path tracking, dimensionless; e is not less than d.

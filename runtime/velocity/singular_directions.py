@@ -35,8 +35,8 @@ class SingularityDistance(NamedTuple):
     """Distances from a pose to singularities, as multiples of a direction; inf if there are none.
 
     Attributes:
-        type_1: (...,) distance at which a leg is stretched or folded.
-        type_2: (...,) distance at which the platform gains a degree of freedom.
+        type_1: (...,) distance to a pose at which a leg is stretched or folded.
+        type_2: (...,) distance to a pose at which the platform gains a degree of freedom.
     """
 
     type_1: FloatArray

@@ -39,7 +39,8 @@ def sampling_limits(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
 def span(robot: Robot, reach: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Returns (lower, upper) limits (n,).
 
-    An unlimited coordinate is within ``reach`` of the reference or 0.
+    An unlimited coordinate has limits at the distance ``reach`` from its reference value, or from
+    0.
     """
     center = np.zeros(robot.n) if robot.reference is None else np.array(robot.reference.q)
     lower = np.where(np.isfinite(robot.lower), robot.lower, center - reach)

@@ -162,7 +162,7 @@ def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]
         sign: The branch sign that alternates between lanes.
 
     Returns:
-        The reordered program, and the variables of the angles at its end.
+        The reordered program, and the variables that contain the moved angles.
     """
     varying: set[Operand] = {sign}
     late: set[Operand] = set()

@@ -102,7 +102,7 @@ def level_position(chain: CoupledChain, lines: Lines) -> Solved | None:
     then constant.
 
     Args:
-        chain: The chain of a coupled arm, which has this structure.
+        chain: The chain of a coupled arm. Its axes satisfy the conditions of the family.
         lines: The axes of the chain.
 
     Returns:

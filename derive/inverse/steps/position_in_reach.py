@@ -1,11 +1,10 @@
 """Joint values for tasks that leave a joint free at special values of the fixed joints.
 
-A point has a height along a revolute axis, and this height determines a joint. The angles between
-joint axes may depend on fixed joints. Neither a revolute joint parallel to the revolute axis nor a
-prismatic joint perpendicular to this axis changes the height. A joint that does not change the
-height may have any value at which the other joints reach the target. The other joints must reach
-the target in the plane perpendicular to the revolute axis. The functions of this module select a
-joint value at which the other joints reach the target.
+The height of a point along a revolute axis a determines a joint. The angle between this joint and a
+may depend on fixed joints. A revolute joint parallel to a does not change the height. A prismatic
+joint perpendicular to a does not change the height either. Then the joint may have any value at
+which the other joints reach the target in the plane perpendicular to a. The functions of this
+module select a joint value at which the other joints reach the target.
 """
 
 from collections.abc import Callable

@@ -107,8 +107,8 @@ def _singularities_with_fixed_joints(
         joint.fixed_at(joint.direction * values[joint.name]) if joint.name in values else joint
         for joint in robot.joints
     ]
-    # The determinant may depend on the fixed values, so they remain symbols. The description of the
-    # axes holds for generic values.
+    # The determinant may depend on the fixed values, so they remain symbols. The printed geometric
+    # condition is tested at generic values of the fixed joints.
     some = [Parameter(str(q), k * GENERIC) for k, q in enumerate(values.values(), 1)]
     q = [symbol for k, symbol in enumerate(notation.q) if k not in given]
     rest = replace(robot, joints=tuple(joints), parameters=(*robot.parameters, *some))

@@ -82,7 +82,8 @@ class FreeSides(Branch):
 
         Args:
             own: The branch signs at the reference.
-            reference: Records the symbols of the branches with the value 1.
+            reference: The reference values. Each sign symbol of a branch is recorded with the value
+                1.
             sign: Returns a new symbol for a branch.
         """
         super().__init__((), own)

@@ -7,7 +7,7 @@
 #define MAX_SLOTS 64 /* maximum number of solution slots per pose that C can select from */
 
 /* Solves for a block of rows. If the first pose is rounded, or a solution is inexact, the inverse
- * projects all poses before the selection. */
+ * replaces all poses by exact poses first. */
 static void solve_block(const Function *inverse, npy_intp first, npy_intp count, const Rows *rows)
 {
     const Kernel *kernel = inverse->kernel;

@@ -37,7 +37,7 @@ typedef struct {
     double unit;           /* [m] the length that is equivalent to one radian */
     double tolerance;      /* tolerance in radians and in unit lengths */
     int in_tool_axes;      /* whether weights and error use tip axes instead of base axes */
-    int whole;  /* whether all weights are positive: the error is log of the relative pose */
+    int whole;  /* whether all weights are positive, so that the error is the log of a pose */
     int budget; /* maximum number of evaluations of forward kinematics */
     const unsigned char *locked; /* (n,) coordinates that keep the seed's values, or NULL */
     int n_locked;

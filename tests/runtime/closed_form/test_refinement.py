@@ -163,7 +163,7 @@ def test_panda_is_solved_at_double_singularity():
         np.abs(arm.fk(solutions.q) - T[:, None]).max(axis=(-1, -2))[solutions.valid].max() < 1e-13
     )
     assert arm.ik(T[1], fixed={"joint7": q[1, 6]}).valid.any()
-    # One pose with many fixed values: refinement searches only solutions with the fixed joint
+    # A pose is solved for several values of the fixed joint. Each solution must keep its fixed
     # value.
     several = arm.ik(T[1], fixed={"joint7": np.array([q[1, 6], 2.5])})
     np.testing.assert_array_equal(several.valid.any(-1)[0], True)

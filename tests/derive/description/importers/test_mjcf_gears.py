@@ -48,7 +48,7 @@ def path(tmp_path):
 
 
 def closed(model, joint, value):
-    """Solves MuJoCo's equality constraints, with one joint at ``ref`` + value."""
+    """Solves MuJoCo's equality constraints after a joint moved by ``value`` from its reference."""
     data = mujoco.MjData(model)
     mujoco.mj_resetData(model, data)
     at = model.joint(joint).qposadr[0]

@@ -95,7 +95,7 @@ CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system 
 }
 
 /* Computes cos and sin of the last joint. The product of all other rotations maps the x axis to
- * (cos, -sin, 0) of the last joint. */
+ * (cos q, -sin q, 0), where q is the angle of the last joint. */
 CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, chasles_vector *c,
                                          chasles_vector *s)
 {

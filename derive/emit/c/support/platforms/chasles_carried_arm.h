@@ -1,5 +1,6 @@
-/* Joints before and on a platform whose legs keep ball joints in planes, such as a 3-RPS on a rail
- * or with an arm. This file is part of chasles and is the same for every robot.
+/* Solves the joints before the legs of a platform and the joints on the platform. Each leg keeps a
+ * ball joint in a plane. Examples are a 3-RPS on a rail and a 3-RPS that carries an arm. This file
+ * is part of chasles and is the same for every robot.
  *
  * Let r_i be a plane (unit normal and negative offset), and b_i the ball joint on the platform that
  * stays in this plane. Let T be the tool pose. A_1 to A_m are the maps of the joints before the

@@ -23,8 +23,8 @@
 #define CHASLES_SHOWN 1e-4
 /* Number of cells into which the circle is divided. */
 #define CHASLES_WIDE_CELLS 48
-/* Number of times a cell is halved, down to 1e-4 rad; a root closer to the real axis counts as
- * real. */
+/* Number of bisections of a cell, which reduce its width to about 1e-4 rad. A root whose imaginary
+ * part is smaller counts as real. */
 #define CHASLES_WIDE_HALVINGS 9
 
 /* Computes samples of the quotient, the determinant divided by the products of sines. Returns the

@@ -217,9 +217,9 @@ static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 }
 
 #if POLISH_N >= 6
-/* Half length of a pose line in units of mu. The unit makes changes of mu comparable with joint
- * angles (radian). Near a fold point, joint angles change with the square root of the
- * displacement. */
+/* Half length of a pose line in units of mu. The parameter mu is scaled so that its changes are
+ * about as large as changes of joint angles (radian). Near a fold point, joint angles change with
+ * the square root of the displacement. */
 #define POLISH_HALF sqrt(POLISH_LINE *POLISH_DEVIATION)
 
 /* Curves, one per SIMD lane: configuration and mu, direction of the curve, and the branch at its
