@@ -117,7 +117,8 @@ class Workspace(StudyResult):
             at: The coordinate [m].
 
         Returns:
-            (n, m) hits over the two remaining axes, in the order x, y, z.
+            Hits (n, m) in each cell. Rows and columns are the two axes other than `axis`, in the
+            order x, y, z.
 
         Raises:
             InputValueError: The axis is unknown, or the coordinate is outside the cells.

@@ -40,9 +40,9 @@ MEANINGS = {
     "erratum": "the printed value is wrong, and our value agrees with the corrected value in the "
     "note. "
     "If the note names a mistake, a computation with this mistake gives the printed value.",
-    "one reading": "the printed value follows from one interpretation of the text, which the note "
-    "states. The paper does not state the interpretation in the note, and other rows contradict "
-    "the interpretation.",
+    "one reading": "the printed value follows from one interpretation of the paper's text. The "
+    "note states this interpretation. The paper does not state this interpretation, and other "
+    "printed values contradict this interpretation.",
     "not reproducible": "the printed value does not follow from the paper; the note lists what we "
     "tried.",
     "consistency": "an input of chasles is compared with the printed value, or one model is "

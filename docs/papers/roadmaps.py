@@ -170,8 +170,8 @@ def claims(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["time"],
             Finding(seconds[0] < seconds[-1], "more time"),
-            f"the computation times for {COUNTS[0]} and {COUNTS[-1]} points are compared. Step 20 "
-            "is the largest distance between connected points",
+            f"the computation times for {COUNTS[0]} and {COUNTS[-1]} points are compared. The "
+            "largest distance between connected points is the step 20",
         ),
     ]
 

@@ -11,7 +11,8 @@
  *   CLOSURE_U, CLOSURE_M       are the numbers of unknown variables and of equations (M >= U).
  *   CLOSURE_AT(s)              computes the equations s->c and their derivative s->D (M x W)
  *                              at s->w.
- *   CLOSURE_BEND(w, wd, D)     computes the rate D of the derivative s->D at the rates wd.
+ *   CLOSURE_BEND(w, wd, D)     computes the time derivative D of the Jacobian s->D at w, for
+ *                              the rates wd.
  *   Table actuated             contains the index of the variable of each coordinate.
  *   Table ratio                contains the derivative of each actuated variable by its coordinate.
  *   Table unknown              contains the indices of the unknown variables.

@@ -95,7 +95,7 @@ CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system 
 }
 
 /* Computes cos and sin of the last joint. The product of all other rotations maps the x axis to
- * (cos, -sin, 0) of the last joint. */
+ * (cos q, -sin q, 0), where q is the angle of the last joint. */
 CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, chasles_vector *c,
                                          chasles_vector *s)
 {
@@ -181,8 +181,9 @@ static void chasles_general_plane(const double (*R)[6], double (*n)[6])
     }
 }
 
-/* Finds the two products (sin, cos) x (1, cos, sin) in the span of a and b; these are vectors a + z
- * b whose rows are parallel. Returns 0 if the span contains fewer than two such products. */
+/* Finds two 2 x 3 matrices of rank 1 in the span of the matrices a and b, which are stored row by
+ * row. The outer product of (sin, cos) of one angle and (1, cos, sin) of another angle has rank 1.
+ * Returns 0 if the span contains no real matrix of rank 1. */
 static int chasles_general_products(const double (*n)[6], double (*product)[6])
 {
     const double *a = n[0], *b = n[1];

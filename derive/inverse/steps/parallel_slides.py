@@ -22,7 +22,7 @@ def lift(work: Work, slide: Axis, first: Axis, hand: Vector, position: Vector) -
         work: Records the step.
         slide: The prismatic joint.
         first: The first of the parallel axes.
-        hand: A point in the home pose that all joints move.
+        hand: The home position of a point that all joints move.
         position: The target of the point, relative to the first axis.
     """
     terms = work.terms
@@ -43,7 +43,7 @@ def telescope(
     Args:
         work: Two steps are recorded.
         axes: The two revolute axes and the telescope, in the order of the chain.
-        hand: A point in the home pose that all three joints move.
+        hand: The home position of a point that all three joints move.
         position: The target of the point, relative to the first revolute axis. The component along
             the axis has no effect.
         total: The rotation by the sum of the two revolute angles, about the first axis.

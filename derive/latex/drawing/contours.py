@@ -14,7 +14,7 @@ _Side = tuple[int, int, int, int]
 
 
 def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
-    """Computes level lines by marching squares. Values above the level are left of its line.
+    """Computes level lines by marching squares, with larger values on the left of each line.
 
     Args:
         levels: Values (n, m) at integer coordinates. Border values must be below the argument

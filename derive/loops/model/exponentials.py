@@ -31,8 +31,8 @@ class Factor:
         screw: Twist (v, omega), shape (6, 1), at zero, in the frame of the body at which the loop
             starts. The twist has unit speed: omega has norm 1 for a revolute joint, and v has norm
             1 for a slider.
-        side: The branch with the joint. Branch b is traversed backwards, so its screws are
-            reversed.
+        side: Position of the joint in the loop: on branch a, on branch b, or as the loop joint. The
+            loop runs backwards through branch b, so the exponents of branch b have a minus sign.
     """
 
     name: str

@@ -63,9 +63,8 @@ class AngleEquation:
 
     Attributes:
         angle: The angle, a named term.
-        here: The letter of the rotated vector.
-        there: Components of a vector in the target direction, with the length of the rotated
-            vector.
+        here: The letter of the vector that the angle rotates.
+        there: Components of the vector ``here`` after the rotation by the angle.
     """
 
     angle: sp.Symbol

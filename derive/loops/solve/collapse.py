@@ -2,8 +2,8 @@
 
 If loops keep the angle sum of consecutive parallel axes constant, the bodies after these axes only
 translate. The translation is a sum of planar vectors. Solved angles are eliminated from this sum by
-the loop equations. Without the solved angles, the sum of vectors is often short. For example, a
-pantograph arm moves its wrist along a line and a circle.
+the loop equations. The elimination often leaves a sum of few vectors. For example, a pantograph arm
+moves its wrist along a line and a circle.
 """
 
 from collections.abc import Sequence

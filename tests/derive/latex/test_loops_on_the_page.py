@@ -19,7 +19,7 @@ from tests.support.loops.mechanisms import BASE, at, near, pin
 
 
 def test_worked_example_uses_a_closed_configuration():
-    """The loops cannot close at a tenth of the limit range from the reference."""
+    """The loops cannot close if each coordinate moves by a tenth of its range."""
     found = derive(drawn_mechanism(2).mechanism, functions=["fk", "chain", "ik"])
     example = worked_example_of_loops(LoopPage.of(found))
     assert "the pose of the tool is" in example

@@ -23,7 +23,7 @@ FUNCTIONS = ("fk", "fk_jacobian_mixed", "hessian_mixed", "ik")
 SIZES = {"scara": sp.Rational(1, 10**6), "stanford": sp.Integer(1000)}
 """Arms with four and six joints, some of which are prismatic, and scale factors of their lengths.
 
-The factors include a micrometer-sized and a kilometer-sized arm.
+The scaled scara is about one micrometer long. The scaled stanford arm is about one kilometer long.
 """
 POSES = 300
 BORDER = 0.1

@@ -66,8 +66,8 @@ POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
     }
 }
 
-/* Moves each configuration orthogonally to v and computes v and u there; measures the curvature
- * (bend) at a displaced point. */
+/* Moves each configuration by the Newton step orthogonal to v, and computes v and u at the new
+ * configuration. Computes `bend` from the Jacobian at a configuration displaced along v. */
 static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) * f)
 {
     POLISH_NAME(configurations) shifted;
