@@ -15,7 +15,7 @@ from chasles.summaries import summary_repr
 
 FloatArray = NDArray[np.float64]
 _PART = 0.4
-"""Relative position within the range, 0 to 1, for a coordinate whose reference is at a limit."""
+"""Drawn position between the limits (0 to 1) if the reference coordinate is at a limit."""
 __all__ = ["Body", "BodyJoint", "Shape", "Skeleton", "Span", "skeleton"]
 
 

@@ -66,8 +66,8 @@ class Equilibrium:
         cylinders: Names of the struts with two sections.
         driven: For each actuator, a pair (strut or row of G, motion per unit of q).
         free_rows: The rows of G without an actuator.
-        unknowns: Names of the struts, closures and couplings with unknown forces. The name of a
-            closure occurs once for each unknown force component.
+        unknowns: Names of the struts, closures and couplings with unknown forces. A closure with
+            several unknown force components occurs several times.
         unit_wrenches: (m, bodies, 6) wrenches on all bodies for the unit value of each unknown
             force.
         G: (m, coordinates, unknowns) virtual work of the unit wrenches on each coordinate.

@@ -37,7 +37,7 @@ def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, V
 
     Args:
         bodies: The points of each body as decimals without noise (meter).
-        noise: Minimum difference that counts as rounding (meter).
+        noise: Difference (meter) up to which numbers always count as rounded.
 
     Returns:
         A dictionary from each rounded point to its exact point. A point that belongs to several
@@ -135,7 +135,7 @@ class Distances:
 
         Args:
             bodies: The exact points of each body (meter).
-            noise: Minimum difference that counts as rounding (meter).
+            noise: Difference (meter) up to which numbers always count as rounded.
         """
         self._noise = noise
         squares = {square for points in bodies for square in _squares(points)}

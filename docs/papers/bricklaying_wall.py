@@ -76,7 +76,7 @@ def wall() -> Wall:
 
 
 def over(laying: MotionSequence, place: FloatArray, height: float, name: str) -> MotionSequence:
-    """Adds straight lines of the guide, which rises, moves horizontally, and descends."""
+    """Adds a motion of the guide along three straight lines: up, horizontally, and down."""
     for stop in ([None, None, height], [place[0], place[1], height], place):
         start = laying.robot.fk(laying.q_end)
         end = start.copy()

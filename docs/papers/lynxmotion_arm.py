@@ -460,9 +460,8 @@ def detour(printed: dict[str, Printed]) -> list[Row]:
         not_printed(
             printed["clearance"],
             clear,
-            f"the distance is for the arm's axes on all five lines; links of {1000 * THICK:.0f} "
-            f"mm radius, as in "
-            f"part 3, would penetrate the sphere by {1000 * (THICK - clear):.1f} mm",
+            "the distance is the minimum along all five lines, measured from the arm's axes. "
+            f"Links of {1000 * THICK:.0f} mm radius, as in part 3, would penetrate the sphere by {1000 * (THICK - clear):.1f} mm",
         ),
     ]
 

@@ -75,8 +75,8 @@ tested digits."""
 CONSISTENCY = """\
 ## Consistency
 
-Each line compares an input of chasles with the value in the paper. The paper does not
-print values in brackets: chasles and an independent model compute these values.
+Each line compares an input of chasles with the value in the paper. Values in brackets are not in
+the paper: chasles and an independent model compute them.
 """
 TITLE = "Five papers, number by number"
 INTRODUCTION = f"""\

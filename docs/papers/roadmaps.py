@@ -109,7 +109,7 @@ def spacing(points: int, step: float) -> float:
 def paths(printed: dict[str, Printed]) -> list[Row]:
     """Evaluates figures 3.2 to 3.4 with the step as the largest and as the smallest distance."""
     free = 1 - workshop().occupied.mean()
-    words = "figure 3.1 is lost. Our map has walls with gaps and machines"
+    words = "figure 3.1 is lost. Our map contains machines, and walls with gaps"
     found = [assumed(printed["map"], f"{SIDE} x {SIDE} cells, {100 * free:.0f} % free", words)]
     for name, own, reading, runs in (
         ("path", rate, f"{READ} the largest distance between connected points", RUNS),

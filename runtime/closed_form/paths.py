@@ -30,8 +30,8 @@ from .task_components import Task, inverse_for
 Reason = Literal["", "no solution", "jump", "limit"]
 _TURN, _FREE = 2 * math.pi, 3
 _BLOCK = 8
-"""Number of poses that the path first tries to follow within one solution slot. If the path stays
-in the slot for the whole block of poses, the next block has twice as many poses."""
+"""Number of poses in the first block. If one solution slot contains the path for all poses of a
+block, the next block has twice as many poses."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -71,8 +71,8 @@ class Solutions(Fields):
         tolerance: Maximum residual of a solution [m], 1e-9 `unit_length`.
         coordinates: The elements of q.
         wraps: (n,) whether a rotation of the coordinate by 2 pi gives the same solution. `wraps` is
-            True for revolute joints. After `within_limits`, which lists full turns separately,
-            `wraps` is True only for revolute joints without limits.
+            True for revolute joints. `within_limits` lists full turns as separate solutions. After
+            that, `wraps` is True only for revolute joints without limits.
         labels: (k,) the branch in each solution slot, as "shoulder_pan +, elbow -". A label
             contains the joints and signs that select the branch. `labels` is empty after
             `sorted_by_distance`, which reorders the slots.

@@ -154,7 +154,7 @@ def test_kinematics_equal_the_main_chain_derived_as_a_serial_robot(name):
 
 
 def as_casadi(name, function, *symbols):
-    """Calls a generated CasADi function with those of q, qd and qdd that are its inputs."""
+    """Calls a generated CasADi function, whose inputs are some of q, qd and qdd."""
     kept = casadi_function(GENERATED / name, function)
     given = dict(zip(["q", "qd", "qdd"], symbols, strict=False))
     return kept(**{key: given[key] for key in kept.name_in()})[function]

@@ -106,7 +106,7 @@ def borne_out(row):
 
 
 def numbers(text):
-    """Returns the numbers of a table cell without words or an equation."""
+    """Returns the numbers of a table cell, or an empty list if the cell contains anything else."""
     parts = re.sub(r"[()[\]]", "", text).split(", ")
     return [Decimal(part) for part in parts] if all(map(NUMBER.fullmatch, parts)) else []
 

@@ -115,7 +115,7 @@ def check_memory():
 
 
 def check_folders(folder, kernels):
-    """A robot loads from a path with slashes and Greek letters, and not with a damaged kernel."""
+    """A path may contain slashes and Greek letters. A folder with a damaged kernel is rejected."""
     moved, broken = (folder / "Größe \u03a9" / name for name in ("scara", "broken"))
     for copy in (moved, broken):
         # Wine 8 has no CopyFile2, which shutil.copy2 calls.

@@ -193,7 +193,7 @@ def _half(degree: int) -> int:
 
 
 def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
-    """Multiplies pairs of factors whose degree in a tangent is odd.
+    """Multiplies the factors of odd degree in t = tan(q/2) in pairs.
 
     A factor t = tan(q/2) becomes sin(q)/2 by multiplication with cos(q/2)^2.
     """

@@ -136,7 +136,7 @@ def _reference_angles(h: SolvedLoops) -> tuple[float, ...]:
 
 
 def carried_chain(h: SolvedLoops, legs: SymbolicFunction) -> CarriedWrist | CarriedArm | None:
-    """Returns the platform with other joints whose inverse calls a leg inverse, or None."""
+    """Returns the main chain of a platform with joints before or on it, otherwise None."""
     names = {argument.name for argument in legs.inputs}
     if PLATFORM in legs.inputs:
         return carried_wrist(h)

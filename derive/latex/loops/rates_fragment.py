@@ -40,7 +40,7 @@ class Rates:
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
     def equations(self, step: PrintedLoopStep) -> list[tuple[PrintedRate, sp.Expr]]:
-        """Returns the rates of a step and their expressions for later steps."""
+        """Returns the printed rates of a step, each with the expression that later steps insert."""
         self.definitions |= dict(step.vectors)
         results = []
         for rate in step.rates:

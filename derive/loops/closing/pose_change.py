@@ -56,7 +56,7 @@ def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, 
 
 
 def _planes(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
-    """Returns the planes of the loops of the robot with written values."""
+    """Returns the loop planes in the base frame of the robot before cleaning."""
     m = exact.mechanism
     turned = np.linalg.inv(exact.matrix(written.base)) @ exact.matrix(m.base)
     base = {c.name for c in m.loop_joints if c.a.body == m.base_frame}

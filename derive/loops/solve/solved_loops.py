@@ -103,8 +103,8 @@ class SolvedLoops(LoopModel):
 
         If an expression contains the square root that solves a step, the expression is NaN if the
         step has no solution. Steps without a square root in the expression need an extra term that
-        is 0 or NaN. For example, the pose of a chain does not contain the square root of a brace
-        parallel to the chain.
+        is 0 or NaN. For example, a brace is parallel to a chain. The square root that solves the
+        brace does not occur in the pose of the chain.
 
         Args:
             entries: The entries.

@@ -188,7 +188,7 @@ def test_legend_names_solutions_whose_links_coincide():
 
 
 def test_collinear_plate_has_the_lengths_of_its_line():
-    """Seen along their normal, three points of a plate lie on a line."""
+    """If three corners of a plate are drawn on one line, only two lengths are shown."""
     around = np.array([[0.0, 0.0], [0.1, 1e-12], [0.3, 0.0]])
     assert [side.length for side in _sides(around)] == pytest.approx([0.1, 0.2])
     assert len(_sides(np.array([[0.0, 0.0], [0.2, 0.1], [0.3, 0.0]]))) == 3

@@ -1,8 +1,8 @@
 """As-built arms, driven by cylinders, rods and cranks.
 
-All lengths of a random arm have errors, and joints outside its loops are rotated. The inverse
-solves the design robot and refines the solutions. It must recover the configurations around the
-reference, and all its solutions must be correct.
+Each trial adds errors to all lengths of a random arm. Joints outside the loops are also rotated.
+The inverse solves the design robot and refines the solutions. It must recover the configurations
+around the reference, and all its solutions must be correct.
 """
 
 import tempfile

@@ -1,4 +1,4 @@
-"""The examples on the page about generated C run."""
+"""Runs the examples of the documentation page about generated C code."""
 
 import ctypes
 import re

@@ -117,7 +117,7 @@ def _fixed(parent: str, child: str, offset: tuple[str, str]) -> str:
 
 
 def model_of(urdf: str, has_limits: bool = True) -> str:
-    """Returns the lines of the stub's model."""
+    """Returns the robot model as text lines, which the stub of MoveIt reads."""
     lines = []
     for joint in ET.fromstring(urdf).iter("joint"):
         axis, limit = joint.find("axis"), joint.find("limit")

@@ -205,7 +205,8 @@ def test_no_bound_exists_at_singular_configuration():
 
 
 def test_bounded_boxes_contain_no_singular_configuration():
-    """In a box with motion bounds, the determinant keeps its sign."""
+    """If motion bounds exist for a box of coordinates, the determinant keeps its sign in the
+    box."""
     checked = 0
     for name in ("planar_3rrr", "stewart_gough", "delta", "excavator"):
         robot, bounds, lower, upper = made(name)

@@ -1,4 +1,4 @@
-"""The commands on the page about imported files run."""
+"""Runs the commands of the documentation page about imported files."""
 
 import re
 import shlex

@@ -36,8 +36,8 @@ static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q]
     memcpy(w, s->w, sizeof s->w);
 }
 
-/* Computes L = J_u c_u^-1 (6 x M) from the tool's Jacobian J (6 x W). Each row solves c_u^T l = j
- * by R^T y = j and l = Q y. */
+/* Computes L = J_u c_u^-1 (6 x M) from the tool's Jacobian J (6 x W). With c_u = Q R, each row j of
+ * J_u gives the row l = Q y of L, where R^T y = j. */
 static void CLOSURE_NAME(levers)(CLOSURE_NAME(closed) * s, const double *J, double *L)
 {
     CLOSURE_NAME(factored)(s);

@@ -225,7 +225,7 @@ POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) 
  * `first` receives the smallest pivots and the square of the first step. The first step is damped
  * only in the lanes that `near` selects. With a search at fold points, `first` also receives the
  * trace of (J J^T)^-1 after this step, which is about the inverse square of the smallest singular
- * value of J. For robots with loops, `first` receives the squared error of the start instead of the
+ * value of J. For robots with loops, the squared pose error at the start takes the place of the
  * trace. After a short step, the next steps reuse the equations of this step, because the Jacobian
  * has hardly changed. With fewer than six joints, only some branches reach the pose. The iteration
  * of a branch ends when `misses` shows that the branch does not reach the pose. */
