@@ -461,7 +461,8 @@ def detour(printed: dict[str, Printed]) -> list[Row]:
             printed["clearance"],
             clear,
             "the distance is the minimum along all five lines, measured from the arm's axes. "
-            f"Links of {1000 * THICK:.0f} mm radius, as in part 3, would penetrate the sphere by {1000 * (THICK - clear):.1f} mm",
+            f"Links of {1000 * THICK:.0f} mm radius, as in part 3, would penetrate the sphere by "
+            f"{1000 * (THICK - clear):.1f} mm",
         ),
     ]
 

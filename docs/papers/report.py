@@ -214,7 +214,7 @@ def _agreeing(
         equations = f"{np.size(value)} entries"
         return Row(printed.item, equations, "the same", "", verdict, printed.where, note)
     if printed.about is not None:
-        tolerance = f"the tolerance is ± {printed.about} {printed.unit}"
+        tolerance = f"the tolerance is ± {printed.about} {printed.unit}".rstrip()
         words = f"{tolerance}, because the paper says “{printed.text}”"
         note = _sentences((words, note))
     return _with_value(_row(printed, ours, verdict, note), printed, value)
