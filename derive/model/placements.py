@@ -131,7 +131,7 @@ def align_z(axis: Vector) -> Placement:
 def _azimuth_and_tilt(axis: Vector) -> tuple[sp.Expr, sp.Expr]:
     """Returns the angles of a direction that is not along z.
 
-    The angles are exact if the direction is short.
+    The angles are exact if the components of the direction are proportional to small integers.
     """
     x, y, z = axis
     if not all(component.is_Rational for component in axis) or _is_short(axis):

@@ -31,7 +31,7 @@ from ._numeric import Solver
 REASONS = ("", "limits", "stalled", "max_evaluations", "not a pose")
 _WHOLE = np.ones(6)
 _TOOL = ("fk_jacobian_mixed", "hessian_mixed")
-"""The generated functions that a solver for the tool calls."""
+"""Names of the generated functions that the solver for tool poses calls."""
 _STARTS = 256
 _FEWEST = 32
 """Minimum number of start configurations with closed loops."""

@@ -65,7 +65,8 @@ def inverses_of(robot: SerialRobot) -> list[Derived]:
 
 
 def faults(case: Derived, number: int) -> Iterator[str]:
-    """Describes generating configurations that `ik` misses, and wrong numbers of solutions."""
+    """Describes the faults of a case: configurations that `ik` misses, and wrong numbers of
+    solutions."""
     rng = np.random.default_rng(number)
     chosen = replace(case, free=case.still)
     poses = PoseSet("random", chosen.random(rng, POSES), regular=determines(chosen))

@@ -298,7 +298,8 @@ def test_concurrent_rods_are_type_2_singularity(name):
     r, rod = robot(name), PLANAR[name]
     # The rods lie on lines through the center, so each crank ends one rod length beyond its pin.
     reach = planar.PLATFORM + rod
-    # Intersects the circle of possible crank ends with the crank circle.
+    # Each crank end lies on the crank's circle, and on a circle about the center with the radius
+    # `reach`.
     cosine = (reach**2 + planar.BASE**2 - planar.CRANK**2) / (2 * reach * planar.BASE)
     phi = np.arccos(cosine)
     ends = reach * np.stack([np.cos(planar.ANGLES + phi), np.sin(planar.ANGLES + phi)], -1)

@@ -106,8 +106,8 @@ def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple
         tip: The tip link.
 
     Returns:
-        The ends of the chain. If several arms have equal length, the ends of each arm in the order
-        of the file.
+        The base link and tip link of the chain. If several arms have equal length, the links of
+        each arm are returned in the order of the file.
 
     Raises:
         NoChain: A link is unknown, no chain exists, or the tree has several roots.

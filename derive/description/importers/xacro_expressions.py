@@ -154,7 +154,8 @@ def evaluate(text: str, symbols: Any, functions: Collection[Callable[..., Any]])
         functions: The functions that may be called.
 
     Raises:
-        RefusedExpressionError: The expression is outside the subset, or is too large.
+        RefusedExpressionError: The expression is too large, or uses Python beyond the documented
+            subset.
         NameError: A name has no value.
         SyntaxError: The text is not an expression.
     """

@@ -1,4 +1,7 @@
-"""The equations of planes that legs keep, in the joints before and on their platform, in numbers.
+"""Numeric plane equations of a platform.
+
+Each leg keeps a ball joint of the platform in a plane. The unknowns are the joints before the legs
+and the joints on the platform.
 
 With the pose B of the legs in the base frame and the pose W of the tool on the platform, the pose
 of the platform in the frame of the legs is B^-1 T W^-1. A joint changes the inverse poses B^-1 or

@@ -112,10 +112,10 @@ def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
 
 
 def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
-    """Returns the first ring of three pins that is not near a dead point.
+    """Returns the first loop with three pins that is not near a dead point.
 
-    If all rings are near a dead point, the function returns the first ring of three pins. Without
-    rings, the function returns None.
+    If all loops with three pins are near a dead point, the first loop is returned. If there is no
+    loop with three pins, None is returned.
     """
     rings = list(clusters.rings(slides=0))
     clear = (ring for ring in rings if _margin(clusters, dyad_of(clusters, ring)) > NEARLY_DEAD)

@@ -90,8 +90,8 @@ def test_identified_parameters_are_within_their_intervals(delta):
         low, high = found.confidence_intervals[rows].T
         inside += ((low <= [*CHANGED.values()]) & ([*CHANGED.values()] <= high)).sum()
         np.testing.assert_allclose(found.values[rows], [*CHANGED.values()], atol=3e-4)
-    # Each of the 24 intervals contains the true value with probability 0.95. With another seed,
-    # fewer than 20 intervals contain the true value with a probability of 0.5 %.
+    # Each of the 24 intervals contains the true value with probability 0.95. The probability that
+    # fewer than 20 intervals contain the true value is 0.5 %.
     assert inside >= 20
 
 

@@ -55,7 +55,7 @@ def test_repeated_rates_reuse_named_terms():
 
 
 def test_solved_angle_is_differentiated_through_its_loop_rate():
-    """Cosines, sines and angle sums use the joint rate, so the atan2 is not differentiated."""
+    """The derivative of a solved angle is the joint rate. The atan2 is not differentiated."""
     terms = Terms({})
     angle = terms.solved_angle(
         *(terms.let(part) for part in (a / sp.sqrt(a**2 + b**2), b / sp.sqrt(a**2 + b**2)))

@@ -1,4 +1,4 @@
-"""Explanations of inverses state the closed-form steps or the deviation."""
+"""The explanation of an inverse states its steps, or the conditions that the axes violate."""
 
 import re
 from functools import cache

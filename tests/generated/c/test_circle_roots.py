@@ -69,7 +69,8 @@ def test_roots_after_a_cluster_of_three_roots_are_found(solve):
     for start in rng.uniform(0.2, 3.0, TRIALS):
         cluster = start + np.array([0.0, 1.2e-4, 3.0e-4])
         simple = np.array([start + 0.014, 4.0, 4.08])
-        # The root and the complex roots near the cluster make the polynomial small there.
+        # A simple root and a pair of complex roots are near the cluster. So the polynomial is small
+        # near the cluster.
         found = solve(np.r_[cluster, simple], np.array([start + 0.25j]))
         assert distances(simple, found).max() < SAME
         assert distances(cluster[:1], found).max() < IN_CLUSTER

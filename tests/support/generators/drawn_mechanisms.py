@@ -79,7 +79,7 @@ class Sketch:
             self.actuated.append(name)
 
     def dyad(self, name: str, a: str, at_a: Point, b: str, at_b: Point) -> list[str]:
-        """Adds a link and a second link or a rod between two bodies. Returns the link names."""
+        """Connects two bodies by two links, or by a link and a rod. Returns the link names."""
         first, second = self.length(150, 500), self.length(150, 500)
         one = self.pin(f"{name}_p", a, at_a)
         if self.draw.random() < 0.5:

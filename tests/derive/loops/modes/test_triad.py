@@ -37,7 +37,7 @@ def eliminated(points, c, s):
     """Eliminates the platform's position from three circles with the centers A_i - R b_i.
 
     A_i are base points, and b_i are platform points. The first equation is subtracted from the
-    other equations. Cramer's rule solves the two linear differences.
+    other equations. The two differences are linear in the position, and Cramer's rule solves them.
     """
     x, y = sp.symbols("x y", real=True)
     circles = [

@@ -28,7 +28,8 @@
  * another solution. */
 #define CHASLES_ARM_STEP 0.3
 /* Two solutions are equal if their unknowns differ by less than this value. Near a double root, the
- * distances change with the squared difference, so smaller differences are not resolved. */
+ * residual changes with the square of the difference, so that smaller differences are not resolved.
+ */
 #define CHASLES_ARM_SAME 1e-6
 
 /* A wrist on a platform. */
