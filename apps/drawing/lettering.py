@@ -291,7 +291,7 @@ def _round_length(least: float) -> float:
 
 
 def _inside(box: Box, a: FloatArray, b: FloatArray) -> float:
-    """Return the length inside a box of line segments from a (m, 2) to b (m, 2)."""
+    """Return the total length of the parts of line segments that lie inside a box."""
     vector = b - a
     with np.errstate(divide="ignore", invalid="ignore"):
         parts = np.stack([(np.array(box[:2]) - a) / vector, (np.array(box[2:]) - a) / vector])

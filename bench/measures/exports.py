@@ -71,7 +71,7 @@ def _times(
 
 
 def _compiled(robot: chasles.Robot, folder: Path) -> Path:
-    """Compile the exported C and its loops in C and C++ to one library."""
+    """Compile one library from the exported C code, a loop in C and a loop in C++."""
     write(read(description(ROBOT)), folder, functions=FUNCTIONS[:3], languages=["cpp"])
     include = folder / "include" / "chasles"
     loops = "".join(_loops(robot, name) for name in FUNCTIONS)

@@ -375,7 +375,7 @@ def polynomials() -> Trajectory:
 
 
 def free_motion(printed: dict[str, Printed]) -> list[Row]:
-    """Compares the time steps of the free motion, and its distance from the via points."""
+    """Compares the free motion's time steps and its distances from the via points."""
     made = free()
     p = made.T[:, :3, 3]
     miss = np.linalg.norm(p[None] - VIA[:, None], axis=-1).min(1).max()

@@ -208,7 +208,7 @@ def on_map(axes: Any) -> None:
 
 
 def roads(samples: int, step: float) -> Any:
-    """Draws roadmaps for both meanings of the step, with free edges and the path, if any."""
+    """Draws a roadmap with its path for each of the two interpretations of the paper's step."""
     figure, axes = panels(5.6, 2, 1)
     for own, given, reading in (
         (axes[0], {"max_step": step}, "largest distance"),

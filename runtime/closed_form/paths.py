@@ -150,8 +150,8 @@ class InverseMethods(RobotFacts):
 
         Args:
             T: (m, 4, 4) closely spaced poses of the tool in the base frame. Deviations from rigid
-                poses are corrected up to `se3.NEARLY_RIGID`. For a part of a pose, T can also be
-                the input (m, k) of the inverse.
+                poses are corrected up to `se3.NEARLY_RIGID`. If `task` is a part of a pose, T can
+                also be the input (m, k) of its inverse.
             q_seed: (n,) coordinates [rad or m]. The path starts at the nearest solution within the
                 limits.
             task: The prescribed part of each pose: "pose", "position", "position_pitch" (elevation

@@ -77,8 +77,8 @@ def make_recipe(manifest: Manifest) -> Recipe:
     A kernel in the robot's folder needs no compiler. CC or CHASLES_CFLAGS requests compilation.
 
     Raises:
-        MismatchError: If the C code or the header does not match the hash in the manifest, or no
-            compiler was found and the kernel in the folder is for another version of chasles.
+        MismatchError: The hash of the C code or of the header is not in the manifest. The error
+            also occurs if no compiler was found and the kernel is for another version of chasles.
         ManifestError: If header and manifest declare different sizes.
         CompilerNotFoundError: If no compiler was found, and the cache has no library for a
             processor with these features.

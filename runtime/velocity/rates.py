@@ -45,8 +45,8 @@ class Rates:
         twist: (..., 6) resulting twist, in the requested representation.
         scale: (...,) s in [0, 1], the fraction of the twist within the limits. The resulting twist
             has the direction of the requested twist, unless acceleration limits exclude this
-            direction (a sharp turn). In a sharp turn, s is the fraction for the nearest twist
-            within the limits.
+            direction (a sharp turn). In a sharp turn, s is the fraction whose joint rates are
+            nearest to the limits.
         limited: (..., n) whether a rate, acceleration or joint limit is active.
         min_singular_value: (...,) the smallest singular value, dimensionless.
         damping_squared: (...,) lambda^2 of the smallest singular value, 0 without damping.

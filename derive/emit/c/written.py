@@ -48,7 +48,8 @@ SUPPORTS = {
     "hexapod": ("chasles_hexapod.h", *HEXAPOD),
     "triad": ("chasles_triad.h", "chasles_triad_tolerances.h", *CIRCLE),
 }
-"""Files of each handwritten solver. Generated C files include the first file of their solver."""
+"""Files of each handwritten solver. The first file includes the other files, and the generated C
+code includes the first file."""
 
 
 def written_files(robot: Described, written: Sequence[NativeSolverFunction]) -> dict[str, str]:

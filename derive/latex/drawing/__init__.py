@@ -188,7 +188,7 @@ def _coordinate(
 def _name(name: str, *, symbols: bool = False) -> tuple[str, float]:
     """Returns a name in LaTeX and its width in letters.
 
-    Names such as ``a1`` stay unchanged unless the article uses their symbols.
+    A name such as ``a1`` stays unchanged, unless the article prints it as a symbol with an index.
     """
     if re.fullmatch(r"[A-Za-z]\d+", name) and not symbols:
         return names.escape(name), len(name)

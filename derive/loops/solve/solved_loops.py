@@ -65,7 +65,7 @@ class SolvedLoops(LoopModel):
 
     @property
     def has_closed_form(self) -> bool:
-        """Whether all loops have a closed form from the actuators and from the chain."""
+        """Whether the actuators, and also the main chain, give all joints in closed form."""
         return not (self.forward.open or self.backward.open)
 
     @property

@@ -1,4 +1,5 @@
-"""Every form of argument gives the results of single calls, or raises a clear error."""
+"""Tests arguments of all shapes and types. The results equal the results of single calls, or a
+clear error is raised."""
 
 import re
 import threading

@@ -168,7 +168,8 @@ def test_nominal_convergence_rate_falls_with_deviation():
 
 
 def test_nominal_inverse_with_other_configurations_is_discarded():
-    """Newton's method finds all samples, but the nominal inverse starts at other configurations."""
+    """Newton's method from the nominal arm recovers all samples. But the nominal inverse belongs to
+    other configurations."""
     robot = displaced(random_arm(164), 1.4e-4, 164)
     assert classify(robot, Terms({})).near
     assert inverses(robot, Terms({})).polished is None

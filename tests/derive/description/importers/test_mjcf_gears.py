@@ -208,7 +208,7 @@ def test_order_of_joint_equalities_does_not_change_a_chain(path):
         for ordered in permutations(equalities)
     ]
     assert {robot.couplings for robot in robots} == {robots[0].couplings}
-    # Only c and d are not the first joint of an equality.
+    # Each joint except c and d is the first joint of an equality.
     assert [c.name for c in robots[0].coordinates] == ["c", "d"]
     (fk,) = lower([derive(robots[0], functions=("fk",)).function("fk")], "r")
     T = np.array(fk([0.3, 0.7])).reshape(4, 4)

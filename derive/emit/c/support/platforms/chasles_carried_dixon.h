@@ -14,8 +14,8 @@
 /* Number of samples of the slope per sample of the determinant. */
 #define CHASLES_ARM_PARTS 16
 #define CHASLES_DIXON 8
-/* Maximum degree of the determinant. It is 16 if the unknown joints are all on one side of the
- * legs. */
+/* Maximum degree of the determinant. The degree is at most 16 if all unknown joints are on one side
+ * of the legs. */
 #define CHASLES_ARM_RESULTANT 24
 
 /* Writes the Dixon matrix of three equations, which are polynomials of degree 2 in the tangents x

@@ -106,9 +106,10 @@ static int POLISH_NAME(is_known)(const POLISH_NAME(search) * s, const double *q,
     return 0;
 }
 
-/* Returns whether a branch without a solution may be one of two meeting branches. Either the
- * iteration found no new solution for the branch, or the nominal arm misses a pose that the true
- * arm may reach. Near a second singularity, the nominal arm may miss the pose by far. */
+/* Returns whether a branch has no solution, perhaps because it meets another branch at a fold
+ * point. Either the iteration found no new solution for the branch, or the nominal arm misses a
+ * pose that the true arm may reach. Near a second singularity, the nominal arm may miss the pose by
+ * far. */
 static int POLISH_NAME(is_folded)(double residual, double pivot)
 {
     if (residual < POLISH_REACH)
