@@ -43,7 +43,7 @@ _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
 coordinates.
 """
 _UNGUARDED = ("margin", "branches", "near", *PARAMETRIC_ROLES.values())
-"""Roles of functions that are not checked against a margin function."""
+"""Roles of functions whose results no margin function checks."""
 
 
 @dataclass(frozen=True)

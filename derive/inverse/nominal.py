@@ -23,7 +23,9 @@ FloatArray = NDArray[np.float64]
 
 
 def nominal_of(robot: SerialRobot, lines: Lines, found: Attempt) -> SerialRobot:
-    """Returns the nominal arm of a robot. Its axes fit a structure exactly.
+    """Returns the nominal arm of a robot.
+
+    The axes of the nominal arm satisfy the conditions of a family exactly.
 
     Args:
         robot: The calibrated arm.

@@ -212,7 +212,7 @@ class Transmission:
 
     Attributes:
         coordinate: Name of the coordinate.
-        gain: True motion per unit of r.
+        gain: Derivative of the true coordinate with respect to r, without the waves.
         waves: sin1, cos1, sin2 and cos2 (radian).
 
     Raises:

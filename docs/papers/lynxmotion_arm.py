@@ -455,7 +455,7 @@ def detour(printed: dict[str, Printed]) -> list[Row]:
         not_printed(
             printed["blocked"],
             clearance(lines()),
-            "the distance of the arm's axes is negative, because the line intersects the sphere",
+            "a negative distance states by how much the straight line penetrates the sphere",
         ),
         not_printed(
             printed["clearance"],

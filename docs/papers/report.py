@@ -237,9 +237,9 @@ def erratum(
         ours: The value of chasles in meters, radians and seconds, or a `Finding` for a statement in
             words.
         corrected: The correct value. A string is in the item's unit and accurate to half a unit of
-            its last digit. A number or an array comes from a corrected equation. Numbers and arrays
-            are in meters, radians and seconds, and accurate to rounding errors. A `Finding`
-            contains a corrected statement in words.
+            its last digit. A corrected number or array is the result of a corrected equation.
+            Numbers and arrays are in meters, radians and seconds, and accurate to rounding errors.
+            A `Finding` contains a corrected statement in words.
         note: What is wrong.
         evaluated: Evaluates a printed equation in the units of `ours`.
         cause: Cause of the wrong printed value in words, and the value that results from this

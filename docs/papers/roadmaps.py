@@ -68,7 +68,7 @@ def rows(printed: dict[str, Printed]) -> list[Row]:
 
 @cache
 def trials() -> SuccessStudy:
-    """Returns success rates. The step is read as the largest distance of connected points."""
+    """Returns success rates if the paper's step is the largest distance of connected points."""
     return success_study(
         workshop(), START, GOAL, samples=COUNTS, max_steps=(SMALL, LARGE), runs=RUNS
     )
@@ -87,7 +87,7 @@ def spread_maps(points: int, step: float) -> list[Any]:
 
 
 def spread_rate(points: int, step: float) -> float:
-    """Returns the success rate. The step is read as the smallest distance between points."""
+    """Returns the success rate if the paper's step is the smallest distance between points."""
     plans = [own.plan(START, GOAL, algorithm="dijkstra") for own in spread_maps(points, step)]
     return sum(plan.found for plan in plans) / SPREAD_RUNS
 

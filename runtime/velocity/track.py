@@ -97,11 +97,11 @@ class TrackMethods(ManipulabilityMethods):
         only at singularities and limits, and returns to the path afterwards. A redundant robot
         moves its joints as little as possible.
 
-        The singular values are the singular values of a scaled Jacobian. The angular rows of the
-        Jacobian are multiplied by the characteristic length. Each column of the Jacobian is divided
-        by the tool motion at `q_start` per unit of the coordinate. At a wrist singularity, joints
-        rotate at their maximum rates: set rate limits for such a path. The manual page "Following a
-        path" describes damping and errors.
+        The singular values in the result belong to a scaled Jacobian. The angular rows of the
+        scaled Jacobian are multiplied by the characteristic length. Each column is divided by the
+        tool motion at `q_start` per unit of the coordinate. At a wrist singularity, joints rotate
+        at their maximum rates: set rate limits for such a path. The manual page "Following a path"
+        describes damping and errors.
 
         Args:
             T: (m, 4, 4) poses of the tool measured and expressed in the base frame, dt apart.

@@ -114,10 +114,10 @@ def dexterous_workspace(robot: Robot) -> PlanarRegion:
     """Return the positions of a planar platform's tool that allow every angle.
 
     While the platform rotates, the center of a leg's annulus moves on a circle of radius r about a
-    fixed point. The tool has the distance t from the fixed point, and a distance between |t - r|
-    and t + r from the center. The tool stays in the annulus if t <= outer - r and t >= inner + r.
-    If the hole of the annulus moves around the tool, the condition t <= r - inner replaces the
-    condition t >= inner + r.
+    fixed point. Let t be the distance of the tool from this fixed point. The distance of the tool
+    from the center of the annulus is then between |t - r| and t + r. So the tool stays in the
+    annulus if t <= outer - r and t >= inner + r. If the hole of the annulus moves around the tool,
+    the condition t <= r - inner replaces the condition t >= inner + r.
 
     Args:
         robot: As for `constant_orientation_workspace`.

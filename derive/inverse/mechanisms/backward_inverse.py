@@ -178,7 +178,7 @@ def _settled(
 
 
 def _idle_in_legs(h: SolvedLoops, function: SymbolicFunction, chain: Chain) -> frozenset[int]:
-    """Returns the branch signs of legs that change no coordinate at a pose with closed loops.
+    """Returns the branch signs of legs that have no effect on the coordinates.
 
     The loops of a platform with all degrees of freedom can be closed at every pose.
     """

@@ -40,7 +40,7 @@ ARM = "v"
 MAX_UNKNOWN = 3
 """Maximum number of unknown joints: the number of planes."""
 LINEAR = 2
-"""Number of prismatic unknown joints from which the equations have a small determinant."""
+"""Minimum number of unknown prismatic joints for which a small determinant solves the equations."""
 MAX_JOINTS = 6
 """Maximum number of joints before and on a platform."""
 SOLUTIONS = {

@@ -10,7 +10,7 @@ from .notation import ENTRY, LETTERS, Notation
 class ArmNotation(Notation):
     """The short symbols of an arm that shares constants and terms with a robot.
 
-    The pose that the arm reaches has entries with other letters than the pose of the tool. Cosines
+    The entries of the arm's pose have other letters than the entries of the tool pose. Cosines
     and sines of the arm's joints have no short symbols.
     """
 

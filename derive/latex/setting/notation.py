@@ -25,7 +25,8 @@ CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = rang
 
 ACCENTS = ("hat", "tilde", "check", "breve")
 MAX_PARTS = 12
-"""Maximum number of named constants in a number. A longer sum or product is printed as such."""
+"""Maximum number of named constants in a number. A number with more named constants is printed as a
+sum or product."""
 MAX_WRITTEN = 200
 """Maximum number of symbols and numbers in a constant that is defined by parameters only."""
 COMMAS_FROM = 10

@@ -31,7 +31,10 @@ def labels(robot: SerialRobot) -> list[str]:
 
 
 def first_number(robot: SerialRobot) -> int:
-    """Returns 0 if only the first joint is fixed, otherwise 1: the index of the first joint."""
+    """Returns the index of the first printed transform.
+
+    The index is 0 if only the first joint is fixed, otherwise 1.
+    """
     first, *others = robot.joints
     is_mount = first.kind == "fixed" and all(joint.kind != "fixed" for joint in others)
     return 0 if is_mount and not robot.base and robot.base_frame != "0" else 1

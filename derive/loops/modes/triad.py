@@ -162,10 +162,10 @@ def elimination(
 def triad_polynomial(terms: Terms, triad: Triad) -> tuple[sp.Expr, ...]:
     """Returns the trigonometric polynomial whose zeros are the platform angles of all modes.
 
-    a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3. Squared lengths are divided by
-    the mean square of rods and platform sides, so the coefficients are about 1. For legs whose ends
-    move on lines, the mean includes the squared distances between the fixed points of these lines.
-    The polynomial is zero at all angles if the three rods can stay parallel.
+    a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3. Squared lengths are divided by a
+    mean square length, so the coefficients are about 1. The mean is over the rods and the platform
+    sides. For leg ends that move on lines, the mean is also over the distances between given points
+    of these lines. The polynomial is zero at all angles if the three rods can stay parallel.
 
     Args:
         terms: Receives the terms.

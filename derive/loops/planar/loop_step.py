@@ -62,7 +62,7 @@ class AngleEquation:
     """The angle from a vector to a target direction.
 
     Attributes:
-        angle: The angle, a named term.
+        angle: The symbol of the angle.
         here: The letter of the vector that the angle rotates.
         there: Components of the vector ``here`` after the rotation by the angle.
     """

@@ -30,7 +30,7 @@ def with_offsets(robot, seed):
 
 
 def test_confidence_intervals_with_tolerances_cover_truth(arm):
-    """Only standard deviations distinguish zero offsets from axis errors."""
+    """Joint zero offsets and axis errors differ only in their assumed standard deviations."""
     inside = []
     for seed in range(10):
         truth = with_offsets(arm, seed)

@@ -1,4 +1,5 @@
-"""Printed statements about axes hold at random singular configurations."""
+"""Articles state geometric conditions for singular configurations. The tests check these statements
+at random singular configurations."""
 
 from pathlib import Path
 

@@ -44,7 +44,7 @@ ROWS = 100_000
 CHECKS = 80
 """Number of signals that a call must handle before it ends.
 
-A call of this size can handle at least 97 signals.
+A call with `ROWS` configurations can handle at least 97 signals.
 """
 
 

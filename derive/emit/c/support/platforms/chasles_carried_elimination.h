@@ -27,7 +27,7 @@ typedef struct {
     int solutions;       /* maximum number of solutions */
     int places[CHASLES_ARM_JOINTS]; /* joint of each map */
     int ranks[CHASLES_ARM_JOINTS];  /* unknown of each map, or -1 - index of its given value */
-    int kinds[CHASLES_ARM_JOINTS];  /* 1 for the map of a prismatic joint */
+    int kinds[CHASLES_ARM_JOINTS];  /* 1 if the joint of a map is prismatic, otherwise 0 */
     double size;                    /* length of the mechanism (meter) */
     double maps[CHASLES_ARM_JOINTS][3][16];
     double planes[3][4]; /* in the frame of the legs (1, meter) */

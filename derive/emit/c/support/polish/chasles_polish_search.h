@@ -281,8 +281,8 @@ POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH
         k->along[m] *= scale;
 }
 
-/* Adds a start to the queue where a curve crosses mu = 0. The start divides the step between two
- * points of the curve at the fraction `part`. */
+/* Adds a start to the queue where a curve crosses mu = 0. The start lies between two computed
+ * points of the curve, at the fraction `part` of the distance. */
 static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves) * k, int lane,
                                const lanes *before, double part)
 {
