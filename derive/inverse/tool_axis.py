@@ -34,7 +34,7 @@ FEW_DECIMALS = 2
 def by_tool_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Classification, dict[str, Solved]] | None:
-    """Returns the structure of five joints with an added tool axis, and the solved tasks.
+    """Solves an arm with five free joints by adding a sixth axis.
 
     Args:
         robot: The description.
@@ -42,7 +42,9 @@ def by_tool_axis(
         families: The families of axis structures to try, in order.
 
     Returns:
-        None is returned unless five joints are free and fit a family together with the added axis.
+        The classification of the arm with the added axis, and the solved tasks. None is returned if
+        the number of free joints is not five. None is also returned if no family fits the five
+        joints with an added axis.
     """
     give = classification.give
     if len(classification.lines.axes) - len(give) != JOINTS or unfit(robot):

@@ -53,8 +53,9 @@ class GenericPoint:
 def _between_0_and_1(number: int, phase: int) -> sp.Expr:
     """Returns a number between 0 and 1 that depends on both arguments.
 
-    The fractional parts of multiples of the golden ratio all differ. The term with number^2 makes
-    the difference between results for consecutive numbers depend on the argument `phase`.
+    The fractional parts of multiples of the golden ratio all differ. The term with number^2 also
+    depends on `phase`. The increment from the result for ``number`` to the result for
+    ``number + 1`` therefore depends on `phase`.
     """
     with mpmath.workdps(WORKING_DIGITS):
         golden = (mpmath.sqrt(5) - 1) / 2

@@ -109,9 +109,10 @@ def _holds(row: Row, changed: Printed) -> bool:
 
 
 def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printed]]:
-    """Returns (items just above the tolerance, items just above twice the tolerance).
+    """Returns items changed by just over the tolerance, and by just over twice the tolerance.
 
-    In each list, the number is changed upward and downward.
+    For a decimal number, each list contains an item with a larger number and an item with a smaller
+    number. For an equation, both lists contain the items with the digit increased by 1 and by 2.
     """
     text = _text(printed.value, digit.path)
     number = decimal(text)

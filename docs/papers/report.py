@@ -85,7 +85,7 @@ _MAX_SHOWN = 6
 
 
 class Refuted(AssertionError):
-    """The comparison contradicts the verdict."""
+    """The compared values contradict the verdict of a table row, or the row is incomplete."""
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,13 @@
  *                              at s->w.
  *   CLOSURE_BEND(w, wd, D)     computes the time derivative D of the Jacobian s->D at w, for
  *                              the rates wd.
- *   Table actuated             contains the index of the variable of each coordinate.
- *   Table ratio                contains the derivative of each actuated variable by its coordinate.
- *   Table unknown              contains the indices of the unknown variables.
- *   Tables size_u, size_c      contain the scales of unknowns and equations: a length (meter) or 1.
- *   Table of_z                 contains the index of each variable in z.
- *   Tables start_q, start_w    contain the reference configuration.
- *   Table tangent              contains the derivative du/dq at the reference configuration.
+ *   The table actuated         contains the index of the variable of each coordinate.
+ *   The table ratio            contains the derivative of each actuated variable by its coordinate.
+ *   The table unknown          contains the indices of the unknown variables.
+ *   The tables size_u, size_c  contain the scales of unknowns and equations: a length (meter) or 1.
+ *   The table of_z             contains the index of each variable in z.
+ *   The tables start_q, start_w contain the reference configuration.
+ *   The table tangent          contains the derivative du/dq at the reference configuration.
  *   CLOSURE_SENSE              is the sign of det c_u at the reference, or 0 if c_u is not square.
  *   CLOSURE_DETERMINANT        is the magnitude of det c_u at the reference configuration.
  *   CLOSURE_RESUMES            states whether an inverse resumes from its last loop variables.

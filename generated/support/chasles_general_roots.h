@@ -3,8 +3,9 @@
  *
  * With sine s and cosine c of the half angle, each of the six equations without y has the form (A
  * s^2 + B s c + C c^2) x = 0. Multiplied by s and by c, the six equations have the rows [A B C 0]
- * and [0 A B C] for the unknowns (s^3 x, s^2 c x, s c^2 x, c^3 x). Householder reflections of A
- * (upper row) and of C (lower row) reduce the equations to a 6 x 6 matrix for (s^2 c x, s c^2 x).
+ * and [0 A B C] for the unknowns (s^3 x, s^2 c x, s c^2 x, c^3 x). Householder reflections
+ * eliminate A from the upper rows and C from the lower rows. A 6 x 6 matrix for (s^2 c x, s c^2 x)
+ * remains.
  */
 #ifndef CHASLES_GENERAL_ROOTS_H
 #define CHASLES_GENERAL_ROOTS_H

@@ -189,7 +189,8 @@ static void chasles_hexapod_newton(const chasles_hexapod_place *place,
     }
 }
 
-/* Writes half the negative rate of each equation along the path to the last column. */
+/* Differentiates each equation with respect to the path parameter, at constant x. The last column
+ * of `a` receives minus half of each derivative. */
 static void chasles_hexapod_along(const chasles_hexapod_path *path, const chasles_hexapod_lanes *x,
                                   chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])
 {

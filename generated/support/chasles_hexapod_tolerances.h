@@ -25,8 +25,8 @@
 #define CHASLES_PATH_ALMOST 1e-6
 /* Maximum value of 1 - |<x, y>|^2 for two equal path ends whose errors are 1e-13. */
 #define CHASLES_ENDS_ARE_ONE 1e-16
-/* Maximum value of 1 - |<x, y>|^2 for a path end x and the conjugate y of another path end; near a
- * singularity, fewer digits are valid. */
+/* Maximum value of 1 - |<x, y>|^2 for a complex path end x and a path end whose conjugate is y.
+ * Path ends near a singularity have fewer valid digits. */
 #define CHASLES_ENDS_ARE_PAIRED 1e-10
 /* Maximum imaginary part of a candidate for a real pose; near a singularity, path ends have errors
  * of 1e-5. */

@@ -10,13 +10,13 @@ unknown. If the Cramer-Rao bound (`noise_bound.py`) does not allow a reduction b
 be at most 1.1 times a reference error. An efficient estimator exceeds the reference error with
 probability ``LEVEL``.
 
-The axis intervals must contain the true values in 95 of 100 arms. The base frame is known, because
-an identified base frame shifts all axes equally. The intervals of an arm are correlated, so their
-coverage has no simple distribution. A trial therefore divides the errors of all k axes by their
-standard deviations, which gives the vector z. R is the correlation matrix of z, computed from
-independent derivatives. M is the number of redundant measurements. ``z^T R^-1 z / k`` has an F
-distribution with k and M degrees of freedom. Fisher's method combines the probabilities of all
-arms, separately for too narrow and too wide intervals.
+The axis intervals must contain the true values in 95 of 100 arms. For this test, the identification
+receives the true base frame. An error of an identified base frame would shift all axes equally. The
+intervals of an arm are correlated, so their coverage has no simple distribution. A trial therefore
+divides the errors of all k axes by their standard deviations, which gives the vector z. R is the
+correlation matrix of z, computed from independent derivatives. M is the number of redundant
+measurements. ``z^T R^-1 z / k`` has an F distribution with k and M degrees of freedom. Fisher's
+method combines the probabilities of all arms, separately for too narrow and too wide intervals.
 
 A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``, which is below 1e-6. Even
 for measurements with outliers, a correct program fails a trial with a probability below 1e-6. With

@@ -22,8 +22,8 @@ def with_elbow_in_reach(
 ) -> FoundTurn:
     """Returns the sum of angles 2 to 4.
 
-    If the tool orientation does not determine the sum, the elbow angle is as close to 90 degrees as
-    possible.
+    If the tool orientation does not determine the sum of angles 2 to 4, the elbow angle is set as
+    close to 90 degrees as possible.
 
     Args:
         work: Record of the solution.

@@ -49,14 +49,14 @@ def turn_then_slides(work: Work, lines: Lines, center: Vector, W: Vector) -> Non
     up = [abs(float(a1.direction @ axis.direction)) for axis in (a2, a3)]
     lift, other = (a2, a3) if up[0] > up[1] else (a3, a2)
     u, c = subtracted(terms, W, a1.p), subtracted(terms, center, a1.p)
-    # 1. The lift compensates the height change of the other prismatic joint. At the target height,
-    # the two prismatic joints move the point perpendicular to axis 1.
+    # 1. The prismatic joint `lift` compensates the height change by the prismatic joint `other`.
+    # Together, the two prismatic joints keep the point at the target height along axis 1.
     sign = work.sign()
     length, height = _two_lengths(terms, a1, (lift.h, other.h), (c, u), sign)
     rate, other_rate = (dot(terms, a1.h, slide.h) for slide in (lift, other))
     if not terms.is_constant(rate) and other_rate != 0:
-        # For some values of fixed joints, the lift does not change the height, but the prismatic
-        # joint `other` does.
+        # For some values of the fixed joints, the joint `lift` does not move the point along axis
+        # 1, but the joint `other` does.
         swapped = _two_lengths(terms, a1, (other.h, lift.h), (c, u), sign)
         is_steeper = terms.let(rate**2) >= terms.let(other_rate**2)
         length, height = (
@@ -171,9 +171,9 @@ def slide_turn_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> Non
     back = a1.reversed()
     u, c = subtracted(terms, W, a2.p), subtracted(terms, center, a2.p)
     conditions = [(a1, u, back, c), (a3, c, a3, u)]
-    # The height of the target determines one prismatic joint. The distance of the target from the
-    # axis determines the second prismatic joint. The height determines a joint along the axis, or
-    # the only joint that changes the height.
+    # The height of the target along axis 2 determines one prismatic joint. This prismatic joint is
+    # parallel to axis 2, or only this prismatic joint changes the height. The distance of the
+    # target from axis 2 determines the other prismatic joint.
     first_by_height = _is_along(a1, a2) or _is_across(a3, a2)
     (slide, own, sense, goal), (other, own2, sense2, goal2) = (
         conditions if first_by_height else conditions[::-1]

@@ -15,10 +15,12 @@ Let ``w = sin^2(theta / 2)``, so that ``cos = 1 - 2 w``. The equation becomes ``
 
 Up to two roots lie in [0, 1]. Each root gives two angles of opposite sign. A root that would be a
 difference of similar numbers is computed from the product of both roots. ``1 - w`` is also computed
-from a product. The discriminant is ``-4 a (x - h.v)`` with the extreme component ``x = h.p
-- b^2 / 4 a``. Three components may be 1 or -1: h.p, the component at theta = pi, and x. The
-difference from h.v is then half the squared length of ``h - v`` or ``h + v``, so that a straight or
-folded wrist keeps all digits.
+from a product. The discriminant is ``-4 a (x - h.v)`` with the extreme component
+``x = h.p - b^2 / 4 a``. The solution uses the differences of three components from
+h.v: h.p, the component at theta = pi, and x. A component of 1 differs from h.v by half the squared
+length of ``h - v``. A component of -1 differs from h.v by half the squared length of ``h + v``. A
+difference that is computed from the squared length keeps all digits, also for a straight or folded
+wrist.
 
 Boundary: two solutions coincide at a double root, and at w = 0 or w = 1. Solutions that differ only
 by rounding errors are merged, as in subproblem 4.

@@ -48,7 +48,8 @@ class PrintedInverseStep:
         definitions: Shared terms and coefficients of the step. Each term depends only on terms
             before it.
         unknown: The coordinate or sum of coordinates that the step determines.
-        name: The coordinate, or the name of the sum.
+        name: Symbol of the coordinate. If the unknown is a sum of coordinates, `name` is a symbol
+            that stands for the sum.
         sense: -1 if the unknown opposes the rotation of the step, otherwise 1.
         equation: The equation of the step in printed symbols.
         solution: Terms whose sum is the unknown. The tuple is empty if a quartic determines several

@@ -93,7 +93,7 @@ class RateEquation:
 
 @dataclass(frozen=True)
 class StepEquations:
-    """The closed form of one step, in its vectors and scalars.
+    """The equations that solve one loop step in closed form, in vectors and scalars of the step.
 
     Attributes:
         vectors: Components of the given vectors by letter, as named terms.
@@ -156,7 +156,7 @@ class LoopStep(ABC):
 
     @abstractmethod
     def equations(self) -> StepEquations:
-        """Returns the closed form of the step."""
+        """Returns the equations that solve the step in closed form."""
 
     @property
     def remark(self) -> str:

@@ -1,10 +1,11 @@
-"""Solves a rod between a universal joint and a ball: first its length, then the joint angles.
+"""Solves the universal joint of a rod with a ball joint at its end.
 
 The axes of the last two joints before the ball intersect in the center of the universal joint. The
-ball has a constant distance from the center. Center and ball are therefore connected like the ends
-of a leg with ball ends, which determines a joint that moves either point. If both points are known,
-the direction of the rod gives both angles. There are two branches. On the second branch, the fork
-is rotated by half a turn, and the rod has the supplementary angle.
+ball has a constant distance from the center. The rod is therefore first treated as a leg with ball
+joints at the center and at the ball. The length of this leg determines one unknown joint that moves
+the center or the ball. If the center and the ball are known, the direction of the rod determines
+both angles of the universal joint. There are two branches. On the second branch, the fork is
+rotated by half a turn, and the rod has the supplementary angle.
 
 Source:
     Hunt, Kinematic Geometry of Mechanisms, 1978, ch. 13, for RSUR as a spatial four-bar.

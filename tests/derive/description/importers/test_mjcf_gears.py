@@ -165,7 +165,8 @@ def test_unsupported_joint_equality_is_refused_by_name(path, equalities, words):
 
 
 def test_order_of_joint_equalities_does_not_change_the_robot(path):
-    # All equalities hold at these values. MuJoCo counts positions from ``ref`` = 0.2 of left.
+    # All equalities hold at these joint positions. The joint left has ``ref`` = 0.2. In the
+    # equalities, MuJoCo uses the position of left minus 0.2.
     values = {"left": 0.3, "right": 0.7, "link": -0.6, "coupler": 0.05}
     equalities = (
         GEAR.format(a="right", b="left", c=0.5, r=2),

@@ -371,8 +371,8 @@ static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_ar
     const int slides = equations->arm->slides;
     chasles_circle_roots roots;
     if (slides == 1 && inner == 0) {
-        /* At a solution, the column of 1 and the column of the displacement are parallel. With any
-         * third column, the determinant is then zero. */
+        /* At a solution, the constant column and the displacement column of the equations are
+         * parallel. A matrix of these two columns and any third column then has determinant 0. */
         const double third[3] = {0.5773, -0.2113, 0.7887};
         for (int i = 0; i < 3; i++)
             pair->at[i][2][0] = third[i];

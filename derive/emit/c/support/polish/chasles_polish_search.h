@@ -5,9 +5,10 @@
  * Near a singularity, even a small deviation of the true arm moves solutions far away. The search
  * uses poses on a straight line through the target T, called the pose line. Each pose of the pose
  * line is T displaced by -mu u, with a constant twist u. At the ends of the pose line, the nominal
- * arm is away from its singularity. There, Newton's iteration finds the true solutions. From the
- * true solutions at the ends, the search follows curves of configurations whose error is mu u. A
- * curve passes through fold points, and crosses mu = 0 at solutions of the target.
+ * arm is away from its singularity. There, Newton's iteration finds the true solutions. From a
+ * true solution at an end pose, the search follows a curve of configurations. At every
+ * configuration of the curve, the pose error relative to T is mu u. A curve passes through fold
+ * points, and crosses mu = 0 at solutions of the target T.
  */
 /* The solutions found so far, and the queued starts; a start waits until the queue fills all SIMD
  * lanes. */
