@@ -180,7 +180,7 @@ SAMPLED_RANGE = 0.3
 Configurations at 0.3 rad are away from a singular reference, and Newton's method still closes the
 loops."""
 NEIGHBOURHOOD = 0.02
-"""Distance of closed configurations near the reference (radian, or relative to the size).
+"""Distance of sampled configurations from the reference (radian, or relative to the robot size).
 
 At larger distances, Newton's method may find another assembly mode with other degrees of freedom.
 At a distance of 0.02, singular values that vanish at the reference are detected. A singular value
@@ -397,10 +397,11 @@ ASKED_MOVE = 0.05
 """Maximum median joint change (radian) between nominal and true solutions for which the general
 solver is not needed. If the median joint change exceeds 0.05 rad and the solutions are well
 separated, the general solver runs at every pose. Above 0.05 rad, some solutions near a wrist
-singularity belong to no nominal branch. For a wrist offset of 13 mm, the median joint change is
-0.06 rad, and the inverse missed one of nine tested configurations. For an IRB 120 with errors of
-3.6 mm and 3.6 mrad, the median joint change is 0.02 rad. For all tested arms with errors of up to 3
-mm and 3 mrad, the median joint change is below 0.02 rad."""
+singularity belong to no nominal branch. For an arm with a wrist offset of 13 mm, the median joint
+change is 0.06 rad. Without the general solver, the inverse of this arm missed one of nine tested
+configurations. For an IRB 120 with errors of 3.6 mm and 3.6 mrad, the median joint change is 0.02
+rad. For all tested arms with errors of up to 3 mm and 3 mrad, the median joint change is below 0.02
+rad."""
 SEPARATE = 1e-2
 """Minimum joint difference (radian) of two solutions that the roots of the determinant distinguish.
 If two roots of the determinant differ by less than 1e-3 rad, their null vectors may be
