@@ -47,7 +47,7 @@ def fixed_coordinates(robot: RobotFacts, method: str, fixed: Fixed | None) -> Bo
     A joint of the main chain stands for the coordinate that moves it.
 
     Raises:
-        InputTypeError: If `fixed` holds values, or items other than names and indices.
+        InputTypeError: `fixed` is a mapping with values, or an item is no name and no index.
         InputValueError: A name is unknown, several coordinates move one joint, or all coordinates
             are fixed.
     """
@@ -100,7 +100,7 @@ def fixed_values(
 def parameter_values(
     robot: RobotFacts, fixed: Mapping[str, FloatArray], q_seed: FloatArray
 ) -> tuple[FloatArray, ...]:
-    """Return all redundancy parameters (N,), with the values at q_seed (N, n) unless fixed."""
+    """Return each redundancy parameter (N,): its fixed value, or its value at q_seed (N, n)."""
     return tuple(
         fixed[item.name] if item.name in fixed else values_at(robot, item.name, q_seed)
         for item in robot.redundancy

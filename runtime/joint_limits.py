@@ -55,7 +55,7 @@ class JointLimits:
 def joint_limits_of(
     manifest: Manifest, functions: Mapping[str, Any], inverse: str
 ) -> JointLimits | None:
-    """Return the limits of joints that follow from q. None without such joints."""
+    """Return the limits of dependent joints, or None if q determines no other joints."""
     if limited := manifest.loops.limited:
         low, high = (tuple(ends.tolist()) for ends in limits_of(limited))
         return JointLimits(functions["configuration"], low, high, inverse, functions, limited)

@@ -85,7 +85,7 @@ def _guard(manifest: Manifest, info: FunctionInfo, functions: Mapping[str, Funct
 
 
 def _poses(manifest: Manifest, info: FunctionInfo) -> int:
-    """Return how C tests poses for rigidity; see PosesOf in operands.h."""
+    """Return the number that selects the test for rigid poses in C; see PosesOf in operands.h."""
     if not _solves_poses(info):
         return 0
     return 2 if manifest.inverse.method == "general" else 1

@@ -75,8 +75,8 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
     for array, item in zip(arrays, function.inputs, strict=True):
         own = _batch(array, item.shape)
         before = _broadcast(function, item.name, before, own)
-    # The sizes of the dimensions are already checked. Operands therefore need no common dimension
-    # names, by which dask would compare the sizes.
+    # The sizes of the dimensions are already checked. Each operand has its own dimension names, so
+    # that dask does not compare the sizes again.
     numbers = itertools.count()
     inputs = [[f"i{next(numbers)}" for _ in item.shape] for item in function.inputs]
     shapes = [item.shape for item in function.outputs]

@@ -1,8 +1,9 @@
 """Distribution of large batches over threads.
 
-A part is a slice of the batch along a leading dimension. The ufunc writes into the slice of the
-output, without the interpreter lock. The calling thread computes parts, too. A call completes even
-if no other thread starts. Python handles signals between parts, so Ctrl-C stops a long call.
+A part of a batch is a slice along a leading dimension. The ufunc writes into the slice of the
+output, without the interpreter lock. The calling thread computes parts of the batch, too. A call
+completes even if no other thread starts. Python handles signals after each part of a batch, so that
+Ctrl-C stops a long call.
 """
 
 from __future__ import annotations
@@ -28,16 +29,15 @@ if TYPE_CHECKING:
 _ROWS = 8
 """Part sizes are multiples of this number, which fills all SIMD lanes.
 
-Single rows are computed by different code with different rounding. Because parts fill all SIMD
-lanes, the number of threads does not change any bit of a result.
+Single rows are computed by different code with different rounding. Each part of a batch fills all
+SIMD lanes, so the number of threads does not change any bit of a result.
 """
 _MIN = 500_000
 """Minimum number of floating-point operations per thread: 0.1 ms, three times the start time of a
 thread."""
 _MAX = 20_000_000
-"""Maximum number of floating-point operations of a part: 5 to 20 ms, the longest delay of
-Ctrl-C.
-"""
+"""Maximum number of floating-point operations in a part of a batch. Ctrl-C waits for the end of the
+part, 5 to 20 ms."""
 _PARTS = 4
 """Parts per thread. Other threads can take over the parts of a slow thread."""
 
@@ -113,7 +113,7 @@ def run_rows(
 def call_in_parts(
     work: Callable[..., Any], operands: Sequence[FloatArray], cores: Sequence[int], cost: int
 ) -> Any:
-    """Call a function on the parts of a batch; Ctrl-C ends the call between two parts.
+    """Call a function on the parts of a batch; Ctrl-C ends the call after the current part.
 
     `cores` is the number of core dimensions of each operand; `cost` is the number of operations per
     row.
@@ -161,7 +161,7 @@ def _parts(array: FloatArray, axis: int, cuts: Sequence[slice]) -> Iterator[Floa
 
 
 def _overlap(inputs: Sequence[FloatArray], outs: Sequence[FloatArray | None]) -> bool:
-    """Test whether a part might write into memory that another part reads.
+    """Test whether the outputs of a part of the batch might overlap the inputs of another part.
 
     NumPy handles overlap only within one call. Interleaved arrays, such as columns of a table,
     count as overlapping.
@@ -179,7 +179,7 @@ def _share(
         for part in parts:
             ufunc(*part[:n], out=part[n:])
 
-    # A global import would take 10 % of the import time, and most programs use one thread.
+    # Most programs use one thread, and this import takes 10 % of the import time of chasles.
     from concurrent.futures import wait  # noqa: PLC0415
 
     helpers: list[Future[None]] = []
@@ -191,7 +191,7 @@ def _share(
         work()
     except KeyboardInterrupt:
         for _ in parts:
-            pass  # No parts remain for the other threads.
+            pass  # Removes the remaining parts of the batch.
         raise
     finally:
         # Another thread must not write after the call has returned.

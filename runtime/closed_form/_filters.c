@@ -366,8 +366,8 @@ static void clear_repetitions(const Slots *slots, npy_intp pose, Cells *cells, c
     }
 }
 
-/* Tests whether all groups of slots contain different solutions. The slots of a group differ only
- * by full turns. If there are more than MAX_GROUPS groups, the function compares nothing and
+/* Tests whether all branches have different solutions. The slots of a branch differ only by full
+ * turns. If there are more than MAX_GROUPS groups, the function compares nothing and
  * returns 0. */
 static int are_groups_distinct(const Slots *slots, npy_intp pose, npy_intp group,
                                const double *whole, const double *tolerance)

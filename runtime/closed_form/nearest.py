@@ -145,7 +145,7 @@ class NearestMethods(RobotFacts):
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.
             InputTypeError: If an argument has the wrong type.
             InputValueError: If a value is out of range, or a matrix is far from rigid.
-            DerivationError: If there is no closed form with these fixed joints.
+            DerivationError: The inverse with these fixed joints has no closed form.
         """
         label = f"{self.name}.ik_nearest"
         check_redundancy(label, redundancy)

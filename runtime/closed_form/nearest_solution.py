@@ -61,7 +61,7 @@ class NearestSolution(Fields):
 
 @cache
 def nearest_type(tolerance: float) -> type[NearestSolution]:
-    """Return the class of results with a tolerance [m]."""
+    """Return the subclass of `NearestSolution` whose tolerance is `tolerance` [m]."""
     return _made(tolerance, False)
 
 

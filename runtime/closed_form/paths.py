@@ -162,7 +162,7 @@ class InverseMethods(RobotFacts):
                 joints to values () or (m,). Redundancy parameters (`redundancy`) keep their values
                 at `q_seed` by default. For other joints, an inverse is derived on first use.
             redundancy: How the redundancy parameters are selected, as in `ik_nearest`. "fixed"
-                keeps the parameters. Other values select new parameters at each pose, among the
+                keeps the parameters. Otherwise, new parameters are selected at each pose, among the
                 solutions within `max_step` of the previous configuration.
             max_step: Maximum joint displacement between successive poses [rad or m]. By default,
                 the maximum is 0.5 rad for revolute joints, and 0.5 `unit_length` for prismatic
@@ -175,7 +175,7 @@ class InverseMethods(RobotFacts):
             ShapeError: If the shape of T or `q_seed` is wrong.
             InputValueError: If the robot has no inverse for the task, if `max_step` is not
                 positive, or if a pose is not nearly rigid.
-            DerivationError: If the fixed joints do not allow a closed form.
+            DerivationError: The inverse with these fixed joints has no closed form.
         """
         label = f"{self.name}.ik_path"
         check_redundancy(label, redundancy)

@@ -41,7 +41,7 @@ _LONGEST = 1.0
 
 
 class DescentStarts(NamedTuple):
-    """Start configurations q (M, n) on both sides of saddles, with the input row (M,) of each."""
+    """Start configurations q (M, n) on both sides of saddles, and their input rows (M,)."""
 
     row: IntArray
     q: FloatArray
@@ -64,7 +64,7 @@ Each step divides the error by 100.
 _GROWTH = 10.0
 """Maximum factor by which a closed form amplifies the rounding error of a pose."""
 _ASIDE = 0.25
-"""Maximum fraction of the squared error in singular directions.
+"""Maximum fraction of the squared pose error that lies in singular directions.
 
 For a pose outside the workspace boundary, the whole error is in a singular direction, so the
 fraction is 1.
@@ -202,8 +202,8 @@ class Refinement:
         """Refine N slots for targets (N, ...) in place, to residuals of at most ``enough`` (N,).
 
         If a slot is not solved and its residual is near a minimum, a search fixes a joint at
-        several values. If ``aside`` (N,) is True for a row, this search also includes slots with
-        large residuals.
+        several values. If ``aside`` (N,) is True for a row, slots of the row with large residuals
+        are also searched.
         """
         target, (q, _, valid) = self._rigid(target), fields
         found, left = self._tried(target, q[slots], slots, fields, enough)
@@ -248,9 +248,9 @@ class Refinement:
         """Return a mask (N, n) of joints to fix along a possible self-motion from q (N, n).
 
         At the workspace boundary, the tool moves only quadratically along the null direction. There
-        is no self-motion, and no joint is fixed. On a self-motion, the joint with the largest
-        null-direction component is fixed. With several null directions, any free joint may be
-        fixed.
+        is no self-motion, and no joint is fixed. If there is a self-motion, the joint with the
+        largest component in the null direction is fixed. With several null directions, any free
+        joint may be fixed.
         """
         free = self._free(q.shape[-1])
         rows, error = self._measured(target, q)
@@ -283,7 +283,7 @@ class Refinement:
         fields: _Fields,
         enough: FloatArray,
     ) -> None:
-        """Refine q (N, n) for targets (N, ...) with one of the joints ``turning`` (N, n) fixed.
+        """Refine q (N, n) for targets (N, ...) with a fixed joint of the mask ``turning`` (N, n).
 
         A joint along a self-motion would dominate each step without reducing the error. Therefore,
         the joint is fixed at several values over a full turn.

@@ -129,8 +129,8 @@ class _Search:
             moves = np.where(np.diff(inner) > SELF_MOTION_GAP, moves, 0.0)
             parts = inner[..., :-1], inner[..., 1:], moves
             low, high, moves = (part.reshape(len(values), -1) for part in parts)
-            # If rounding errors move the joints, even the shortest intervals exceed
-            # SELF_MOTION_MOVE.
+            # Rounding errors may move joints by more than SELF_MOTION_MOVE, even in the shortest
+            # intervals.
             order = np.argsort(-moves, 1, kind="stable")[:, :_INTERVALS]
             is_far = np.take_along_axis(moves, order, 1) > SELF_MOTION_MOVE
             ends = (np.take_along_axis(end, order, 1) for end in (low, high))

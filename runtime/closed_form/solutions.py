@@ -159,7 +159,7 @@ class Solutions(Fields):
             limits: "robot", None for no limits, or (n, 2) lower and upper limits [rad or m], -inf
                 and inf for none. Coupled and passive joints also keep their own limits, unless
                 `limits` is None.
-            windings: False keeps the k solution slots, each moved into the limits by the fewest
+            windings: If False, each of the k solutions is only moved into the limits by the fewest
                 turns. All windings of a large batch can need much memory.
 
         Returns:

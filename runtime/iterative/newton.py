@@ -67,8 +67,8 @@ class NewtonMethods(RobotFacts):
             z_seed: (n_z,) a configuration near the first solution, or None; see `solve_loops`.
 
         Returns:
-            The result of `solve_loops` for all rows. If a row fails, all later rows also fail,
-            because each row starts from the previous result.
+            The results of `solve_loops` for all k rows of q. If a row fails, all later rows also
+            fail, because each row starts from the previous result.
         """
         rows = real_array(label := f"{self.name}.solve_loops_along", "q", q)
         if rows.shape[1:] != (self.n,):

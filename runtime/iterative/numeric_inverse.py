@@ -115,9 +115,9 @@ class NumericMethods(RobotFacts):
 
         The iteration takes Levenberg-Marquardt steps with lambda proportional to the squared error.
         Lambda divided by the squared error decreases after successful steps and increases after
-        failed steps. No step exceeds a limit. If the iteration ends at a different pose, it
-        restarts from other configurations. For a pose out of reach, the result is the minimum
-        residual found, with `valid` False.
+        failed steps. All steps stay within the joint limits. If the iteration ends at a different
+        pose, it restarts from other configurations. For a pose out of reach, the result is the
+        minimum residual found, with `valid` False.
 
         Args:
             T: (..., 4, 4) poses of the tip measured and expressed in the base frame. Deviations

@@ -34,8 +34,8 @@ typedef struct {
      * has no code for batches. Outputs must not overlap inputs. */
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
-    /* NULL except for an inverse. Writes the solutions nearest to seeds to dense rows of q,
-     * residual and margin, and the slot of each solution or the reason for a missing solution; see
+    /* NULL except for an inverse. Writes the solutions nearest to seeds as dense rows of q,
+     * residual and margin. Also writes the slot of each solution, or why there is none; see
      * chasles_nearest.h. A step is the number of doubles from one row to the next. `moves` points
      * to the lower limits, upper limits, weights and periods of the coordinates. */
     void (*nearest_rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,

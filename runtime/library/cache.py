@@ -1,7 +1,7 @@
 """Compiled robot libraries: built once, cached, and checked when opened.
 
-The key of a library is the SHA-256 of the C code, the glue code and the processor features. The key
-is part of the file name, and the library contains the key. A library ends with the SHA-256 of the
+The key of a library is the SHA-256 of the C code, the glue code and the processor features. The
+file name of the library and its content contain this key. A library ends with the SHA-256 of the
 preceding bytes, so that a damaged library is rejected before the system maps it.
 
 A kernel is a compiled robot library that contains code for all processors of a platform
@@ -59,7 +59,7 @@ class Recipe:
         folder: The folder of the generated files.
         sources: The content of each file that the compiler reads, keyed by name.
         compiler: The compiler with its flags, or None if the library already exists.
-        key: The SHA-256 of sources and processor features, which the library contains.
+        key: The SHA-256 of the sources and the processor features. The library contains the key.
         path: The library file. In the cache, the file name also has a hash of compiler and flags.
     """
 

@@ -28,7 +28,7 @@ FLAGS = (
     # GCC 12 computes wrong results when it packs scalar code into AVX-512 vectors.
     "-fno-tree-slp-vectorize",
     "-march=native",
-    # This macro compiles only for the instruction set of this processor, in half the time.
+    # With this macro, only code for this processor is compiled, in half the compile time.
     "-DCHASLES_NO_DISPATCH",
     "-shared",
     "-fvisibility=hidden",

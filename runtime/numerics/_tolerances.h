@@ -14,8 +14,8 @@
 
 /* ------------------------------------------------------------------ rigid poses */
 
-/* Maximum deviation [rad] up to which a pose counts as rounded and is projected: the distance to a
- * rotation in the norm |R_1 - R_2| / 2^0.5, and the error of each entry of the last row. Single
+/* A pose counts as rounded up to this deviation [rad] from a rigid pose. The deviation is the
+ * distance |R_1 - R_2| / 2^0.5 from a rotation, or the error of an entry of the last row. Single
  * precision causes deviations of 1e-7; six printed digits, or products of many rounded poses, cause
  * 1e-6. */
 #define NEARLY_RIGID 1e-5
@@ -47,8 +47,8 @@
 
 /* ------------------------------------------------------ singular values, linear solves */
 
-/* Maximum cosine between orthogonal rows; rounding adds 1e-16 per product. 1e-15 is also the
- * rounding error of an entry, relative to the norm of the matrix. */
+/* Maximum cosine between orthogonal rows; rounding adds 1e-16 per product. Entries also have
+ * rounding errors of 1e-15, relative to the norm of the matrix. */
 #define SVD_ORTHOGONAL 1e-15
 
 /* Minimum singular value relative to the largest singular value. Singular vectors of singular
@@ -74,12 +74,12 @@
 #define LM_MU_INCREASE 8.0
 
 /* Range of lambda, in the unit of J^T J. J^T J may be singular, with a rounding error of 1e-16.
- * With a lambda above the range, steps are so short that they do not reduce the error. */
+ * If lambda is above the maximum, steps are too short to reduce the error. */
 #define LM_MIN_LAMBDA 1e-14
 #define LM_GREATEST_LAMBDA 1e8
 
-/* Maximum step [radian or meter] for which the Jacobian is valid, and minimum step, the resolution
- * of doubles near 1. */
+/* Maximum and minimum step [radian or meter]. The Jacobian is valid up to the maximum step. The
+ * minimum step is the resolution of doubles near 1. */
 #define LM_LONGEST_STEP 1.0
 #define LM_SHORTEST_STEP 1e-15
 
@@ -104,8 +104,8 @@
  *
  *     s / (s^2 + lambda^2),   lambda^2 = (1 - (s / e)^2) d^2,   where d is the damping of s = 0.
  *
- * Function joint_rates uses d = e. For d = e, the damped inverse is s / e^2, at most 1 / e, so that
- * rates are bounded. */
+ * In the function joint_rates, d equals e. Then the damped inverse is s / e^2, at most 1 / e, so
+ * that rates are bounded. */
 
 /* Default of e and d for joint_rates, dimensionless. Rates are then at most 25 times the twist. The
  * value is 1/4 of the median smallest singular value at random configurations of six-axis arms.
@@ -133,8 +133,8 @@
 /* Minimum predicted reduction relative to the squared error; smaller reductions are rounding. */
 #define TRACK_NO_DECREASE 1e-12
 
-/* Maximum product of orthogonal rows, relative to the square of the longer row. Products below the
- * maximum are negligible compared with the damping. */
+/* Maximum scalar product of two orthogonal rows, divided by the square of the longer row. A smaller
+ * product is negligible compared with the damping. */
 #define BOX_ORTHOGONAL 1e-13
 
 /* Null-space damping relative to the threshold e, which keeps the bounded problem positive

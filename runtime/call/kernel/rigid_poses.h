@@ -1,7 +1,7 @@
 /* Inverses of rounded poses (single precision or printed digits).
  *
- * A pose counts as rigid if the residual of one of its solutions is at rounding level. If all
- * residuals of a pose are larger, the pose is tested for rigidity. Nearly rigid poses are projected
+ * A pose counts as rigid if the residual of one of its solutions is a rounding error. If no
+ * residual of a pose is so small, the pose is tested for rigidity. Nearly rigid poses are projected
  * and solved again. Matrices that are not nearly rigid lead to NaN and infinite residuals. For
  * general arms, each matrix is tested before the solution.
  *

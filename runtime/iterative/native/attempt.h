@@ -1,4 +1,4 @@
-/* One attempt: Levenberg-Marquardt steps from one start configuration to the nearest minimum
+/* One attempt: Levenberg-Marquardt steps from a start configuration to a local minimum of the
  * error.
  *
  * The damping is lambda = mu |e|^2 / 2. The factor mu decreases after successful steps and

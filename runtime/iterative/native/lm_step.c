@@ -35,8 +35,8 @@ void normal_equations(const Workspace *work, const double *columns, const double
     }
 }
 
-/* Writes the end of the damped step from work->q, clipped to the limits. Returns the largest
- * displacement of a coordinate. */
+/* Writes to `end` the configuration after a damped step from work->q, clipped to the limits.
+ * Returns the largest displacement of a coordinate. */
 static double damped_step(const Problem *problem, int m, double lambda, double *end)
 {
     const Arm *arm = problem->arm;

@@ -15,7 +15,7 @@ typedef struct {
     double T[POSE];     /* the pose of the tip */
     double e[TWIST];    /* weighted error */
     double half_square; /* |e|^2 / 2 */
-    double residual;    /* the larger of distance [unit] and angle [rad], if they have weights */
+    double residual;    /* larger one of distance [unit] and angle [rad], if weighted */
 } Evaluation;
 
 /* Transforms n twists or Jacobian columns (n, 6) from base axes to task axes. */
