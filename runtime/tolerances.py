@@ -57,8 +57,8 @@ AT_LIMIT = 1e-12
 FAR = 50.0
 """Above this residual (length), a message suggests a wrong unit, such as mm instead of m."""
 JUMP = 0.5
-"""Maximum joint motion (length, radian) between poses of a path. Branches differ by 1 rad or more
-away from singularities; larger steps cannot be distinguished from a change of branch."""
+"""Maximum joint motion (length, radian) between poses of a path. Away from singularities, solution
+branches differ by 1 rad or more. So a larger motion may be a change of branch."""
 SELF_MOTION_STEP = 1e-9
 """Final sampling step [rad or m] of a search along the self-motion. The distance from a seed has a
 kink at its minimum, so the result of the search is only as accurate as the step."""

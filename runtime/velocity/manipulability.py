@@ -203,7 +203,7 @@ class ManipulabilityMethods(LengthMethods):
 def metric_of(
     robot: LengthMethods, components: Part, length: float, fixed: tuple[int, ...] = ()
 ) -> Metric:
-    """Return the scale factors of the Jacobian, and its rank without fixed columns."""
+    """Return the scale factors of the Jacobian, and its rank if some joints are fixed."""
     unit = np.array([1.0 if c.kind == "revolute" else length for c in robot.coordinates])
     row = np.zeros(6)
     row[PART[components]] = np.repeat([1 / length, 1.0], 3)[PART[components]]

@@ -51,7 +51,7 @@ class Rates:
         min_singular_value: (...,) the smallest singular value, dimensionless.
         damping_squared: (...,) lambda^2 of the smallest singular value, 0 without damping.
         singular_direction: (..., 6) twist for the smallest singular value, in the requested
-            representation. Near a singularity, the joints hardly produce the singular twist. The
+            representation. Near a singularity, the tool can hardly move along this twist. The
             vector (v / characteristic length, omega) has unit norm and a positive largest entry.
     """
 
@@ -334,8 +334,8 @@ class VelocityMethods(ManipulabilityMethods):
 
         Args:
             q: (..., n) coordinates.
-            wrench: (..., 6) force and torque on the tool [N, N m], force first, at the point and in
-                the axes of the Jacobian of this representation.
+            wrench: (..., 6) force and torque on the tool [N, N m], force first. Reference point and
+                axes are those of the Jacobian of the chosen representation.
             representation: "mixed": at the tip, in base axes; "body": at the tip, in tip axes;
                 "space": at the base origin, in base axes.
 

@@ -144,7 +144,7 @@ def _determinant(J: FloatArray) -> FloatArray:
 
 
 def _brackets(changes: BoolArray, s: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return the ends of the first interval in which a condition changes, and the changed rows."""
+    """Return the ends of the first interval in which a row changes, and the rows that change."""
     rows = np.flatnonzero(changes.any(1))
     part = changes[rows].argmax(1)
     return s[part], s[part + 1], rows

@@ -15,7 +15,7 @@ from chasles.study.motion import MotionSequence, concatenate, limit_violations, 
 MODULES = ("calibration", "drawing", "study", "study.motion", "study.planning", "view")
 OPTIONAL = {"for_jax": "jax", "for_torch": "torch", "Kernels": "cuda"}
 INTERNAL = {"ConfigurationSpace", "DifferentiableArm", "Skeleton"}
-"""Results that store a robot without using it."""
+"""Classes that only store a robot and do not check it."""
 
 
 def functions_of_robots():

@@ -74,7 +74,7 @@ LEVEL = 1e-8
 
 A trial tests the error of each arm, and tests for too narrow and too wide intervals."""
 REACH = 2.5
-"""Maximum coordinate [rad or m] of a robot without limits, or with wider limits."""
+"""Maximum magnitude of a random coordinate [rad or m]. Narrower joint limits are kept."""
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,8 @@ def trial(number: int) -> Outcome:
 
 
 def judged(number: int) -> tuple[Errors, str]:
-    """Derives and loads a linkage. Returns the errors and the family of the linkage."""
+    """Derives and loads a random linkage. Returns the measured errors and the family of the
+    linkage."""
     linkage = geared_linkage(number)
     derivation = derive(linkage.mechanism)
     with tempfile.TemporaryDirectory() as folder:

@@ -54,7 +54,8 @@ LANGUAGES = emitters_of(("c", "python"))
 
 @dataclass(frozen=True)
 class Judged:
-    """A compiled arm, and its description `robot`, which verifies the solutions."""
+    """A compiled arm, and its description `robot`. The solutions are verified with the
+    description."""
 
     robot: SerialRobot
     arm: chasles.Robot

@@ -2,8 +2,8 @@
 
 Pinned links replace the rods. Every joint and closure is shifted by up to 0.5 mm and rotated by up
 to 2 mrad about each axis. The configurations must match an independent minimization with exact
-derivatives. Derivatives must agree with finite differences. ``actuators`` and ``ik`` must recover
-the coordinates.
+derivatives. Derivatives must agree with finite differences. ``actuators`` and ``ik`` must return
+the coordinates from which the configuration was computed.
 """
 
 import tempfile

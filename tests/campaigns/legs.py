@@ -88,8 +88,8 @@ def outcome(mechanism: Mechanism, number: int, title: str) -> Outcome:
 def from_newton(mechanism: Mechanism, q: Array, T: Array, size: float) -> Array:
     """Returns the differences between poses T (N, 4, 4) and the poses of Newton's method.
 
-    Singular poses are not compared. Lengths are divided by ``size``. The difference is infinite for
-    a pose that only Newton's method finds.
+    Singular poses are not compared. Lengths are divided by ``size``. If only Newton's method finds
+    a pose, the difference is infinite.
     """
     model = Model(mechanism)
     z, regular = followed(model, q * model.ratio)

@@ -81,7 +81,7 @@ def _configurations(
 
 
 def _random(coordinates: tuple, rng: np.random.Generator, size: float) -> Iterator[np.ndarray]:
-    """Yields random coordinates from twice the limit range."""
+    """Yields random coordinates from a range that is twice as wide as the joint limits."""
     for coordinate in coordinates:
         low, high = coordinate.lower, coordinate.upper
         if low is None or high is None or not np.isfinite(low) or not np.isfinite(high):

@@ -200,7 +200,8 @@ def _valid(verdict: Verdict, numbers: Multistart, robot: chasles.Robot, theta: n
 
 
 def half_distance(numbers: Multistart, modes: list[dict[str, float]], theta: np.ndarray) -> float:
-    """Returns half the distance to the nearest other mode, at most the tolerance."""
+    """Returns half the distance from theta to the nearest different assembly mode, at most 100
+    times ``SAME``."""
     others = np.array([[mode[name] for name in numbers.chain] for mode in modes])
     apart = np.abs(numbers.wrapped(numbers.chain, others.reshape(-1, len(theta)) - theta)).max(-1)
     return min([100 * SAME, *(apart[apart > SAME] / 2)])

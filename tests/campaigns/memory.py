@@ -47,7 +47,8 @@ SETS = {
 ROBOTS = ("ur5e", "panda", "scara")
 """All robots are serial, because loops cannot be closed at arbitrary inputs."""
 CASES = 40 * 6 + 4
-"""Cases per function: batch lengths times memory layouts, and long batches at other alignments."""
+"""Number of cases per function: 40 batch lengths with 6 memory layouts, and 4 long batches whose
+memory is aligned differently."""
 
 
 def build(name, folder, *flags, compiler=GCC):

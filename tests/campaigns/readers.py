@@ -60,7 +60,7 @@ class Reader:
         file: Name of the file that is read.
         corpus: Valid files.
         read: Reads a file.
-        mutation: Mutates words, values or arrays.
+        mutation: Function that changes words, values or arrays of a valid file at random.
     """
 
     name: str

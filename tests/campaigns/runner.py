@@ -54,7 +54,7 @@ LONGEST = 900.0
 QUICK_FLAGS = "-O1"
 """Compiler flags of most trials; compilation is twice as fast as with the default flags."""
 USER_FLAGS_EVERY = 5
-"""Number of trials after which the default compiler flags are used once."""
+"""In one of this many trials, the robot is compiled with the default compiler flags."""
 
 
 def campaign(name: str) -> Campaign:

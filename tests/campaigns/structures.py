@@ -1,4 +1,4 @@
-"""Finds poses that inverses of random arms with a known axis structure miss.
+"""Draws random arms with a known axis structure, and finds poses that their inverses miss.
 
 The structure is fixed, and lengths and angles are random decimals. The campaign ``losses`` tests
 arms with random round numbers, which rarely have a known axis structure.

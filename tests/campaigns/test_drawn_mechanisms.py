@@ -24,8 +24,8 @@ MAPS = (
     *("chain", "passive", "configuration", "margin", "chain_all"),
     *("actuators", "actuator_margin", "actuators_all"),
 )
-"""Functions that map between actuators and joints through the loops. Each mechanism has some of the
-maps between actuators and main chain."""
+"""Functions that map between actuators and joints through the loops. Each mechanism has some of
+these functions."""
 C_ALONE = ("c", "python")
 OFFSETS = np.array([[-1e-3], [1e-3]])
 

@@ -77,7 +77,7 @@ static double step_coordinate(const Tracking *t, int j, double from, double step
     }
     double most = t->rate[j] * t->dt, change = clamp(step, -most, most);
     double to = clamp(from + change, t->lower[j], t->upper[j]);
-    /* Reduces the change by units in its last place until it is within the limit. */
+    /* Rounding may exceed the rate limit. Then the joint change is reduced by its last bits. */
     while (fabs(to - from) > most || fabs((to - from) / t->dt) > t->rate[j]) {
         change = nextafter(change, 0);
         to = clamp(from + change, t->lower[j], t->upper[j]);

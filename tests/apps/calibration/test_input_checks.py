@@ -86,7 +86,8 @@ def test_wrong_joint_zero_is_diagnosed(case, degrees):
         said = " ".join(found(robot, wrong, points).warnings)
     except InputValueError as error:
         said = str(error)
-    # A small tool rotates about a wrist axis, so the zero error of the wrist is ambiguous.
+    # The tool is short. Then an error of the wrist's zero offset moves the tool too little to be
+    # identified surely.
     assert f"zero of {name} is off by {degrees} deg" in said or "check its zero offset" in said
 
 

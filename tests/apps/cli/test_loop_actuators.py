@@ -1,4 +1,4 @@
-"""`chasles actuators` at joint values whose loops cannot close."""
+"""The command `chasles actuators` reports joint values at which the loops cannot close."""
 
 import json
 

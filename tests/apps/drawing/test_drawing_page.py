@@ -10,7 +10,7 @@ PAGE = "how-to/drawing.md"
 LONG, SHORT = "np.linspace(0, 0.2, 6)", "np.linspace(0, 0.2, 2)"
 """The path in the example of the page, and a shorter path.
 
-Drawing the animation of the shorter path takes a third of the time.
+The animation of the shorter path is drawn in a third of the time.
 """
 
 

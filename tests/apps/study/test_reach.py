@@ -15,7 +15,7 @@ POSES = 400
 
 
 def poses(robot, rng):
-    """Returns poses of configurations. Some configurations violate the limits."""
+    """Returns tool poses at random configurations. Some configurations violate the joint limits."""
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
     beyond = 0.5 * (upper - lower)

@@ -120,7 +120,7 @@ def test_legs_of_a_hexapod_share_its_weight():
 
 
 class Changed(RobotStandIn):
-    """A hexapod with replaced struts."""
+    """A hexapod whose struts are replaced by other struts."""
 
     def __init__(self, change, skipped=0):
         self.robot = chasles.load("stewart_gough")

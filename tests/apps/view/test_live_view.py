@@ -48,7 +48,7 @@ def arm_view(browser, tmp_path_factory):
 
 @pytest.fixture
 def view(arm_view):
-    """Returns the view of the arm, reset to its first configuration."""
+    """Returns the live view, in which the arm is at its initial configuration again."""
     arm_view.set_q(arm_view._display.start.q)
     return arm_view
 

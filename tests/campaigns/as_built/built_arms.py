@@ -1,4 +1,4 @@
-"""As-built arms, driven by cylinders, rods and cranks.
+"""Random arms with measured lengths. Cylinders, rods and cranks drive the joints.
 
 Each trial adds errors to all lengths of a random arm. Joints outside the loops are also rotated.
 The inverse solves the design robot and refines the solutions. It must recover the configurations

@@ -1,6 +1,6 @@
-"""As-built copies of board_installer.
+"""Copies of the robot board_installer with geometric errors.
 
-Every length of the pantograph and the parallelograms has an error.
+Every length of the pantograph and of the parallelograms is changed.
 
 The loops must close, and ``ik`` must recover every configuration. ``ik`` must also find every
 solution to which Newton's method converges from a nominal solution of the same branch.

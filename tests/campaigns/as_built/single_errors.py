@@ -42,12 +42,12 @@ BARS = {"open": 0, "gap": 1e-12, "least": 1e-9, "lost": 0, "maps": 1e-9}
 
 @dataclass(frozen=True)
 class Judged:
-    """Error measures of a robot with a geometric error.
+    """Test results of a robot with one changed dimension.
 
     Attributes:
         tier: Closure method: ``closed form``, ``newton`` or ``least squares``.
         open: Number of configurations in which only the nominal loops close.
-        gap: Largest closure error of closed loops, relative to the size.
+        gap: Largest remaining closure error of the solved loops, relative to the robot size.
         least: Largest joint difference from the least-squares configuration (radian, meter).
         lost: Number of configurations that ``ik`` does not recover, or infinity if only the design
             has ``ik``.
@@ -77,9 +77,9 @@ def trial(number: int) -> Outcome:
 
 
 def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Judged:
-    """Derives and tests a robot with a geometric error.
+    """Derives and tests a robot with one changed dimension.
 
-    Only the mechanism `built` contains the error. The mechanism `design` has the exact geometry.
+    The mechanism `built` has the changed dimension. The mechanism `design` has the exact geometry.
     """
     robot = chasles.load(design.name)
     has_ik = "ik" in robot.functions

@@ -18,7 +18,8 @@ from tests.campaigns import redundancy
 from tests.support.oracles.self_motion import reached_poses
 
 ROBOTS = ("panda", "iiwa14", "well_manipulator")
-"""Robots with a fixed joint, with a swivel angle, and with loops and three fixed joints."""
+"""The inverse of the first robot has one fixed joint, and the inverse of the second a swivel angle.
+The third robot has loops, and its inverse has three fixed joints."""
 
 
 def curves(robot, rng, count):

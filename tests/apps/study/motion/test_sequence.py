@@ -29,7 +29,7 @@ def robot():
 
 @pytest.fixture(scope="module")
 def process(robot):
-    """Returns the process in section 5 of the paper.
+    """Returns the working process of the manipulator in section 5 of the paper.
 
     In the last stage, four joints satisfy three conditions. The paper does not state a fourth
     condition. Minimum-norm steps from the configuration at 37 s reproduce the printed amplitudes.

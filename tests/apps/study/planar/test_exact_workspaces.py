@@ -125,9 +125,9 @@ def body_of(chain, offset, turn):
 
 
 def test_revolved_workspace_volume_matches_monte_carlo():
-    """The section planes are offset to both sides of the axis.
+    """The section planes are offset to both sides of the axis of revolution.
 
-    Some regions rotate by more than a full turn.
+    Some regions revolve by more than a full turn.
     """
     rng, checked = np.random.default_rng(3), 0
     for k, chain in enumerate(chains(3, seed=5)):

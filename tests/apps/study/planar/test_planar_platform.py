@@ -129,7 +129,8 @@ def test_region_contains_exactly_poses_with_valid_inverse():
 
 @pytest.fixture(scope="module")
 def dexterous_platform(tmp_path_factory):
-    """Returns a small platform that rotates freely near the center."""
+    """Returns a planar robot whose small platform reaches every angle near the center of the
+    base."""
     folder = tmp_path_factory.mktemp("small")
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "small"\n'
     file = folder / "small.toml"

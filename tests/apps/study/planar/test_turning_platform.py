@@ -34,7 +34,8 @@ def legs(rng, width):
 
 
 def at_angles(own, points, count):
-    """Returns flags (m, count): True if a point is reached at an angle."""
+    """Returns for each of m points and each of `count` platform angles whether the platform reaches
+    the point at this angle."""
     angles = np.linspace(0, own[0].width, count)
     found = []
     for angle in angles:

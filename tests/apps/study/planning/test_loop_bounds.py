@@ -65,7 +65,7 @@ def test_loop_motion_stays_within_bounds(name):
         joints = bounds.joints(a, b)
         if joints is None:
             continue
-        # If a bound exists, the loops close along the entire segment.
+        # If the joint motion has bounds, the loops close along the entire segment.
         assert np.isfinite(z).all()
         moved = around(z, bounds.turns)
         assert (moved <= joints + 1e-9).all()
@@ -189,7 +189,7 @@ def test_loops_without_computable_bounds_are_rejected():
 
 
 def test_no_bound_exists_at_singular_configuration():
-    """A joint that occurs in no equation has no bound."""
+    """If no loop equation contains a joint, the motion of the joint has no bounds."""
     robot, bounds, _, _ = made("excavator")
 
     def without_a_joint(robot, z):
