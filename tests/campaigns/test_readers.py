@@ -1,4 +1,4 @@
-"""Mutated files are read or refused with an error that names the file."""
+"""A reader accepts a randomly changed file, or raises an error that names the file."""
 
 import random
 import re

@@ -80,7 +80,8 @@ def _arm(chain, function, right):
 
 
 def arm_of(chain, function="ik", *, right=False):
-    """Derives each arm and inverse only once for positional and keyword arguments."""
+    """Derives the inverse of an arm. The cached result does not depend on how the arguments are
+    passed."""
     return _arm(chain, function, right)
 
 

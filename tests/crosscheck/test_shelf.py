@@ -1,4 +1,4 @@
-"""Poses and limits of arms derived on first use agree with other descriptions.
+"""Arms that are derived on first use have the poses and joint limits of an independent description.
 
 The file `shelf_poses.json` states the source of each arm and its constant base and tool rotations.
 The file also states the rounding of angles (1.5708 for pi/2).

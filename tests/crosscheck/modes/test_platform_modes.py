@@ -33,7 +33,8 @@ HEXKINS_PLATFORM = [*HEXKINS_PLATFORM, (-10.459, -4.884)]
 
 @cache
 def general_rods():
-    """Returns ends and lengths of six rods, which lose assembly modes at a singularity."""
+    """Returns endpoints and lengths of six rods of a platform. The platform loses assembly modes at
+    a singularity."""
     return platforms.random_rods("6-6", np.random.default_rng(5))
 
 

@@ -56,7 +56,7 @@ at = ["0.01", "0.03", "0.07"]
 
 LOADED = MIXED.replace('mass = "2.5"', 'mass = "m_plate"')
 LOADED += '[parameters]\nm_plate = { value = "2.5", unit = "kg" }\n'
-"""The robot MIXED with a parameter in place of one mass."""
+"""The robot file MIXED, in which a parameter replaces one mass."""
 UNLOADED = MIXED.partition("[[masses]]")[0]
 
 

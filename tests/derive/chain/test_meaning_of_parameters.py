@@ -150,7 +150,7 @@ def units(parameters):
 
 
 def chain(name):
-    """Derives a chain without convention, a chain in a convention, or a shipped robot."""
+    """Derives a chain of `urdf` joints, a chain with a DH convention, or a shipped robot."""
     if name in IN_CONVENTION:
         return of_convention(name)
     return functions_of(PLAIN if name == "plain" else read(ROBOTS / f"{name}.toml"), ["fk_p"])

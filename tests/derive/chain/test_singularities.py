@@ -22,7 +22,8 @@ from tests.support.oracles.screws import screws_of
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 SQUARE = ("ur5e", "irb6640", "stanford", "scara")
 SEVERAL = ("iiwa14", "lynxmotion")
-"""Arms with seven and five joints, whose Jacobians have several minors."""
+"""Arms with seven and five joints. Their Jacobians are not square, and have several maximal
+minors."""
 TEN_DIGITS = 1e-10
 CONFIGURATIONS = 100
 LOST = 1e-8

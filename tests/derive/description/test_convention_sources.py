@@ -142,7 +142,8 @@ def test_urdf_origin_and_axis_follow_specification():
 
 
 def test_poe_joint_matches_rodrigues_formula():
-    """The oracle is Rodrigues' formula for any axis through any point."""
+    """Rodrigues' formula gives the expected transform for an arbitrary axis through an arbitrary
+    point."""
     theta = sp.Symbol("theta", real=True)
     checked = 0
     for axis in ((1, 0, 0), (0, -1, 0), (0, 0, -1), (0, 0, 1), (1, 2, 2), (-3, 0, 4), (1, 1, 1)):

@@ -329,7 +329,8 @@ def test_product_of_exponentials_with_helical_joint_equals_pose():
 
 
 def test_screw_axis_at_zero_matches_hand_calculation():
-    """The second axis passes through the point (a1, 0, d1) in the direction (0, -sin, cos)."""
+    """The second axis passes through the point (a1, 0, d1) in the direction (0, -sin 60, cos 60),
+    in degrees."""
     S, _ = product_of_exponentials(spatial("dh", "revolute"))
     a1, d1 = sp.symbols("a1 d1", real=True)
     direction = sp.Matrix([0, -sp.sqrt(3) / 2, sp.Rational(1, 2)])

@@ -1,4 +1,5 @@
-"""Rods and cylinders with two different end joints satisfy equations between end frames."""
+"""A rod or cylinder may have a different joint at each endpoint. The test equations relate the
+frames at the two endpoints."""
 
 import numpy as np
 import pytest
@@ -14,7 +15,8 @@ CLOSED, CONVERGED = 1e-10, 1e-13
 RETRACTED = 0.2
 UP = 0.5
 TANGENT, RADIAL = (-90, -90), (180, -90)
-"""Roll and pitch of frames with x axis up, whose z axis is tangential or radial at yaw 0."""
+"""Roll and pitch (degrees) of two frames whose x axis points up. At yaw 0, the z axis of the first
+is tangential, and the z axis of the second is radial."""
 
 
 def around(ends, axes, radii):

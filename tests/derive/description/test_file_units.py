@@ -118,8 +118,8 @@ def test_meter_and_millimeter_files_give_equal_robots():
 
 
 def test_roots_and_arctangents_of_lengths_are_unit_independent():
-    """The texts of the file in millimeters and the file in meters differ, so the values are
-    compared.
+    """A file in millimeters and a file in meters describe one robot. The test compares their
+    values.
 
     The symbol h is a length without a unit.
     """

@@ -173,7 +173,8 @@ def test_free_joint_expands_into_six_named_joints():
     assert np.allclose(T, expected, atol=1e-15)
 
 
-# Each case: a line, its replacement, the field in the error, and words of the error.
+# A case is a line number, the new text of the line, the field that the error names, and a part of
+# the error message.
 WRONG = [
     (4, 'actuated = ["moto", "jack"]', "actuated[1]", "did you mean 'motor'?"),
     (4, 'actuated = ["motor", "turn"]', "actuated[2]", "a joint that motor does not move"),

@@ -175,7 +175,7 @@ def test_mirrored_points_are_no_rounded_copies():
 
 
 def test_rounded_point_is_copy_of_nearest_original():
-    """A rotated first point and a rotated second point nearly coincide with the third point.
+    """The third point is nearly a rotated copy of the first point and of the second point.
 
     The first point, rotated by 120 degrees, is nearest to the third point.
     """

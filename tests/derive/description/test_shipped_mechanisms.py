@@ -144,7 +144,7 @@ def test_well_manipulator_passive_joints_match_printed_states(angles, lengths, s
     q = np.array([0, l1, l2, 0, l3, 0, l4])
     u, _ = m.followed(q)
     assert m.unknown == ["theta2", "theta3", "theta5", "theta7"]
-    # The source prints 1e-7 mm and, away from dead points, 1e-6 degrees.
+    # The source prints lengths to 1e-7 mm, and angles away from dead points to 1e-6 degrees.
     assert np.degrees(u) == pytest.approx(angles, abs=1e-6)
     found = [np.degrees(swing(m, strut, q, u)) for strut in m.mechanism.struts]
     assert found == pytest.approx(swings, abs=1e-6)

@@ -26,8 +26,8 @@ from tests.support.tools import needs
 
 NAMES = ["ur5e", "panda", "excavator"]
 SOLVED_IN_C = {"planar_3rrr": 5, "jaco2": 4}
-"""Robots with a solver that exists in C only, and the number of their functions that are compared
-in single precision."""
+"""Robots whose solver exists in C only. The value is the number of functions that are compared in
+single precision."""
 FUNCTIONS = ["fk", "fk_jacobian_mixed", "jacobian_mixed", "acceleration_mixed", "ik", "chain"]
 FUNCTIONS += ["actuators", "chain_fk", "chain_acceleration_mixed", "constraint", "constraint_D_z"]
 FLAGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
@@ -80,7 +80,7 @@ def compiled(compiler, options, folder):
 
 
 def printed_errors(folder, name, function):
-    """Returns the error bounds in the header of a function."""
+    """Returns the error bounds that the C header states for a function."""
     text = (folder / name / f"{name}_float.h").read_text()
     comment = text.split(f"void {name}_float_{function}(")[0].rsplit("/*", 1)[1]
     return [float(bound) for bound in re.findall(r", error (\S+)$", comment, re.MULTILINE)]

@@ -30,7 +30,7 @@ void called(size_t poses, const float *T, float *q, float *residual, float *marg
 {statements}
 }}
 """
-"""A function that contains the statements of the example on the page."""
+"""C++ function around the statements of the example on the documentation page."""
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +91,7 @@ def test_nearest_solution_equals_the_compiled_c(name, shims):
 
 
 def limited(options):
-    """Returns the options of ``ik_nearest`` in Python."""
+    """Converts options of the generated code to options of the Python method ``ik_nearest``."""
     if "lower" not in options:
         return options
     return {"limits": np.transpose([options["lower"], options["upper"]])}

@@ -317,7 +317,7 @@ def test_discretization_lists_solutions_of_further_samples(plugin):
 
 def test_only_the_exported_redundant_joint_is_accepted(plugin):
     found, q = plugin("panda", step=0.07), np.array(Q["panda"])
-    assert found.set_redundant(6)  # MoveIt resets the distance of the samples to 0.1
+    assert found.set_redundant(6)  # MoveIt resets the sampling step to 0.1 rad
     pose = to_pose(chasles.load("panda").fk(q))
     steps = (found.all_solutions(pose, q, moveit.ALL_DISCRETIZED)[0][:, 6] - q[6]) / 0.1
     np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)

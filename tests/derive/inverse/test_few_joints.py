@@ -32,8 +32,8 @@ SOLD = """<robot name="arm"><link name="base"/>
 
 
 REACHING_OTHER_AXES = (61035130000014, 19126538000017, 7102000005)
-"""Arms in which, at some multiples of 90 degrees, an earlier axis intersects the last axis. The
-position of the intersection does not determine the angle of the earlier axis."""
+"""At some joint angles (multiples of 90 degrees), an earlier axis of these arms intersects the last
+axis. The position of the intersection does not determine the angle of the earlier axis."""
 
 
 def lost_of(cases):

@@ -21,7 +21,8 @@ search."""
 TRUE = 1e-8
 """A solution with a larger pose error (meter, or rotation matrix entry) is wrong."""
 KNOWN = 1e-4
-"""Minimum singular value of the Jacobian at which the reference search finds all solutions."""
+"""The independent search finds all solutions at which the smallest singular value of the Jacobian
+is at least 1e-4."""
 
 
 @pytest.fixture(scope="module")

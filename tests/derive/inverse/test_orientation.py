@@ -20,7 +20,7 @@ from tests.support.oracles.verdict import counts, judged, newton
 
 POSES, COUNTED = 200, 2
 STARTS = 60
-"""Number of starts of Newton's method, for one or two solutions."""
+"""Number of random starts of Newton's method. An orientation has one or two solutions."""
 FUNCTIONS = ["fk", "fk_jacobian_mixed", "ik", "ik_orientation"]
 PAN = """
 name = "pan"

@@ -15,7 +15,8 @@ POSES = 10
 
 
 def message(name):
-    """Returns the result for an arm as text, and whether the article is wrong."""
+    """Reads the printed equations of an arm back. Returns a text on the result, and whether an
+    equation is wrong."""
     from chasles.derive import SerialRobot, derive, read
     from tests.support.derivations import description
     from tests.support.read_back import read_back, without_formula

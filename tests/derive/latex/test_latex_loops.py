@@ -57,7 +57,7 @@ class Reader:
         self.known |= {s: sp.Float(x, 25) for s, x in zip(symbols, numbers, strict=True)}
 
     def step(self, printed):
-        """Evaluates a step, and checks that its loop closes."""
+        """Evaluates a printed step, and checks that the loop of the step closes."""
         for symbol, value in printed.vectors:
             self.known[symbol] = self(value)
         self.positions |= {

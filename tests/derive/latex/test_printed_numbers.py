@@ -1,4 +1,5 @@
-"""Numbers in articles: digits of file values and computed values, and powers of ten."""
+"""Tests the printed numbers of articles: the digits of given and computed values, and powers of
+ten."""
 
 import random
 import re

@@ -165,7 +165,7 @@ def test_random_positions_of_mechanisms_lie_inside_the_outline(name):
 
 
 def test_five_bar_area_equals_integral_of_determinant():
-    """The limits exclude dead points, so the map is injective."""
+    """The joint limits exclude dead points, so each tool position has one configuration."""
     low, high = bounds_of("five_bar").T
     cells, step = 100, 1e-5
     grid = np.stack(np.meshgrid(*(np.arange(cells) + 0.5,) * 2), -1).reshape(-1, 2) / cells

@@ -121,7 +121,7 @@ def above(terms, D, half, k):
 
 
 def rate(d, there, half, k):
-    """Returns the rotation rate of an arm."""
+    """Returns a function that computes the angular rate of a link from a tangent vector."""
 
     def loop(tangent):
         terms, (x, y) = tangent.terms, d.vector

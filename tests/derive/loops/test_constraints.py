@@ -401,8 +401,8 @@ def test_loop_product_of_exponentials_is_identity(name):
         rest, free = across_loop_joint(c, loop, z)
         turning = [screw for _, screw in free if np.any(screw[3:])]
         if len(turning) >= 3:
-            # A rotation of a ball joint does not move its center. The distance of the centers
-            # is therefore the length of the rod or cylinder.
+            # A rotation of a ball joint does not move its center. The distance between the two ball
+            # centers is the length of the rod or cylinder.
             begin, end = center(turning[:3]), center(turning[-3:])
             moved = rest[:3, :3] @ end + rest[:3, 3]
             length = np.linalg.norm(end - begin) + z.get(loop.name, 0)

@@ -100,7 +100,8 @@ def test_full_turn_of_a_coordinate_turns_its_followers_in_part():
     ],
 )
 def test_full_turn_is_kept_by_whole_numbers_of_turns(rows, turning):
-    """In each row, the sum of factor * angle is constant."""
+    """A row contains the factors of the joint angles in a coupling. The weighted sum of the angles
+    is constant."""
     assert keeps_full_turns(0, rows, (True,) * 3) == turning
 
 

@@ -85,7 +85,7 @@ def steps():
 
 
 class Numbers:
-    """Numerical quantities of a step, including spatial vectors."""
+    """Numeric values of the symbols in a solution step. Three symbols form a spatial vector."""
 
     def __init__(self, solution, equations):
         self.of = solution.reference.of

@@ -76,7 +76,7 @@ def content(name, words):
 
 
 def outcome(file):
-    """Returns the texts that a reader shows, and whether the reader refuses the file."""
+    """Returns the text of the result or of the error, and whether the reader raised an error."""
     reader = READERS.get(file.suffix, read)
     try:
         if file.suffix in SUFFIXES:

@@ -181,7 +181,7 @@ def test_order_of_joint_equalities_does_not_change_the_robot(path):
         text = FIVE_BAR.format(bodies=SHAFT, equalities="".join(ordered), motor="coupler")
         found.add(read_model(path, text, "world", "tool").couplings)
     (couplings,) = found
-    # The five equations have rank four, and one of them determines the shaft.
+    # The five equations have rank four. One equation determines the shaft angle.
     assert [c.joint for c in couplings] == ["left", "right", "link"]
     for c in couplings:
         follows = sum(ratio * values[name] for name, ratio in c.ratios) + c.offset

@@ -32,7 +32,7 @@ def written(folder, package="arm", **texts):
 
 
 def refusal(file, *arguments):
-    """Returns the error of a file in one line."""
+    """Returns the error message for a file as one line."""
     with pytest.raises(DescriptionError) as caught:
         expanded(file, arguments)
     message = str(caught.value)

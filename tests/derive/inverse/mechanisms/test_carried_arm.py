@@ -27,7 +27,7 @@ AXES = [
 ]
 """Axis and origin (meter) of each joint on a platform; the axes do not meet in one point."""
 PARALLEL = [AXES[0], ((0, 0, 1), AXES[1][1]), AXES[2]]
-"""Axes of which the first two are parallel, so that they are not eliminated together."""
+"""Three axes. The first two axes are parallel, so that their angles are not eliminated together."""
 RAIL, SPIN = ("rail", (1, 0, 0), ("0.1", 0, 0)), ("turntable", (0, 0, 1), (0, "0.1", 0))
 ROBOTS = {
     "three offset axes": (lambda: carrying(drawn(2, ("RPS",) * 3), PARALLEL), ()),

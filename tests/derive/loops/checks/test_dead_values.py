@@ -12,7 +12,8 @@ from tests.support.loops.solved import solved
 
 
 def drawn_four_bar(rng):
-    """Returns lengths (mm) whose loop closes with the crank normal to the ground."""
+    """Returns the four link lengths (mm) of a four-bar linkage. The loop closes with the crank
+    perpendicular to the ground."""
     while True:
         a, b, c, d = rng.integers(50, 500, 4)
         if abs(b - c) + 5 < math.hypot(a, d) < b + c - 5:

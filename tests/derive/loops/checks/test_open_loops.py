@@ -53,7 +53,7 @@ def with_parameter(robot, name, value):
 
 
 def error_of(robot):
-    """Returns the error of a robot's loops, or None if no value is required."""
+    """Returns the error that the loops of a robot raise, or None."""
     try:
         hybrid = solved(robot)
         assert hybrid.forward is not None
@@ -115,7 +115,7 @@ SPOILT = [
 
 @pytest.mark.parametrize(("name", "parameter", "value"), SPOILT)
 def test_proposed_parameter_values_close_the_loop(name, parameter, value):
-    """A wrong length is not reported as swapped rod ends."""
+    """For a wrong length, the error message does not propose to swap the ends of a rod."""
     whole = mechanism(name)
     robot = with_parameter(whole, parameter, value)
     text = str(spoilt_error(name, parameter, value))

@@ -118,7 +118,8 @@ def test_start_poses_are_independent_of_rounding(monkeypatch):
 
 
 def test_architecturally_singular_platform_has_no_start_pose():
-    """A platform with equal hexagons on a circle moves at constant leg lengths (Husty 2000)."""
+    """The base points form the same hexagon as the platform points, on a circle. This platform can
+    move at constant leg lengths (Husty 2000)."""
     generator = np.random.default_rng(5)
     angles = generator.uniform(0, 6, 6)
     a = np.stack([np.cos(angles), np.sin(angles), 0 * angles], 1)
