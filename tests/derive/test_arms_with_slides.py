@@ -10,7 +10,7 @@ from tests.support.generators.arms_with_slides import crane, decoupled, planar, 
 from tests.support.generators.drawn_arms import cases_of
 
 KINDS = {"PP": 2, "RP": 1, "RR": 2, "RRP": 1, "PPPR": 2, "RPPPR": 1}
-"""Arms with decoupled joints, and their seeds.
+"""Joint types of arms with decoupled joints, with the seed of the random generator.
 
 Seed 1 generates axes along the base axes and round lengths, and seed 2 axes in any direction.
 """

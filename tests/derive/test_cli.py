@@ -309,7 +309,7 @@ def test_time_limit_is_not_caught_by_library_code():
 
 
 def test_repeated_time_limit_signal_does_not_disturb_unwinding(monkeypatch):
-    """The signals also interrupt functions during their exit."""
+    """Repeated signals also interrupt the `finally` blocks of functions that a signal ended."""
     monkeypatch.setattr(time_limit, "REPEATED", 5e-4)
     for _ in range(100):
         with pytest.raises(OutOfTime), at_most(1e-3):

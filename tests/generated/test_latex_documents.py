@@ -29,7 +29,7 @@ MAX_PAGES_OF_BUILT = 30
 PICTURES = ("drawing.tex", "workspace.tex")
 """Fragments that need the LaTeX package TikZ. An article without TikZ omits these fragments."""
 SHIPPED = ("ur5e", "well_manipulator", "stewart_gough")
-"""An arm, a mechanism with loops and a platform; `make docs` compiles the documents of all robots.
+"""An arm, a mechanism with loops, and a platform. `make docs` compiles the documents of all robots.
 """
 PLAIN = r"""\documentclass{article}
 \usepackage{amsmath}

@@ -1,4 +1,5 @@
-"""On every branch, at dead points and out of reach, no solution of a loop is wrong or missing."""
+"""No solution of a loop is wrong or missing. The tests cover all branches, dead points, and
+unreachable inputs."""
 
 from contextlib import suppress
 from functools import partial
@@ -126,7 +127,8 @@ def test_open_loop_error_names_loop_and_coordinate(name, k, value):
 
 
 def crossing(closes, start, goals):
-    """Returns the points just before and after each segment leaves the closed region."""
+    """Returns two points of each segment: the last point at which the loops close, and the first
+    point at which they do not."""
     inside, outside = np.zeros(len(goals)), np.ones(len(goals))
     parts = np.linspace(0, 1, 400)
     way = start + parts[:, None, None] * (goals - start)

@@ -101,7 +101,8 @@ def test_configuration_stays_on_reference_branch(name):
 
 
 def relative(found, expected):
-    """Returns the largest difference relative to 1 or to the largest entry of the row."""
+    """Returns the largest relative difference. A difference is divided by the largest expected
+    entry of its row, or by 1 if all entries are smaller."""
     axes = tuple(range(1, expected.ndim))
     size = np.maximum(1.0, np.abs(expected).max(axes, keepdims=True))
     return float((np.abs(found - expected) / size).max())

@@ -109,7 +109,7 @@ def test_inconsistent_actuators_return_the_pose_of_least_gaps(least):
     gaps, J = model.gaps(z), model.D_z(z)[..., model.chain]
     assert np.abs(gaps).max() > 1e-4
     gradient = (J.mT @ gaps[..., None])[..., 0]
-    # The gaps of the model differ from the true gaps by second order.
+    # The linearized loop gaps differ from the true loop gaps only by terms of second order.
     assert np.abs(gradient).max() < 1e-5
 
 

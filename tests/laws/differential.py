@@ -34,8 +34,8 @@ def dexp_left_so3(omega: Matrix) -> Matrix:
     singular at |omega| = 2 pi k, k > 0.
 
     Args:
-        omega: (3, 1) rotation vector, radian. A zero vector is allowed for numbers; for symbols,
-            see the module.
+        omega: (3, 1) rotation vector, radian. A numeric vector may be zero. For a
+            symbolic vector, see the docstring of this module.
 
     Returns:
         (3, 3) matrix, without unit.
@@ -66,8 +66,8 @@ def dexp_left_inverse_so3(omega: Matrix) -> Matrix:
     `I - W/2 + (1 - t/2 cot(t/2))/t^2 W^2`, with W = hat(omega) and t = |omega|.
 
     Args:
-        omega: (3, 1) rotation vector, radian. A zero vector is allowed for numbers; for symbols,
-            see the module.
+        omega: (3, 1) rotation vector, radian. A numeric vector may be zero. For a
+            symbolic vector, see the docstring of this module.
 
     Returns:
         (3, 3) matrix, without unit.

@@ -66,8 +66,8 @@ def test_exp_screw_has_few_operations() -> None:
     assert count_ops(lie.exp_screw(lie.screw_axis(Z, point), q)) <= 19
     assert count_ops(lie.exp_screw(lie.screw_axis(lie.Matrix([1, 0, 0]), ORIGIN), q)) <= 5
     assert count_ops(lie.exp_screw(lie.screw_axis(DIAGONAL, point), q)) <= 62
-    # If the pitch is zero, the joint variable q occurs only in sin and cos, although omega.v must
-    # be expanded first.
+    # If the pitch is zero, the joint variable q occurs only in sin and cos. The scalar product
+    # omega.v is zero only after expansion.
     checked = 0
     for axis in AXES:
         T = lie.exp_screw(lie.screw_axis(axis, lie.Matrix([a + b, a - b, 3])), q)

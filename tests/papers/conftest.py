@@ -1,4 +1,4 @@
-"""Fixtures for several tests of the tables of papers."""
+"""Fixtures for the tests of the paper tables."""
 
 import board_installer
 import pytest

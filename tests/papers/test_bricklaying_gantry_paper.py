@@ -88,7 +88,7 @@ def test_bricks_are_released_in_place_and_carried_above_the_wall():
     for place in built.places[tops > tops.min() + 1e-9]:
         below = built.places[np.isclose(tops, place[2] - bricklaying_wall.BRICK[2])]
         assert np.sum(np.isclose(abs(below[:, 0] - place[0]), bricklaying_wall.BRICK[0] / 2)) == 2
-    # The guide carries each brick above all bricks already laid.
+    # The gantry carries each brick above all bricks that are already laid.
     at, stage = built.sampled.T[:, :3, 3], built.sampled.stage
     over_the_wall = at[:, 1] > 0.4 - bricklaying_wall.BRICK[1]
     travelling = np.linalg.norm(built.sampled.V[:, :2], axis=1) > 1e-9

@@ -21,7 +21,7 @@ from chasles.contract.isolation import IsolatedWorkError, Limits, isolated
 from chasles.library import cache_folder
 
 N = 64
-"""Configurations of each robot."""
+"""Number of random configurations for each robot."""
 N_LARGE = 400_000
 """Rows of a batch whose Jacobians are stored in memory pages of the system."""
 SAME = 1e-12

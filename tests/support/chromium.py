@@ -21,7 +21,8 @@ FLAGS = (
     "--disable-dev-shm-usage",
     "--no-first-run",
     "--disable-background-networking",
-    # Chromium accepts clicks before it has drawn the first frame, which takes long.
+    # With this option, Chromium accepts clicks before it has drawn the first frame. Drawing the
+    # first frame takes long.
     "--allow-pre-commit-input",
     "--window-size=760,520",
     "--force-device-scale-factor=0.25",  # software rendering takes most of the run time

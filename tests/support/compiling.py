@@ -122,7 +122,7 @@ def own_robots_compiled_quickly() -> Iterator[None]:
 
 @contextmanager
 def deriving_only(*functions: str) -> Iterator[None]:
-    """Context in which `chasles.load` derives few functions in this process.
+    """Context in which `chasles.load` derives only the named functions, without a new process.
 
     Robots with `parametric=True` get only the functions `IDENTIFICATION`, because all functions of
     a six-axis arm take 8 s. Robots without `parametric=True` get the functions in `functions`. If

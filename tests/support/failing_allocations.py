@@ -18,8 +18,8 @@ import chasles
 
 OWN = f"{Path(chasles.__file__).parent}/".encode()
 LOADS = 4
-"""Approximate number of tested allocations per call. One allocation fails in each repetition of the
-call. A call makes hundreds of allocations."""
+"""Approximate number of repetitions of a call. In each repetition, a different memory allocation
+fails. A call makes hundreds of allocations."""
 POSES = 20_000
 """Number of poses that are solved on two threads."""
 LIBRARY = ctypes.PyDLL(None)

@@ -83,7 +83,8 @@ def failing(step: int, folder: Path) -> Iterator[None]:
 
 
 def killed(step: int, work: Callable[[], object], folder: Path) -> None:
-    """Runs work in a forked process, which SIGKILL ends before a file operation in a folder."""
+    """Runs work in a forked process. SIGKILL ends the process just before a file operation in a
+    folder."""
     child = os.fork()
     if child == 0:
         _WATCH.is_fatal = True

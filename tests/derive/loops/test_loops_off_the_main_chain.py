@@ -42,7 +42,8 @@ brace_l = -21
 OPEN = 0.184935
 """Stroke [m] within the limits at which the brace is too short.
 
-From 400 start values, Newton's method finds only the other configuration of the leg.
+From 400 start values, Newton's method never finds the configuration of the leg at the reference,
+but only its mirrored configuration.
 """
 FUNCTIONS = ("fk", "link_poses", "jacobian_mixed", "chain", "chain_D_q", "passive", "margin", "ik")
 
@@ -82,7 +83,7 @@ def test_finite_poses_are_exactly_those_that_newton_closes(gear, description):
     assert np.array_equal(finite, gear.loops_close(q))
     for k in np.flatnonzero(finite):
         assert min(abs(mode["leg"] - theta[k, 0]) for mode in modes[k]) < 1e-9
-    # Here, the loop cannot close on the reference branch of the leg.
+    # At these inputs, the loop cannot close on the reference branch of the leg.
     leg = np.arccos(gear.fk(q)[:, 2, 2])
     for k in np.flatnonzero(~finite):
         assert np.isnan(leg[k])

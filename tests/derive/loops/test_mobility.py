@@ -1,4 +1,4 @@
-"""Degrees of freedom agree with textbooks, and closed configurations with formulas."""
+"""Tests the degrees of freedom of textbook mechanisms. Tests closed configurations by formulas."""
 
 from dataclasses import replace
 

@@ -1,4 +1,5 @@
-"""Branches of maps between joints: number, names, and notes about omissions."""
+"""Tests the number and names of the branches of functions between joints, and notes about omitted
+functions."""
 
 import json
 from dataclasses import replace

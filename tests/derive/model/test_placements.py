@@ -1,4 +1,5 @@
-"""Placements: rotations to an axis, and inverse poses."""
+"""Tests the placement of a joint: the rotation that moves z onto a joint axis, and the inverse
+placement."""
 
 import math
 

@@ -26,7 +26,7 @@ COMPILERS = {
 """Compiler commands.
 
 Clang reports all warnings before optimization. GCC's optimizer reports the same warnings for C and
-C++, so C++ needs no full compilation.
+C++. So only the syntax of the C++ code is checked.
 """
 
 

@@ -307,7 +307,7 @@ def test_sin_and_cos_match_30_digit_reference(kind, chosen_set, sources):
 
 
 def points(kind, count=800):
-    """Returns arguments (y, x) of atan2 in all directions."""
+    """Returns arguments (y, x) of atan2 for angles in all quadrants."""
     rng = np.random.default_rng(5)
     turn, size = rng.uniform(-np.pi, np.pi, count), 10.0 ** rng.uniform(-300, 300, count)
     signs = rng.choice([-1.0, 1.0], (2, count))

@@ -56,7 +56,8 @@ def entry_point(library, robot, function):
 
 
 def test_inverse_in_c_returns_the_solutions_of_python():
-    """The code is compiled for AVX2. test_nearest_in_c calls inverses for this processor."""
+    """The code is compiled for AVX2. Another test, test_nearest_in_c, compiles for the processor of
+    the machine."""
     require_features({"avx2"})
     robot = chasles.load("puma560")
     (ik,) = native(robot, ["ik"], AVX2)

@@ -25,7 +25,8 @@ def inputs_behind(program):
 
 
 def arguments(robot, function, rng):
-    """Returns arguments of a function near the robot's reference, or random without a reference."""
+    """Returns arguments of a function. The arguments are near the reference of the robot. If the
+    robot has no reference, they are random."""
     reference = getattr(robot, "reference", None)
     known = {}
     if reference is not None:

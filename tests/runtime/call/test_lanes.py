@@ -90,7 +90,8 @@ def find(name, item):
 
 
 def make_inputs(function, *batch, seed=1, scale=np.pi):
-    """Returns angles up to `scale` or near the reference of the loops, and joint rates up to 2."""
+    """Returns random joint angles and joint rates. Angles are at most `scale`; with loops, they are
+    near the reference. Rates are at most 2."""
     rng = np.random.default_rng(seed)
     _, places = centers.get(id(function), (function, {}))
     scales = [scale, *[2.0] * (len(function.inputs) - 1)]

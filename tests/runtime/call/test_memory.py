@@ -13,7 +13,7 @@ import chasles
 
 N = 270_000
 BLOCK = N * 16 * 8
-"""Number of poses whose matrices take 35 MB, more than malloc handles by itself."""
+"""Size of N pose matrices (35 MB in bytes). For a block of this size, malloc asks the system."""
 MAX = 256 << 20
 
 handler_of = np._core.multiarray.get_handler_name

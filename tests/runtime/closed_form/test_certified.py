@@ -1,4 +1,4 @@
-"""Solution sets of an arm with errors are certified as complete."""
+"""For a calibrated arm, the C code certifies that all solutions of a pose are found."""
 
 import ctypes
 import subprocess

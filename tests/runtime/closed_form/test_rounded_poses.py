@@ -331,7 +331,7 @@ def test_tolerance_in_error_message_suffices_for_projection():
 def test_out_of_reach_error_explains_rounding_for_few_joints():
     arm = chasles.load("lynxmotion")
     q = np.random.default_rng(8).uniform(-1.5, 1.5, (60, arm.n))
-    # The projected poses are rigid again, so they do not show that they were rounded.
+    # Projection makes a rounded pose rigid. So the call cannot detect that the pose was rounded.
     poses = se3.project(arm.fk(q).astype(np.float32))
     text = 0
     for pose, there in zip(poses, q, strict=True):

@@ -34,7 +34,8 @@ from tests.support.tools import needs
 
 pytestmark = needs("gcc")
 SMALL, LARGE = "scara", "panda"
-"""A robot that compiles fast, with vector code, branches and both joint types; a redundant arm."""
+"""The first robot compiles fast, and has vector code, branches and both joint types. The second
+robot is a redundant arm."""
 SHAPES = ("acceleration_mixed", "ik")
 """Functions with several inputs and one result, and functions with branches and several results.
 

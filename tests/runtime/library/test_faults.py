@@ -30,7 +30,7 @@ Q = [0.3, -1.2]
 FEW = ("--functions", "fk", "--languages", "c", "--jobs", "1")
 LOAD = "import sys, chasles; chasles.load(sys.argv[1])"
 KILLS = 8
-"""Number of moments at which the process that loads a robot is killed."""
+"""Number of trials. In each trial, the process that loads a robot is killed at another time."""
 
 
 @pytest.fixture(autouse=True)
@@ -88,7 +88,7 @@ def test_written_robot_survives_every_fault(arm, tmp_path):
 
 
 def test_every_file_of_a_robot_is_written_before_the_first_is_moved(arm, tmp_path):
-    """A full disk must not leave a folder with files of two derivations."""
+    """If the disk is full, the folder of the robot must not contain files of two derivations."""
     robot, folder = read(arm), tmp_path / "out" / "arm"
     steps = steps_of(lambda: write(robot, folder, functions=["fk"], languages=["c"]), folder)
     kinds = [step.split()[0] for step in steps]

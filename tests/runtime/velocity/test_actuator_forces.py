@@ -11,7 +11,7 @@ STATES = 2000
 WITH_LOOPS = [name for name in chasles.robots() if chasles.load(name).loops]
 RIGHT = 1e-12
 """Largest difference between the power of the actuator forces and the power of the wrench. The
-difference is relative to the sum of the absolute terms."""
+difference is divided by the sum of the absolute values of all power terms."""
 
 
 @pytest.mark.parametrize("representation", ["mixed", "body", "space"])

@@ -257,8 +257,8 @@ def test_rounding_never_carries_joint_beyond_limit():
 
 
 def test_joint_that_brakes_at_zero_stays_within_its_limit():
-    # At a joint limit of 0, the position has no rounding error, but the previous joint rate has a
-    # rounding error.
+    # A joint brakes at the limit 0. Its position has no rounding error, but its previous joint rate
+    # has one.
     rng = np.random.default_rng(3)
     n, dt = 2000, 1e-3
     acceleration, rate = rng.uniform(1, 20, n), rng.uniform(0.5, 3, n)

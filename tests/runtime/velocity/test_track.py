@@ -277,7 +277,8 @@ def test_track_works_for_few_and_many_joints(tmp_path, n):
     track = robot.track(robot.fk_jacobian_mixed(q)[0], q0, 0.01, rate_limits=rate)
     assert_sound(robot, track, 0.01, rate)
     assert track.error[-1].max() < 1e-3
-    # Even at full speed, the target takes two steps. Many joints saturate in the first step.
+    # The joints need two steps to the target, even at full speed. Many joints saturate in the first
+    # step.
     target = robot.fk_jacobian_mixed(q0 + 0.02 * rate)[0]
     cost, least, touched = costs(robot, q0, target, rate, 0.01, 1.0)
     assert cost <= least * (1 + 1e-3) + 1e-12

@@ -21,5 +21,6 @@ def test_tracking_page_examples_print_documented_output(capsys):
 
 
 def kept(text):
-    """Returns the sentences of a summary that are the same on every machine, without numbers."""
+    """Returns the words of a summary. Numbers, and the sentences after "Held", depend on the
+    machine."""
     return re.findall("[a-zA-Z]{2,}", text.split("Held")[0])

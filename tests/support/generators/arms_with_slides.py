@@ -39,7 +39,7 @@ def decoupled(kinds: str, seed: int, *, meeting: bool = False) -> SerialRobot:
     Args:
         kinds: The joint types.
         seed: Seed 1 generates axes along the base axes. Larger seeds generate revolute axes in any
-            direction. Odd seeds generate round lengths.
+            direction. Odd seeds generate lengths with few decimals.
         meeting: Whether adjacent revolute axes intersect.
     """
     draw = random.Random(f"{kinds}{seed}")

@@ -19,7 +19,7 @@ def as_built(
     """Returns a mechanism with random length errors of some joints and rods.
 
     Args:
-        mechanism: The design, without errors.
+        mechanism: The mechanism with its designed lengths.
         members: Names of the joints and rods with errors.
         error: Maximum error of a pin coordinate or of a rod length (meter).
         rng: Random generator of the errors.

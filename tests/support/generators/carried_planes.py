@@ -1,4 +1,5 @@
-"""Random platforms whose legs keep balls in planes, on a rail or turntable and with an arm."""
+"""Random platforms with further joints. Each leg keeps a ball joint in a plane. A rail, a turntable
+or an arm is added."""
 
 from dataclasses import replace
 
