@@ -14,7 +14,8 @@ from tests.support.pages import PAGES, ROOT, examples, run, text
 README = "../README.md"
 LANGUAGE = re.compile(r"^```(\w+)$", re.MULTILINE)
 SINGLE_FIELDS = {("how-to/loops-as-built.md", "toml")}
-"""For each page, the language of the code blocks that show one field of a file, not a program."""
+"""Pages and languages of code blocks that are not run, because they show only one field of a
+file."""
 
 
 @pytest.fixture(autouse=True)

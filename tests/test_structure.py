@@ -322,7 +322,8 @@ def imports_of_chasles(half: str) -> Iterator[tuple[Path, str, str, list[str]]]:
 
 
 def parts_of_chasles(module: str, names: list[str]) -> set[str]:
-    """Returns what an import from `chasles` needs: top-level modules, or names of the package."""
+    """Returns the names that an import statement takes from `chasles`: a top-level module, or the
+    imported names."""
     return {module.split(".", maxsplit=1)[0]} if module else set(names)
 
 

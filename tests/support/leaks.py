@@ -8,7 +8,7 @@ _ROUNDS = 3
 
 
 def assert_no_leaks(calls, watched, settle=gc.collect):
-    """Repeats each call and compares references and allocated blocks.
+    """Repeats each call, and compares reference counts and the number of allocated memory blocks.
 
     A leak adds at least one memory block per call in each round. The check uses the smallest growth
     of the block count, because threads of earlier tests allocate blocks in some rounds.
@@ -25,7 +25,7 @@ def assert_no_leaks(calls, watched, settle=gc.collect):
 
 
 def _repeat(call, count, settle):
-    """Makes the call `count` times, and waits until its garbage is collected."""
+    """Repeats a call `count` times. Then waits until unused objects are freed."""
     for _ in range(count):
         call()
     settle()

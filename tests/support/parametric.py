@@ -52,7 +52,8 @@ def by_differentiation(fk_p, q, p, by):
 
 
 def check(derived, functions):
-    """Compares the functions with the nominal robot and with automatic derivatives."""
+    """Compares the parametric functions with the functions of the nominal robot, and with automatic
+    differentiation."""
     random = np.random.default_rng(5)
     n, p = len(derived.robot.coordinates), nominal(derived)
     q = random.uniform(-2, 2, n)

@@ -30,7 +30,7 @@ class Formula:
         self.known, self.at = known, 0
 
     def value(self):
-        """Returns the value of the whole formula."""
+        """Returns the value of the printed formula."""
         found = self.sum()
         assert self.at == len(self.tokens), self.tokens[self.at :]
         return found

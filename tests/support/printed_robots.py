@@ -1,4 +1,5 @@
-"""Serial robots for article tests: shipped robots and robots that are hard to print."""
+"""Serial robots for the tests of articles. Besides shipped robots, they include robots with long
+equations."""
 
 import random
 from functools import cache

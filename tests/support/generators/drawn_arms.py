@@ -1,8 +1,8 @@
 """Random serial arms with two to eight joints and round numbers, in every convention.
 
 Lengths are multiples of 0.1 m, and angles are multiples of 30 or 45 degrees. Many lengths and
-angles are 0, as in real arms. Each arm has one convention and random prismatic joints. Each seed
-determines one arm.
+angles are 0, as in real arms. All joints of an arm have one convention. Random joints are
+prismatic. Each seed determines one arm.
 """
 
 import random
@@ -39,7 +39,8 @@ SETS = 4
 SLIDES = 0.2
 """Fraction of prismatic joints."""
 ZEROS = (0.4, 0.9)
-"""Range of the fraction of zero lengths. Zero lengths make a closed form more likely."""
+"""Minimum and maximum probability that a length is zero. Zero lengths make a closed form more
+likely."""
 LENGTHS = tuple(sp.Rational(k, 10) for k in (-5, -4, -3, -2, -1, 1, 2, 3, 4, 5))
 RIGHT_ANGLES = (0, 0, 90, 90, -90, -90, 180)
 ANGLES = (30, 45, 60, 120, 135, 150, -30, -45, -60, -120, -135, -150)

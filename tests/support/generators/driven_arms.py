@@ -29,11 +29,11 @@ ERROR = 5e-4
 TOOL = (Translation((sp.Rational("0.15"), sp.Rational("0.02"), sp.S.Zero)),)
 """Tool offset from the axis of the last joint, so that this joint moves the tool."""
 CLEAR = 0.02
-"""Minimum distance from dead points (radian, or relative to the size), which exceeds the effect of
-length errors."""
+"""Minimum distance of the reference from dead points (radian, or relative to the size). Length
+errors cannot move the reference to a dead point."""
 ATTEMPTS, ATTEMPTS_APART = 20, 100_000
 SCALE = sp.S.One
-"""Scale of the lengths. Arms are a few decimeters long, so 0.5 mm is a manufacturing error."""
+"""Scale of the arm lengths. Arms are a few decimeters long, so 0.5 mm is a manufacturing error."""
 Drive = Callable[[Sketch, str, str, Point], None]
 """Function (sketch, body, other body, pin) that adds a drive. The pin is the point at which a joint
 connects the body to the other body."""

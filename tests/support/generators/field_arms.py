@@ -1,7 +1,7 @@
 """Real arms: the geometry of 72 arms from the ssik package, and a factory calibration.
 
-Each arm becomes a URDF with its original, noisy numbers. NumPy computes test poses from the same
-numbers.
+Each arm becomes a URDF with its original, noisy numbers. NumPy computes test poses from the
+original numbers.
 """
 
 import importlib

@@ -30,7 +30,7 @@ RADII = (-80, -30, 25, 60, 100)
 
 @dataclass(frozen=True)
 class GearedLinkage:
-    """A random mechanism, and the coordinates (n,) of its reference."""
+    """A random mechanism, and its coordinates q (n,) at the reference configuration."""
 
     mechanism: Mechanism
     family: str
@@ -260,7 +260,8 @@ def spindle(s: Sketch) -> list[Pair]:
 
 
 def cylinder_in_a_five_bar(s: Sketch) -> list[Pair]:
-    """A cylinder on a five-bar linkage whose stroke follows a passive joint of the linkage."""
+    """A five-bar linkage with a cylinder. A passive joint of the linkage determines the stroke of
+    the cylinder."""
     joints = _five_bar(s)
     tools = s.tools
     s.rod("ram", BASE, s.point(), s.draw.choice(tools), s.point())

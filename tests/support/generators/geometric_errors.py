@@ -13,7 +13,7 @@ def displaced(robot: SerialRobot, size: float, seed: int = 0) -> SerialRobot:
     """Returns a serial robot with errors up to `size` (meter, radian) at each joint and the tool.
 
     Args:
-        robot: The robot, whose parameters become numbers.
+        robot: The robot without errors. Its parameters are replaced by their values.
         size: The maximum error.
         seed: Seed of the errors.
     """

@@ -12,7 +12,7 @@ from .leg_platforms import chain, closure
 ORIGIN = (0, 0, 0)
 X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
 HEIGHT = 600
-"""Height of the platform at the reference."""
+"""Height of the platform at the reference configuration (mm)."""
 GUIDES = {
     "2-UPS/U": (X, Y),
     "3-UPS/S": (X, Y, Z),

@@ -217,7 +217,7 @@ def _elbows(rng):
 
 
 def _linear(rng, offset=0):
-    """Returns a linear delta.
+    """Returns a delta robot with linear actuators.
 
     Each leg has an inclined slide, and a rod between universal joints.
 
@@ -244,7 +244,7 @@ def _linear(rng, offset=0):
 
 
 def _rotary(rng, offset=0):
-    """Returns a rotary delta.
+    """Returns a delta robot with rotary actuators.
 
     Each leg has an arm, and a rod between universal joints.
 

@@ -16,7 +16,7 @@ _ANGLES = 210, 330, 90
 
 
 def description_of(name: str):
-    """Returns the design of the robot without errors."""
+    """Returns the description of the linear delta robot without geometric errors."""
     lines = [f'name = "{name}"', 'convention = "urdf"', 'actuated = ["a", "b", "c"]']
     lines += ['units = { length = "m", angle = "deg" }', 'tool = { body = "platform" }']
     lines += ["[[joints]]", 'name = "platform"', 'type = "free"', 'link = "platform"']

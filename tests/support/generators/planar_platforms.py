@@ -120,8 +120,8 @@ class DrawnPlatform:
         """Returns the closure errors of the legs.
 
         Args:
-            x: (n, 6) x, y, phi and the passive joint of each leg in the tree. Values may be
-            complex.
+            x: (n, 6) platform pose (x, y, phi) and one passive joint of each leg. Values may be
+                complex.
             q: (3,) actuated coordinates, or (3, n) with the coordinates of each row of x.
 
         Returns:

@@ -172,7 +172,7 @@ class PoseSet:
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes of the sets of coordinates."""
+    """Number of coordinate vectors of each kind."""
 
     random: int
     singular: int

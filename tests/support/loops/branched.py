@@ -24,7 +24,7 @@ D1, A2, A3, D4, D5, D6 = (
 
 
 def pose(name="T"):
-    """Returns the argument T, a pose (4, 4)."""
+    """Returns the description of the argument T, which is a pose (4, 4)."""
     entries = tuple(sp.Symbol(f"{name}_{k}", real=True) for k in range(16))
     return Argument(name, entries, (4, 4), "1, m", "pose of the tip in the base")
 

@@ -94,7 +94,8 @@ class Model:
         return rates.reshape(*z.shape, rates.shape[-1]).swapaxes(1, 2)
 
     def newton(self, z, known):
-        """Returns configurations near z that close the loops, with some entries fixed.
+        """Returns configurations near z at which the loops close. The variables ``known`` keep
+        their values.
 
         Iterates until the Newton step is as small as the rounding error.
         """

@@ -12,7 +12,7 @@ HALVINGS = 12
 def closed_configuration(mechanism, q=None):
     """Returns the full configuration z, keyed by name, at which all loops close.
 
-    Without q, the configuration is at the reference. With q, the solution is continued along the
+    Without q, the reference configuration is returned. With q, the solution is continued along the
     straight line from the reference to q.
     """
     loops = ClosedLoops(mechanism)

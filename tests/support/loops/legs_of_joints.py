@@ -49,7 +49,8 @@ axis = {[*axis]}
 
 
 def leg(rng, k, kind, foot, heading):
-    """Returns (text, name of the driven joint, reference values) of a leg.
+    """Returns three items for a leg: its description, the name of its driven joint, and its
+    reference values.
 
     Planar legs lie in the x-z plane of their foot. A leg of the kind "C" is a cylinder between two
     ball joints.

@@ -20,7 +20,7 @@ NAMES = [
 ]
 LOOPED = NAMES[:-1]
 INVERTIBLE = ["slider_crank", "five_bar", "excavator", "delta"]
-"""Robots whose map from the main chain to the actuators also has dead points."""
+"""Robots with dead points of the function from the main chain to the actuators."""
 CLOSED = 1e-12
 HELD = 0.02
 """Minimum singular value of the loop Jacobian at compared configurations."""

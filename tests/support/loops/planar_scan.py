@@ -48,8 +48,8 @@ def scan(q, lower, upper, rod, levels):
     f, height = residuals(q, phi, rod)
     there = np.isfinite(f[0])
     changes = ((f[..., 1:] > 0) != (f[..., :-1] > 0)) & there[:, 1:] & there[:, :-1]
-    # The two branches merge where the first two circles cease to intersect. If the two branches
-    # have different signs just before the angle where they merge, one branch has a zero.
+    # The residual has two branches, which merge where the first two circles cease to intersect. If
+    # the residuals of the branches have different signs just before, one residual becomes zero.
     inner = np.where(there[:, 1:], (f[0] > 0)[:, 1:], (f[0] > 0)[:, :-1])
     outer = np.where(there[:, 1:], (f[1] > 0)[:, 1:], (f[1] > 0)[:, :-1])
     ends = there[:, 1:] != there[:, :-1]

@@ -9,7 +9,8 @@ from chasles.derive.model.mechanism import Mechanism
 
 FAULTS = ("another pose", "lost", "negative length", "valid in another mode")
 SAME_POSE, SAME = 1e-7, 1e-6
-"""Tolerances at which poses, and coordinates, count as equal (relative to the size, or radian)."""
+"""Poses are equal if they differ by less than SAME_POSE, and coordinates by less than SAME. Both
+tolerances are in radian, or relative to the robot size."""
 CLEAR = 1e-3
 """Above this margin, the solution slots must recover a configuration.
 

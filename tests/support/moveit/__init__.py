@@ -37,7 +37,7 @@ SUCCESS, TIMED_OUT, NO_SOLUTION = 1, -6, -31
 """Error codes of MoveIt."""
 NO_DISCRETIZATION, ALL_DISCRETIZED, SOME_DISCRETIZED, ALL_RANDOM = 1, 2, 3, 4
 OK, UNSUPPORTED, MULTIPLE_TIPS, EMPTY, NOT_ACTIVE, NONE = 1, 2, 4, 5, 7, 8
-"""Kinematic errors of MoveIt."""
+"""Values of MoveIt's enumeration `KinematicError`."""
 CAPACITY = 10_000
 SOLVED = 1e-9
 """Largest residual of a solution."""

@@ -25,7 +25,8 @@ static _Thread_local const char *folder;
 static _Thread_local long seen, failing;
 
 /* Counts the following allocations by code in the folder `own`. The first allocation has the number
- * 0. Allocation n fails; no allocation fails if n is negative. A NULL folder ends the counting. */
+ * 0. Allocation n fails; no allocation fails if n is negative. If `own` is NULL, allocations are no
+ * longer counted. */
 void fail_allocation(const char *own, long n)
 {
     folder = NULL;

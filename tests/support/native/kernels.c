@@ -51,7 +51,7 @@ typedef struct {
     size_t doubles;
     ptrdiff_t step;
     int size;
-    char *pages; /* first and last page are protected; NULL for a block from malloc */
+    char *pages; /* access to the first and last page is an error; NULL if malloc made the block */
     size_t bytes;
 } rows;
 

@@ -25,7 +25,7 @@ static void require(int condition, const char *what, int index)
     }
 }
 
-/* Entry k of a row of numbers in [-1, 1]; rows do not repeat. */
+/* Returns entry k of a row of pseudorandom numbers in [-1, 1]. All rows are different. */
 static double scattered(int row, int k)
 {
     unsigned long value = ((unsigned long)row * 131 + (unsigned long)k * 17 + 7) * 2654435761UL;

@@ -74,7 +74,8 @@ class Arm:
 
 
 def deviation(text: str, arm: Arm) -> float:
-    """Returns the largest deviation of an arm from the statements of a text.
+    """Returns the largest deviation of an arm from the geometric statements in a sentence of the
+    article.
 
     Raises:
         AssertionError: A statement has an unknown form, or is about the position of a prismatic

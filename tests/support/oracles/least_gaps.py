@@ -30,7 +30,7 @@ class LeastGaps:
 
         Args:
             numbers: The numeric mechanism.
-            names: Names of the configuration entries. Swing angles are ignored.
+            names: Names of the variables in a configuration. Swing angles are ignored.
             held: Names of the joints and cylinders that keep their values.
         """
         symbols = {name: ca.SX.sym(name) for name in names}

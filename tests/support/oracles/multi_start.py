@@ -31,7 +31,8 @@ Way = list[tuple[Joint, np.ndarray, np.ndarray]]
 
 
 class Loop:
-    """A numeric closure or strut, with the joints on both sides of its loop."""
+    """A closure or strut with numeric dimensions. It stores the joints of its loop, from the common
+    body to each of its two ends."""
 
     def __init__(self, numbers: "Multistart", loop_joint: Closure | Strut) -> None:
         """Finds the joints of the loop, which are on only one of the two paths to the base."""

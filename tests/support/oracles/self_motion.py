@@ -1,4 +1,4 @@
-"""Counts the poses of a path that a redundant robot reaches within limits."""
+"""Counts how many poses of a path are within the limits of a redundant robot."""
 
 import itertools
 

@@ -70,7 +70,7 @@ def _judged(case: Case, q: np.ndarray, found: Answers) -> tuple[int, int, int, i
 
 
 def residuals(case: Case, q: np.ndarray, found: Answers) -> np.ndarray:
-    """Returns residuals (m, k), which are infinite in slots without an answer."""
+    """Returns residuals (m, k). A solution slot without a solution has an infinite residual."""
     errors = np.full(found.claimed.shape, np.inf)
     rows, slots = np.nonzero(np.isfinite(found.q).all(axis=-1))
     if len(rows):

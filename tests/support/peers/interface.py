@@ -26,10 +26,10 @@ class Unsolved(Exception):
 
 @dataclass(frozen=True)
 class Answers:
-    """The answers of a solver to some poses.
+    """The solutions that a solver returns for m poses.
 
     Attributes:
-        q: (m, k, n) joint values, NaN in solution slots without an answer.
+        q: (m, k, n) joint values, NaN in solution slots without a solution.
         claimed: (m, k) whether the solver claims an exact solution.
     """
 
@@ -39,7 +39,7 @@ class Answers:
 
 @dataclass(frozen=True)
 class Inverse:
-    """Another library configured for an arm.
+    """The inverse kinematics of another library, prepared for an arm.
 
     Attributes:
         name: The peer.
