@@ -10,8 +10,8 @@ TEXT = """\
 # Arms that can be loaded by name
 
 `python docs/robots.py` writes this page. The tables name the structure of the axes that the
-inverse uses. If joints are fixed, the number of solutions is the maximum for one
-value of these joints. If the axes have a structure only approximately, chasles solves a nominal arm
+inverse uses. If joints are fixed, the number of solutions holds for one value
+of the fixed joints. If the axes have a structure only approximately, chasles solves a nominal arm
 and [refines its solutions](how-to/calibrated-arms.md). Robots without an inverse have `ik_numeric`.
 
 ## The shelf
@@ -51,7 +51,8 @@ def _row(robot: SerialRobot) -> str:
     structure = structure.replace("read from the tool", "solved from tool to base")
     most = explanation.max_solutions
     inverse = f"Inverse: {structure}, up to {most} solutions." if most else "No closed form."
-    cells = (f"`{robot.name}`", f"{robot.title} ({axes} axes).", inverse)
+    arm = robot.title if "axes" in robot.title else f"{robot.title} ({axes} axes)"
+    cells = (f"`{robot.name}`", f"{arm}.", inverse)
     return f"| {' | '.join(map(str, cells))} |"
 
 

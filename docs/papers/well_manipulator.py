@@ -1,4 +1,4 @@
-"""Well manipulator: a working process of 49 s, and the quality of two models.
+"""Manipulator for wells: its working process of 49 s, and two kinematic models of its joints.
 
 Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
 Engineering. The robot file `well_manipulator` describes this manipulator. The file

@@ -1,4 +1,4 @@
-"""Lie groups, the quality of two models, and errors in equations of the well manipulator paper."""
+"""Equations of the paper on the well manipulator: Lie groups and two kinematic models."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SMALL = 1e-9
 """Matrix entries below this value count as 0."""
 
 
-# The Lie groups (1) to (5)
+# Equations (1) to (5) of the paper, on Lie groups
 
 
 def hat(a: FloatArray) -> FloatArray:
@@ -123,7 +123,7 @@ def convention(name: str, joint: int = 0) -> ConventionQuality:
 
 
 def model_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares section 3; model (6) is the convention `mdh5`, and model (8) is `hayati5`."""
+    """Compares section 3 of the paper. Model (6) is `mdh5`, and model (8) is `hayati5`."""
     report = quality()
     numbers = {"r": report.revolute, "t": report.prismatic}
     six, whole = convention("mdh5").determinant, convention("mdh5").completed

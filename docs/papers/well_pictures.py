@@ -1,4 +1,4 @@
-"""Pictures of the well manipulator: figures 6 to 10, and the arm at the ends of its stages."""
+"""Draws figures 6 to 10 of the paper, and the well manipulator at the end of each stage."""
 
 from __future__ import annotations
 

@@ -349,7 +349,7 @@ static PyObject *call_bound(Function *self, PyObject *const *inputs, PyObject *c
     return call_single(self, inputs, outs);
 }
 
-/* Calls an inverse of poses with fixed joints; the arguments are already sorted. */
+/* Calls an inverse whose poses and fixed joint values are already in the order of its inputs. */
 static PyObject *call_fixed(Function *self, PyObject **slots)
 {
     const Kernel *kernel = self->kernel;

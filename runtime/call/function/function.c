@@ -23,9 +23,9 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
     return 0;
 }
 
-/* The type has no tp_clear, because a call needs all members until it ends. All members are created
- * before the Function. A reference cycle therefore contains an object that was changed after the
- * Function was created. The garbage collector breaks the cycle at this object. */
+/* The type has no tp_clear, because a call needs all members until it ends. All members exist
+ * before the Function object. So a reference cycle contains an object that was changed after the
+ * Function object was created. The garbage collector breaks the cycle at this object. */
 static void function_dealloc(Function *self)
 {
     PyObject_GC_UnTrack(self);

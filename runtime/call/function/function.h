@@ -14,7 +14,7 @@ typedef struct {
     PyObject *guard;         /* checks results that are not finite; may be NULL */
     PyTypeObject *solutions; /* class of the solutions, or NULL if the outputs are not branches */
     double tolerance;        /* maximum residual of a valid branch */
-    PyObject *refinement;    /* refines branches that are nearly valid, or NULL */
+    PyObject *refinement;    /* refines nearly valid branches; may be NULL */
     double near;             /* maximum residual of a refined branch */
     PyObject *general;       /* Python function for other calls of ik(T, *, fixed, ...), or NULL */
     PyObject *parameters;    /* keys of fixed= for all inputs after the first; may be NULL */

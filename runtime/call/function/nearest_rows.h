@@ -7,7 +7,7 @@
 #include "call/kernel/rigid_poses.h"
 
 #define SCRATCH 8192 /* number of doubles on the stack for a block of rows */
-#define MAX_BLOCK 32 /* maximum number of rows; solutions fit the L1 cache */
+#define MAX_BLOCK 32 /* maximum number of rows, so that the L1 cache holds them */
 #define N_MOVES 4    /* lower limits, upper limits, scales, periods */
 
 /* Addresses of the rows of a call, with their strides (counted in doubles). */
@@ -26,7 +26,7 @@ static inline npy_intp coordinates_of(const Kernel *kernel)
     return kernel->operands[kernel->n_inputs].dims[1];
 }
 
-/* Tests whether Python must handle a row. The row needs refinement, or its matrix is not a pose. */
+/* Tests whether Python code must solve a row: for refinement, or if its matrix is not a pose. */
 static inline int is_unsettled(const Function *inverse, int slot, double residual)
 {
     return slot < 0 && ((inverse->refinement && residual <= inverse->near) || residual > DBL_MAX);
@@ -42,8 +42,8 @@ int read_moves(PyObject *moves, npy_intp n, const double **to);
 /* Finds the nearest solutions of n rows, block by block. */
 void run_nearest(const Function *inverse, npy_intp n, const Rows *rows);
 
-/* nearest_rows(inverse, inputs, q_seed, moves, results) of the module. */
+/* Python function nearest_rows(inverse, inputs, q_seed, moves, results). */
 PyObject *nearest_rows(PyObject *module, PyObject *args);
 
-/* nearest_of_slots(inverse, slots, q_seed, moves, results) of the module. */
+/* Python function nearest_of_slots(inverse, slots, q_seed, moves, results). */
 PyObject *nearest_of_slots(PyObject *module, PyObject *args);

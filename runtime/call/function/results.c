@@ -15,7 +15,7 @@ PyObject *new_tuple(int n, PyObject *const *items)
 /* Indices of the outputs of a function that returns all branches, followed by `valid`. */
 enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS };
 
-/* Facts about the poses of a batch that have no valid branch. */
+/* States why poses of a batch have no valid branch. */
 typedef struct {
     int refine;  /* some residual is at most `near`, so that refinement is useful */
     int no_pose; /* some residual is infinite: not a pose, or a pose of another assembly mode */

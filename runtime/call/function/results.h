@@ -30,7 +30,7 @@ PyObject *guard_ufunc_result(Function *self, PyObject *const *inputs, PyObject *
 /* Sets the class of the solutions and its tolerance. Returns -1 on error. */
 int set_solutions(Function *self, PyObject *type);
 
-/* Sets the refinement and its maximum residual. Returns -1 on error. */
+/* Sets the Python function for refinement, and its maximum residual. Returns -1 on error. */
 int set_refinement(Function *self, PyObject *refinement);
 
 /* Returns one result, or a tuple of several results; takes ownership of the references. Arrays of

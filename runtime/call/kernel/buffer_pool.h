@@ -1,8 +1,8 @@
 /* Memory pool for large results.
  *
- * The library glibc returns freed blocks of 32 MB to the system. The system clears memory before
- * the next use. For a large batch, clearing takes as long as the computation. Therefore large
- * results use a memory handler (NEP 49) that keeps freed blocks for the next call. A block
+ * The library glibc returns freed blocks of 32 MB to the system. The system clears the memory
+ * before it is used again. For a large batch, this takes as long as the computation. Therefore
+ * large results use a memory handler (NEP 49) that keeps freed blocks for the next call. A block
  * belongs to one array or to the pool. The interpreter lock (GIL) protects the pool. */
 #pragma once
 

@@ -29,8 +29,8 @@ static const void *find_symbol(Library *self, const char *symbol)
 
 #ifdef __x86_64__
 /* Tests for FMA, for bits of cpuid leaf 7, and for the registers that the operating system saves.
- * The function __builtin_cpu_supports is always false in the runtime library of Zig, which builds
- * wheels. */
+ * Wheels are built by Zig. In the runtime library of Zig, the function __builtin_cpu_supports is
+ * always false. */
 static int has_features(unsigned bits, unsigned saved)
 {
     unsigned a, b, c, d;
