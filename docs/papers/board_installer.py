@@ -2,7 +2,7 @@
 
 The paper derives the kinematics of a hybrid robot for board installation at height by screw theory.
 The lengths, equations and figures of the paper are lost. The robot `board_installer` has
-reconstructed lengths, which agree with all remaining sentences of the paper.
+reconstructed lengths. They agree with all sentences of the paper that are not lost.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Bricklaying gantry: forward tables, the 7-5-5 chain, and a wall.
+"""Bricklaying gantry: tables of positions, a planar arm with links of 7, 5 and 5 units, and a wall.
 
 Ibrahim, Umar and Olatunde, Forward and inverse kinematic analyses of a developed and evaluated
 bricklaying gantry-based parallel robot manipulator. The robot `bricklaying_gantry` is the gantry.
@@ -62,7 +62,7 @@ def exchanged(value: float) -> str:
 def rounded_twice(value: float, digits: int) -> float:
     """Rounds a number twice: to one extra digit, then to the requested digits.
 
-    The second rounding rounds halves up.
+    If the extra digit is 5, the number is rounded up.
     """
     unit = 10.0**-digits
     return float(np.floor(round(value, digits + 1) / unit + 0.5 + 1e-9) * unit)
@@ -263,7 +263,10 @@ def spot(xy: FloatArray) -> Spot:
 
 
 def equation_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares equations (3) to (6) at the first drop spot with the gantry and the polar arm."""
+    """Evaluates equations (3) to (6) of the paper at the first drop spot.
+
+    The results are compared with the gantry and the polar arm.
+    """
     own = spots(1)[0]
     x, y = own.xy
     values = {"x": x, "y": y, "r": own.r, "theta": own.theta}
@@ -328,7 +331,7 @@ def unit_rows(printed: dict[str, Printed]) -> list[Row]:
 def in_inches(item: Printed, ours: FloatArray) -> Row:
     """Compares lengths that agree in inches, but not in the printed unit."""
     cause = ("values in inches, as in section 2.2", ours / INCH * MM)
-    return erratum(item, ours, ours, "correct: the unit is inch, not mm", cause=cause)
+    return erratum(item, ours, ours, "correction: the unit is inch, not mm", cause=cause)
 
 
 # The 7-5-5 chain

@@ -44,11 +44,13 @@ SAMPLES, FINEST = 500_000, 30
 D1 = 0.05
 """Height of the shoulder in the motions [m], as in robots/lynxmotion_low.toml."""
 BALL, RADIUS = np.array([0.2, 0.075, 0.075]), 0.012
-"""Sphere midway between points 3 and 4 [m], which we chose because figure 1.10 is lost."""
+"""Center and radius of the sphere obstacle [m]. We chose a sphere midway between points 3 and 4,
+because figure 1.10 is lost."""
 DETOUR = np.array([0.2, 0.075, 0.14])
 """The via point above the sphere [m]."""
 THIN, THICK = 1e-4, 0.012
-"""Two link radii for obstacle distances [m]: nearly zero, and the radius of part 3."""
+"""Two radii of the links for obstacle distances [m]. The second is the radius in part 3 of the
+paper."""
 RATE = 100.0
 """Samples per second; the paper's interval is 0.01 s."""
 FINE = 600.0
@@ -292,7 +294,7 @@ def limits(printed: dict[str, Printed]) -> list[Row]:
     least, largest = (bisected(D1, end) for end in (0.0, 0.1))
     words = (
         f"the report does not compare its tables. With d1 = 0.1 m, only points "
-        f"{' and '.join(numbers)} are reachable, but the motions of the report pass all five points"
+        f"{' and '.join(numbers)} are reachable, but the motions pass through all five points"
     )
     reason = (
         "with d1 = 0.1 m, the arm does not reach three of the via points. Our value of d1 is the "

@@ -28,7 +28,8 @@ class Digit:
     """A digit of a printed value.
 
     Attributes:
-        path: Indices of the number that contains the digit, in the nested lists of the value.
+        path: Indices in the nested lists of the value. They select the number that contains the
+            digit.
         index: Position of the digit within the text of the number.
     """
 
@@ -89,9 +90,9 @@ def is_expression(text: str) -> bool:
 def survives(row: Row, digit: Digit) -> bool:
     """Tests whether the verdict of a row stays the same for a changed digit.
 
-    The printed number is changed by multiples of the digit's unit, upward and downward. The verdict
-    must change for an upward or a downward change of just above the tolerance. For changes of just
-    above twice the tolerance, upward and downward, the verdict must change both times.
+    The changed digit increases or decreases the printed number by a multiple of its unit. The
+    verdict must change for an upward or a downward change of just above the tolerance. For changes
+    of just above twice the tolerance, upward and downward, the verdict must change both times.
     """
     if row.source is None or row.judge is None:
         raise ValueError(f"item {row.item} stores no verdict function")

@@ -70,8 +70,8 @@ value at generic arguments."""
 CHANGED = """\
 A test changes each printed digit by the smallest step that exceeds the tolerance, and the verdict
 must then fail. This test does not apply to rows without a printed value, to words and equations
-without digits, and to wrong values of unknown cause. The second table counts the rows without
-tested digits."""
+without digits, and to wrong values of unknown cause. The second table counts the rows
+whose digits are not tested."""
 CONSISTENCY = """\
 ## Consistency
 

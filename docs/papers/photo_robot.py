@@ -40,7 +40,8 @@ CONFIGURATION = np.array([0.4, 0.3, -0.5, 0.2, 0.6, -0.7, 0.8, -0.9])
 CASE = "The configuration of the robot is (0.4, 0.3, -0.5, 0.2, 0.6, -0.7, 0.8, -0.9) m or rad"
 MATRICES = ("A0", "A1", "A2", "A3", "A4", "A5", "A6", "A7", "Aee")
 ENDS = {"a": 1.0, "b": np.pi / 2, "c": np.pi / 2, "d": 0.5} | dict.fromkeys("efgh", np.pi / 2)
-"""End states of figure 3 [m, rad]: the paper says "as much as possible" and prints no limits."""
+"""Final joint values of figure 3 [m, rad]. The paper moves each axis "as much as possible", and
+prints no limits."""
 AXES = dict(zip("abcdefgh", (0, 2, 1, 3, 4, 5, 6, 7), strict=True))
 """The moving axis of each panel of figure 3; the caption lists the ring top first."""
 SLIDES = (0, 3)
@@ -108,7 +109,10 @@ def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
 
 
 def matrices(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Compares equation (1) at generic values, and table 1 and equations (3) to (11)."""
+    """Compares table 1 and equations (1) and (3) to (11) with chasles.
+
+    Equation (1) is evaluated at arbitrary values.
+    """
     joint, theta = chasles.load(HERE / "robots" / "dh_row.toml"), 0.7
     T, own = joint.fk([theta]), steps(robot, CONFIGURATION)
     values, symbols = lengths(joint) | {"theta": theta}, at_configuration(robot)
@@ -124,8 +128,8 @@ def matrices(printed: dict[str, Printed], robot: Any) -> list[Row]:
             printed["dh_22"],
             T[1, 1],
             evaluated(right, **values),
-            "correct: cos(theta) instead of sin(theta). Each alpha of table 1 is ±90 deg, so the "
-            "factor cos(alpha) of the entry is 0",
+            "correction: cos(theta) instead of sin(theta). Each alpha of table 1 is ±90 deg, so "
+            "the factor cos(alpha) of the entry is 0",
             evaluated=at(**values),
         ),
         consistent(
@@ -300,7 +304,7 @@ def figure_3(printed: dict[str, Printed], robot: Any) -> list[Row]:
         way = float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum())
         end = f"the tool ends at {place(p[-1])} m"
         end = "the tool is at the wrist center, so it does not move" if way < ROUNDING else end
-        reason = f"the paper prints no end state. For our end state, {end}"
+        reason = f"the paper prints no final configuration. At our final configuration, {end}"
         found.append(assumed(printed[part], way, reason))
     return found
 

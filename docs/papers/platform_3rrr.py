@@ -111,7 +111,7 @@ def joints(printed: dict[str, Printed]) -> list[Row]:
                 printed[f"{name}3"],
                 angle[2],
                 2 * np.pi - np.pi / 6,
-                f"correct: 2 pi - pi/6, which is 330 deg. With the printed angle, the {words} "
+                f"correction: 2 pi - pi/6, which is 330 deg. With the printed angle, the {words} "
                 "triangle is not equilateral",
                 evaluated=at(),
             ),
@@ -183,7 +183,7 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
             printed["leg_square"],
             0.0,
             square,
-            f"correct: X^2 + Y^2 - 2 S_A (X cos(theta) + Y sin(theta)) + S_A^2 - L^2. {LEG}",
+            f"correction: X^2 + Y^2 - 2 S_A (X cos(theta) + Y sin(theta)) + S_A^2 - L^2. {LEG}",
             evaluated=at(**values),
         ),
         agrees(
@@ -196,7 +196,7 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
             printed["e3"],
             2 * S_A * (X * np.cos(theta) + Y * np.sin(theta)),
             e3,
-            "correct: X^2 + Y^2 + S_A^2 - L^2. The printed formula is evaluated in millimeters",
+            "correction: X^2 + Y^2 + S_A^2 - L^2. The printed formula is evaluated in millimeters",
             evaluated=lambda item: at(**in_mm(values))(item) * MM2,
         ),
         agrees(
@@ -224,7 +224,7 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
             printed["node_y"],
             node[1],
             b[0, 1] + S_A * np.sin(theta),
-            "correct: -Y_PB + S_A sin(theta)",
+            "correction: -Y_PB + S_A sin(theta)",
             evaluated=at(**sides),
         ),
     ]

@@ -1,4 +1,4 @@
-"""Pictures of parts 2 and 3: the platform, its workspace and singularities, and the roadmaps."""
+"""Draws figures of the paper: the platform, its workspace, its singularities, and roadmaps."""
 
 from __future__ import annotations
 

@@ -164,7 +164,10 @@ def evaluated(printed: Printed, **values: float) -> Any:
 
 
 def at(**values: float) -> Callable[[Printed], Any]:
-    """Returns a function that evaluates the equations of an item at these symbol values."""
+    """Returns a function that evaluates printed equations.
+
+    The keyword arguments are the values of the symbols.
+    """
     return lambda printed: evaluated(printed, **values)
 
 

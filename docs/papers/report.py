@@ -68,7 +68,7 @@ Verdict = Literal[
 SYMBOLS = ("acos", "alpha", "beta", "phi", "theta")
 """Symbols that keep their small first letter at the start of a sentence."""
 Equation = Callable[[Printed], Value]
-"""Evaluates the equations of an item."""
+"""Function that evaluates the printed equations of an item of the paper."""
 ECHO = "the value is an input, copied from the paper"
 """Note on table rows that only repeat an input of the paper."""
 TWICE = "both values come from the same model, computed twice"
@@ -109,7 +109,7 @@ class Row:
         item: Name of the item.
         printed: The printed value [unit], or None if the value is lost or the paper prints no
             value. A value in brackets was evaluated by equations of the paper.
-        ours: The value of chasles [unit], or None.
+        ours: The value that chasles computes [unit], or None.
         unit: The unit of `printed` and `ours`.
         verdict: The result of the comparison of `printed` and `ours`.
         where: Position of the item in the paper.
@@ -263,7 +263,7 @@ def erratum(
         raise _refuted(printed, cause[1], f"is not caused by {cause[0]}:")
     right = corrected.evidence if isinstance(corrected, Finding) else corrected
     right = right if isinstance(right, str) else ""
-    read_instead = f"correct: {right} {printed.unit}".strip() if right else ""
+    read_instead = f"correction: {right} {printed.unit}".strip() if right else ""
     words = (_sentences((read_instead, note)), f"cause: {cause[0]}" if cause else "")
     row = _row(printed, ours, "erratum", "; ".join(filter(None, words)))
     return _with_value(row, printed, value)
@@ -350,7 +350,7 @@ def not_reproducible(
 
 
 def _sentences(parts: Sequence[str]) -> str:
-    """Joins parts of a note as sentences without the last period."""
+    """Joins the sentences of a note. The last sentence has no period."""
     first, *others = [part for part in parts if part] or [""]
     return ". ".join([first, *map(capitalized, others)])
 
@@ -402,7 +402,7 @@ def _row(printed: Printed, ours: Value, verdict: Verdict, note: str) -> Row:
 
 
 def _at_the_edge(value: Text | None, ours: Value, printed: Printed, digits: int) -> bool:
-    """Tests whether our number, rounded for the table, differs by exactly the tolerance.
+    """Tests whether our rounded number differs from the printed number by exactly the tolerance.
 
     If the rounded number differs by exactly the tolerance, a reader could not see whether our
     number agrees.

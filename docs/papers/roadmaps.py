@@ -41,7 +41,7 @@ MAX = 0.9
 """A number of points is enough if more than this fraction of the runs succeed."""
 SMALL, LARGE = 10, 20
 """Step sizes of the roadmaps in figures 3.2 to 3.4, in map cells."""
-READ = "the step is read as"
+READ = "the paper's step is read as"
 LINK = 0.012
 """Radius of the arm's links [m]."""
 BALL, BALL_RADIUS = (0.21, 0.09, 0.11), 0.03
@@ -127,7 +127,8 @@ def paths(printed: dict[str, Printed]) -> list[Row]:
 def claims(printed: dict[str, Printed]) -> list[Row]:
     """Checks the conclusions of the report.
 
-    The report does not define the step. No single definition supports all conclusions.
+    The paper does not define the step of the roadmap. No single definition supports all
+    conclusions.
     """
     rates = [rate(points, SMALL) for points in COUNTS]
     rising = all(a <= b for a, b in pairwise(rates)) and rates[0] < rates[-1]

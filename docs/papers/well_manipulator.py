@@ -132,14 +132,14 @@ def stage_rows(printed: dict[str, Printed]) -> list[Row]:
             at_the_object(),
             f"with the start angles of (63), R is {shown_mm(tool[5])}. Our value agrees after "
             f"shifts of theta2, theta3, theta5 and theta7 by {shifts} deg. Each shift is within "
-            f"half a unit of the last printed digit. A shift of half a unit moves R by up to "
-            f"{1e3 * digits_of_start():.2f} mm",
+            f"half a unit of the last printed digit. Half a unit of the last digit moves R by up "
+            f"to {1e3 * digits_of_start():.2f} mm",
         ),
         erratum(
             printed["R_39"],
             tool[39][2],
             1.02 - DESCENT,
-            "correct: 1020 - 2166 - 216.6 (t - 39), which continues the motion from 37 s. The "
+            "correction: 1020 - 2166 - 216.6 (t - 39), which continues the motion from 37 s. The "
             "equations are evaluated at 39 s",
             evaluated=lambda item: at(t=39.0)(item) * 1e-3,
         ),
@@ -271,9 +271,9 @@ def speed_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
         in_one_reading(
             printed["amplitude_rate3"],
             least_speeds[2],
-            f"our value is for minimum-norm cylinder speeds in 39-49 s. With this rule, the "
-            f"amplitude of theta5 is {angle:.0f} deg instead of the printed 132 deg. The rule of "
-            f"figure 6 gives a rate of {np.degrees(rates[2]):.1f} deg/s",
+            f"our value holds for minimum-norm cylinder speeds between 39 s and 49 s. With this "
+            f"rule, the amplitude of theta5 is {angle:.0f} deg instead of the printed 132 deg. The "
+            f"rule of figure 6 gives a rate of {np.degrees(rates[2]):.1f} deg/s",
         ),
         not_reproducible(
             printed["amplitude_rate5"],
@@ -301,8 +301,8 @@ def cylinder_speed_rows(
         in_one_reading(
             in_mm[0],
             by_law["minimum-norm joint rates"][0],
-            f"{unit}. Our value is for minimum-norm joint rates in 39-49 s. The rule of figure 6 "
-            f"gives {own[0]:.0f} mm deg/s, which is {1e3 * speeds[0]:.1f} mm/s",
+            f"{unit}. Our value holds for minimum-norm joint rates between 39 s and 49 s. The rule of "
+            f"figure 6 gives {own[0]:.0f} mm deg/s, which is {1e3 * speeds[0]:.1f} mm/s",
         ),
         *(
             not_reproducible(

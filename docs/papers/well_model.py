@@ -85,7 +85,7 @@ def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
             printed["series"],
             third_coefficient(),
             1 / 6,
-            "correct: theta^3/3!. The factorial sign may be missing only in our copy of the text",
+            "correction: theta^3/3!. The factorial sign may be missing in our copy alone",
             evaluated=at(theta=1.0),
         ),
         agrees(printed["rate"], Finding(is_rate, "from a difference quotient")),

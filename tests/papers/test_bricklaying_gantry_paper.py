@@ -48,7 +48,7 @@ def test_known_misprints_are_marked_as_errata():
 def test_printed_misprints_are_refuted(key):
     printed = read("bricklaying_gantry")[key]
     (row,) = (row for row in rows() if (row.item, row.where) == (printed.item, printed.where))
-    assert row.note.startswith(f"correct: {paper.CORRECTED[key][0]}")
+    assert row.note.startswith(f"correction: {paper.CORRECTED[key][0]}")
     with pytest.raises(Refuted):
         paper.agrees(printed, row.ours * UNITS[printed.unit])
 

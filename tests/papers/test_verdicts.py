@@ -57,7 +57,7 @@ def test_word_about_widens_the_tolerance_and_is_quoted():
 
 
 def test_erratum_requires_a_refuted_value_and_its_correction():
-    assert erratum(ANGLE, np.pi / 4, "0.79", "45 deg").note == "correct: 0.79 rad. 45 deg"
+    assert erratum(ANGLE, np.pi / 4, "0.79", "45 deg").note == "correction: 0.79 rad. 45 deg"
     for ours, corrected in ((0.97, "0.97"), (np.pi / 4, "0.78"), (np.pi / 4, 0.79)):
         with pytest.raises(Refuted):
             erratum(ANGLE, ours, corrected)
