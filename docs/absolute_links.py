@@ -1,6 +1,6 @@
 """Replaces the relative links of README.md by links to a tag of a repository, before a release.
 
-A package index shows README.md without the files of the repository.
+A package index shows README.md, but does not contain the files that README.md links to.
 Usage: python docs/absolute_links.py https://HOST/OWNER/NAME v1.0.0
 """
 

@@ -83,13 +83,12 @@ class NativeSolverFunction(Signature):
     Attributes:
         solver: Name of the solver, which is the same for all robots. Each output language has a
             file that is named like the solver.
-        tables: The tables of the robot.
+        tables: The numbers of the robot that the solver needs.
         calls: Names of the functions that the solver calls, in the order of the solver.
         branches: Number of solutions that fit into the output.
         operations: Approximate number of operations, from which the runtime divides a batch over
             threads.
-        margin: Name of the function that explains NaN results. The name is empty if no function
-            explains NaN results.
+        margin: Name of the function that states why a result is NaN, or an empty string.
         steps: Names of the loops, one per margin, if the function returns margins.
     """
 
@@ -127,7 +126,7 @@ class SymbolicFunction(Signature):
     """A function whose result entries are expressions in shared terms.
 
     Attributes:
-        terms: The terms and constants of the entries.
+        terms: The definitions of all symbols in the result entries.
         margin: Name of the function that returns the distance of the loops from dead points. The
             name is empty for a robot without loops.
         steps: Names of the loops, one per margin, if the function returns margins.
@@ -154,7 +153,7 @@ class SymbolicFunction(Signature):
 
     @property
     def branches(self) -> int:
-        """Number of branches, which is 1 for a function without signs."""
+        """Number of solution branches, or 1 if the function has no branch signs."""
         return int(2 ** len(self.signs))
 
     def definitions(self) -> list[tuple[sp.Symbol, sp.Expr]]:

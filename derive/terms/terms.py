@@ -15,9 +15,11 @@ from ..model.tolerances import MEANT, ROUNDING
 from ..model.values import Values, to_digits
 
 TERM = "_t"
-"""Prefix of the names of terms. No name in a robot file starts with this prefix."""
+"""Prefix of the symbols that stand for shared terms. No name in a robot file starts with this
+prefix."""
 CONSTANT = "_k"
-"""Prefix of the names of constants. No name in a robot file starts with this prefix."""
+"""Prefix of the symbols that stand for constants. No name in a robot file starts with this
+prefix."""
 Result = TypeVar("Result")
 
 
@@ -29,8 +31,8 @@ class Terms:
         definitions: Definition of each named term.
         constants: Definition of each named constant.
         solved: Cosine and sine of each solved loop angle.
-        turning: Angle and derivative with respect to this angle, for each cosine or sine that is a
-            named term of a loop solution.
+        turning: For each cosine or sine that is a named term of a loop solution, its angle, and its
+            derivative with respect to this angle.
     """
 
     def __init__(self, parameters: Mapping[sp.Symbol, sp.Expr]) -> None:
@@ -162,7 +164,7 @@ class Terms:
         """Returns the name of a sum of solved angles, reduced to one full turn without atan2.
 
         Args:
-            angle: The sum, between -3 pi and 3 pi.
+            angle: The sum of solved angles, between -3 pi and 3 pi.
             c: Cosine of the sum.
             s: Sine of the sum.
         """

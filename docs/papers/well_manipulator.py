@@ -301,8 +301,8 @@ def cylinder_speed_rows(
         in_one_reading(
             in_mm[0],
             by_law["minimum-norm joint rates"][0],
-            f"{unit}. Our value holds for minimum-norm joint rates between 39 s and 49 s. The rule of "
-            f"figure 6 gives {own[0]:.0f} mm deg/s, which is {1e3 * speeds[0]:.1f} mm/s",
+            f"{unit}. Our value holds for minimum-norm joint rates between 39 s and 49 s. The rule "
+            f"of figure 6 gives {own[0]:.0f} mm deg/s, which is {1e3 * speeds[0]:.1f} mm/s",
         ),
         *(
             not_reproducible(
