@@ -113,11 +113,12 @@ class Convention:
         words: Name of the convention in a sentence of the article. If ``transform`` is empty,
             ``words`` also explains the fields.
         transform: The link transform, as a product of motions in the symbols of the fields. The
-            product does not contain the joint motion. The tuple is empty if the link transform is
-            not a product of motions in the fields.
+            motion of the joint is not a factor of this product. The tuple is empty if the link
+            transform is not a product of motions in the fields.
         turning: Field to which a revolute joint adds its variable, or "".
         sliding: Field to which a prismatic joint adds its variable, or "".
-        second_part: First field of the second table. A single table may be too wide.
+        second_part: The printed joint table may be too wide. Then this field is the first column of
+            a second table.
         numbers: Function of the joint type. The function returns the motions of the link transform
             that a calibration corrects. By default, a calibration corrects all these motions.
         fit: Function that returns the fields for the axis of a joint relative to the previous axis.

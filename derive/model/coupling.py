@@ -89,8 +89,9 @@ def check_joint_couplings(
         members: Names of the moving joints and cylinders.
 
     Raises:
-        DescriptionError: A name is not a moving joint or cylinder, a joint has its own coordinate,
-            two couplings have the same joint, or no joint values fulfill all couplings.
+        DescriptionError: A coupling contains a name that is no moving joint or cylinder, or the
+            name of its own joint. Two couplings may also have the same joint, or contradict each
+            other.
     """
     check_unique("coupling of joint", [coupling.joint for coupling in couplings])
     for coupling in couplings:

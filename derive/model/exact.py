@@ -30,7 +30,8 @@ MAX_ADDENDS = 200
 """Maximum number of terms after expansion of products."""
 LARGEST_EXPONENT = 12
 LARGEST_MAGNITUDE = 30
-"""Maximum number of digits before the decimal point; ``1e999999999`` has more digits."""
+"""Maximum number of digits before the decimal point. A number such as ``1e999999999`` is
+refused."""
 SMALLEST_MAGNITUDE = 400
 """Maximum number of decimal places. Some programs write ``1.2246467991473532e-16`` and smaller
 numbers."""

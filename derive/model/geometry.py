@@ -5,21 +5,21 @@ The pose of the tool is a product of motions that depend on the coordinates q an
     T_base_tool = B(p) base  prod_k before_k(p) motion_k(value_k(q, p)) after_k(p)  tool E(p)
 
 The named parameters of the description come first. A named parameter changes all values that
-contain the parameter. The parameters of a joint are its convention fields without directions, and
-the corrections of its axis. The axis corrections are two tilts and, for a revolute joint, two
-shifts. B and E correct the base frame and the tool frame. All corrections are 0 in the nominal
-robot. The corrections of axes and tool are a complete and minimal model of any chain. There are 4
-parameters per revolute joint, 2 per prismatic joint, and 6 for the tool. The value of a joint is a
-function of the coordinate q and the torque tau.
+contain the parameter. The other parameters of a joint are the numeric fields of its convention,
+except directions, and the corrections of its axis. The axis corrections are two tilts and, for a
+revolute joint, two shifts. B and E correct the base frame and the tool frame. All corrections are 0
+in the nominal robot. The corrections of axes and tool are a complete and minimal model of any
+chain. There are 4 parameters per revolute joint, 2 per prismatic joint, and 6 for the tool. The
+value of a joint is a function of the coordinate q and the torque tau.
 
     value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau.
 
-The sine and cosine waves model eccentric encoders and gears. For prismatic joints, the
-amplitudes of the waves are 0. If the
-robot has a load, tau is the gravity torque or force on the coordinate of the nominal robot at q.
-A load deflects the joint like a spring. The deflection also changes the torque. The effect of the
-torque change is of second order and neglected. Fixed joints have no parameters, because the
-parameters of the next joint or the tool have the same effect.
+The sine and cosine waves model eccentric encoders and gears. For prismatic joints, the amplitudes
+of the sine and cosine waves are 0. If the robot has a load, tau is the gravity torque or force on
+the coordinate of the nominal robot at q. A load deflects the joint like a spring. The deflection
+also changes the torque. The effect of the torque change is of second order and neglected. Fixed
+joints have no parameters, because the parameters of the next joint or the tool have the same
+effect.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -141,7 +141,7 @@ class Parameters:
     """Collects the parameters of a robot.
 
     Attributes:
-        parameters: The parameters in order.
+        parameters: The parameters in the order of p.
     """
 
     def __init__(self, robot: Described) -> None:

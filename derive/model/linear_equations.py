@@ -13,8 +13,8 @@ class LinearEquation:
     """The equation: sum of factor * joint = value.
 
     Attributes:
-        factors: The nonzero factors by joint name.
-        value: The right side (radian or meter).
+        factors: The nonzero factor of each joint, keyed by joint name.
+        value: The right side of the equation (radian or meter).
     """
 
     factors: Mapping[str, sp.Expr]

@@ -188,7 +188,7 @@ class Mechanism:
         struts: Rods and cylinders.
         drives: Motors behind gears.
         tool_body: The body that carries the tool.
-        title: The name of the robot in sentences.
+        title: The name of the robot in printed sentences.
         source: Source of the dimensions.
         base: The frame of the base body in the base frame.
         tool: The tool frame in the frame of its body.

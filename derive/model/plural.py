@@ -1,4 +1,4 @@
-"""Adds a noun to a number."""
+"""Counts things in words: a number with its noun in the singular or plural."""
 
 
 def counted(count: int, noun: str) -> str:

@@ -207,7 +207,7 @@ class Transmission:
 
         q = gain r + sin1 sin r + cos1 cos r + sin2 sin 2r + cos2 cos 2r.
 
-    The waves model eccentric encoders and gears. For a prismatic
+    The sine and cosine terms model eccentric encoders and gears. For a prismatic
     coordinate, the amplitudes are 0.
 
     Attributes:
@@ -302,8 +302,8 @@ class SerialRobot:
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles of the placements.
         notes: Changes and assumptions of the reader, such as rounded angles.
-        cleaning: The numbers that were replaced by exact values. The replaced numbers do not affect
-            the equality of robots.
+        cleaning: The numbers that were replaced by exact values. Robots may be equal although
+            `cleaning` differs.
         load: The masses whose weight deflects the joints, or None for rigid joints.
         transmissions: The transmission errors of coordinates with imperfect drives.
         springs: The springs between controller readings and true coordinates, or None for rigid
@@ -443,7 +443,7 @@ class SerialRobot:
 
     @property
     def uncoupled(self) -> "SerialRobot":
-        """The chain with its joints as coordinates."""
+        """The chain without couplings. Each joint value is a coordinate of this chain."""
         return replace(self, couplings=(), motors=(), transmissions=(), springs=None)
 
     @property

@@ -14,8 +14,8 @@ from .values import Values
 LONGEST_EXACT = 10**15
 """Maximum numerator and denominator of a short fraction.
 
-Numerator and denominator have about as many digits as a double. SymPy can always factor the square
-of a short root.
+Numerator and denominator have about as many digits as a double. SymPy can factor integers of this
+size, which simplifies square roots.
 """
 
 

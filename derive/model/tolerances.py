@@ -33,9 +33,9 @@ up to rounding errors."""
 # --- description: rounding in files ---
 
 NOISE = 1e-9
-"""Maximum noise of a number in a file, which is its difference from a short decimal. The noise
-is relative to the longest length of the robot, or to the largest component of a direction. For
-angles, the noise is in radians. Other programs round poses to nine or more places. An angle of
+"""Maximum noise of a number in a file. The noise is the difference of the number from a short
+decimal, relative to the longest length of the robot, or to the largest component of a direction.
+For angles, the noise is in radians. Other programs round poses to nine or more places. An angle of
 1e-9 rad moves a tool at 1 m by 1 nm."""
 LARGE_CLEANING = 5e-4
 """Maximum tool displacement (meter) by noise removal without a warning. A displacement of 5e-4 m
@@ -65,12 +65,13 @@ CHANCE = 0.01
 of a match is the last decimal place of the angle, divided by the angle step. For example, 1.57
 counts as a right angle, but 0.79 does not count as 45 degrees."""
 LONGEST_LENGTH = 20.0
-"""Maximum length (meter) without a stated unit. Links of arms are shorter than 10 m. In
-millimeters, some link length of an arm exceeds the number 20."""
+"""Maximum plausible length (meter) in a file that states no unit. Links of arms are shorter than 10
+m. In millimeters, some link length of an arm exceeds the number 20."""
 SHORTEST_ARM = 1e-3
 """Minimum plausible size of an arm (meter). Desktop arms are about 0.1 m long."""
 LARGEST_ANGLE = 6.5
-"""Maximum angle (radian) without a stated unit. A rounded full turn is 6.2832 or 6.3."""
+"""Maximum plausible angle (radian) in a file that states no unit. A rounded full turn is 6.2832 or
+6.3."""
 MAX_TURNED = 45.0
 """Maximum plausible joint limit (radian), which is seven turns. A joint limit above 45 may be in
 degrees."""
@@ -88,15 +89,15 @@ GIMBAL_LOCK = 1e-14
 """Components of a unit vector or quaternion up to this value do not determine an angle (no unit).
 Rounding errors are 1e-16. At gimbal lock, roll and yaw share an axis."""
 COMPILED_DECIMALS = 14
-"""Decimal places (meter, radian) of numbers that a program computed. Rounding errors are 1e-16
-for one or two meters, and no author writes more than 13 decimal places."""
+"""Number of kept decimal places (meter, radian) of numbers that a program computed. Rounding errors
+of lengths up to 2 m are 1e-16 m, and no author writes more than 13 decimal places."""
 SAME_EQUATION = 1e-9
 """Maximum difference between two equations that state the same relation between joints (relative,
 or radian or meter for the constant). Compiled ratios have 14 decimal places, so that the inverse of
 a ratio of 0.001 has a relative error of 1e-11."""
 PARALLEL_GEARS = 1e-6
 """Maximum difference between 1 and the cosine of the angle between the axis of a gearbox and the
-axis of a joint that it turns. Files state directions with four or more digits."""
+axis of a joint that it turns. Directions in files have at least four digits."""
 COMPILED_ANGLE = 1e-13
 """Maximum difference (radian) between a computed angle and the angle in a file. Rounding errors of
 angles near pi are a few times smaller than 1e-13 rad."""
@@ -159,8 +160,8 @@ angle). The last step of Newton's method is 1e-14. Redundant equations are solve
 least-squares sense."""
 ZERO_SINGULAR_VALUE = 1e-9
 """Singular values below this fraction of the largest one are zero (no unit). Rounding errors of a
-Jacobian are far smaller (1e-15). The smallest singular value away from singularities is far larger
-(1e-3)."""
+Jacobian are far smaller (1e-15). Away from singularities, the smallest singular value is about 1e-3
+of the largest."""
 REPEATED_EQUATION = 1e-4
 """Bound for singular values of redundant equations in nearly closed loops, relative to the largest
 one. At a residual of 1e-12, a configuration may be 1e-6 from closure. At a distance of 1e-6 from
@@ -197,15 +198,15 @@ WORTHWHILE_GAIN = 1e-5
 """Minimum relative decrease of the squared closure error (no unit) per step of a minimization."""
 CLOSING_GAIN = 3e-3
 """Minimum relative decrease of the squared closure error (no unit) per step of a search for closed
-loops. If the squared error decreases more slowly, at least three quarters of the squared error
-remain after eighty steps. In a search that closes the loops, the squared error decreases by
-fourteen orders of magnitude."""
+loops. If the squared error decreases more slowly in each of eighty steps, three quarters of the
+squared error remain. In a search that closes the loops, the squared error decreases by fourteen
+orders of magnitude."""
 SAME_POINT = 1e-9
 """Maximum distance between two points of a drawing that coincide (meter; no unit for directions).
 Closed loops have errors of 1e-12. The eye resolves 1e-4 of the size of a robot."""
 MOVED_REFERENCE = 0.3
 """Minimum reported difference (radian, or relative) between a description and its closed reference.
-Joint values that an author estimates have errors of about 10 degrees. Another assembly mode is
+If an author estimates joint values, their errors are about 10 degrees. Another assembly mode is
 usually farther away."""
 PIN_ACROSS = 0.1
 """Maximum cosine of the angle between a pin and its strut that count as perpendicular. In real
@@ -229,11 +230,11 @@ still resolve micrometers."""
 # --- loops: paths of complex unit poses in Study's coordinates ---
 
 PATH_NEAR = 1e-4
-"""Maximum first Newton correction after a step of a path. After a larger correction, the step may
-have reached another path."""
+"""Maximum size of the first Newton correction after each step along a path. After a larger
+correction, the step may have reached another path."""
 PATH_ON = 1e-7
-"""Maximum second Newton correction. The second correction is about the square of the first
-correction."""
+"""Maximum size of the second Newton correction. The second correction is about the square of the
+first correction."""
 SHORTEST_PATH_STEP = 1e-9
 """Minimum step length. With shorter steps, a path ends at a singular pose or at infinity."""
 POSES_ARE_ONE = 1e-8
@@ -300,7 +301,7 @@ INDEPENDENT_SLIDES = EXACT_STRUCTURE
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
 """Maximum sine of the angle between parallel directions. If parallel directions do not determine a
 joint angle, the angle is set such that the other joints can reach the pose. For prismatic joints,
-UNDETERMINED_SUM is the maximum cosine of perpendicular directions."""
+directions are perpendicular if the cosine of their angle is at most UNDETERMINED_SUM."""
 UNDETERMINED_TURN = sp.Float("2e-10", 20)
 """Maximum distance (meter) between an axis and a point that a rotation about the axis does not
 move. If the point does not determine the rotation angle, the angle is set such that the later
@@ -428,8 +429,9 @@ DEAD_POINT = 1e-12
 # --- emit: single precision ---
 
 MAX_THRESHOLD = 1e-8
-"""Maximum magnitude of a rounding threshold (any unit). A rounding threshold occurs only in
-conditions. The largest threshold is 4e-15 times the fourth power of twice the arm length in meters.
+"""Maximum magnitude of a rounding threshold (any unit). Rounding thresholds are compared with
+numbers, and never used as numbers. The largest threshold is 4e-15 times the fourth power of twice
+the arm length in meters.
 """
 FLOOR_EXPONENT = 0.12
 """Exponent that maps the lower bounds 1e-150 and 1e-300 to 1e-18 and 1e-36 for single precision.

@@ -46,7 +46,9 @@ def needed_only(program: Program) -> Program:
 
 
 def calls_first(program: Program) -> Program:
-    """Moves library calls to the front, after the statements that they depend on.
+    """Moves library calls as far forward as possible.
+
+    A call stays behind the statements that compute its arguments.
 
     A library call overwrites the vector registers. Arithmetic after the last call keeps its values
     in registers.

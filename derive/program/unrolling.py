@@ -57,7 +57,8 @@ def unrolled(branch: Program, signs: Iterable[Sequence[int]], name: str) -> Prog
     argument.
 
     Args:
-        branch: The program of a single branch. The last argument of the program contains the signs.
+        branch: The program that computes a single solution branch. Its last argument contains the
+            branch signs.
         signs: The signs (1 or -1) of each branch.
         name: The name of the program.
     """

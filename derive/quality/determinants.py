@@ -36,7 +36,7 @@ def determinant(convention: Convention, kind: JointKind) -> sp.Expr:
 
 @cache
 def completed_determinant(convention: Convention, kind: JointKind) -> sp.Expr:
-    """Returns det(D^T D) for a link with all parameters of a pose.
+    """Returns det(D^T D) for a link model that has all parameters of a pose.
 
     The parameters include rotations about, and translations along, the two axes at the ends of the
     link. Parameters about or along an end axis belong to the adjacent joint. For a prismatic joint,

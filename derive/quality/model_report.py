@@ -210,7 +210,7 @@ def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float6
 
     Args:
         robot: The robot.
-        pair: The joint and the previous joint.
+        pair: A joint and the joint before it in the chain.
     """
     numbers: _Numbers = {parameter.symbol: parameter.value for parameter in robot.parameters}
     offset = sp.Symbol("_offset", real=True)

@@ -25,8 +25,8 @@ class ConventionQuality:
         completed: det(D^T D) with all parameters of a pose. The parameters of a pose include
             rotations about, and translations along, the adjacent axes. The determinant is zero at
             discontinuities of the model.
-        value: Value of ``completed`` for the robot's dimensions (meter). None if the convention
-            cannot represent the axis.
+        value: The determinant ``completed``, evaluated at the robot's dimensions (meter). None if
+            the convention cannot represent the axis.
         least: The smallest axis displacement for parameters of norm 1. Lengths are relative to the
             arm's size.
         misses: The axis displacements that the convention cannot represent.
@@ -71,7 +71,7 @@ class ConventionQuality:
 
 @dataclass(frozen=True)
 class JointQuality:
-    """The conventions between a joint axis and the previous joint axis.
+    """The quality of each convention for a joint axis relative to the previous joint axis.
 
     Attributes:
         joint: Name of the joint.

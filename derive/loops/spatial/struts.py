@@ -170,12 +170,12 @@ class Legs:
     # --- branches ---
 
     def chosen(self, reach: Reach, value: Callable[[int], float]) -> sp.Expr:
-        """Returns the branch sign with the joint nearest to its reference value.
+        """Returns the branch sign for which the joint is nearest to its reference value.
 
         Args:
             reach: The strut and its joint.
-            value: Returns the joint value at the reference for a sign, or NaN if the leg does not
-                close.
+            value: Function from a branch sign to the joint value at the reference. The value is NaN
+                if the leg does not close.
         """
         joint = reach.joint
         hint = self.reference.hints_of([joint.name]).get(joint.name, 0.0)
@@ -191,8 +191,8 @@ class Legs:
         """Returns the requested branch sign, or the sign nearer to the reference.
 
         Args:
-            distances: Distance from the reference for each sign (radian, or relative to the size).
-                NaN if the loop does not close.
+            distances: For each branch sign, the distance of the joint from its reference value
+                (radian, or relative to the size). The distance is NaN if the loop does not close.
             name: Name of the loop for the error message.
             is_length: Whether the sign is the sign of a leg length.
 

@@ -145,7 +145,10 @@ class ThreeSpheres(LegStep):
 
 
 def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
-    """Returns the sphere of each strut. The list is empty if the platform can rotate."""
+    """Returns for each strut the sphere on which a point of the platform lies.
+
+    The list is empty if the platform can rotate.
+    """
     path = _joints_to_tip(legs, struts)
     if path is None:
         return []

@@ -1,11 +1,11 @@
 """Solves the universal joint of a rod with a ball joint at its end.
 
 The axes of the last two joints before the ball intersect in the center of the universal joint. The
-ball has a constant distance from the center. The rod is therefore first treated as a leg with ball
-joints at the center and at the ball. The length of this leg determines one unknown joint that moves
-the center or the ball. If the center and the ball are known, the direction of the rod determines
-both angles of the universal joint. There are two branches. On the second branch, the fork is
-rotated by half a turn, and the rod has the supplementary angle.
+rod keeps the ball joint at a constant distance from this center. So the rod is first treated as a
+leg with ball joints at the center and at the ball. The length of this leg determines one unknown
+joint that moves the center or the ball. If the center and the ball are known, the direction of the
+rod determines both angles of the universal joint. There are two branches. On the second branch, the
+fork is rotated by half a turn, and the rod has the supplementary angle.
 
 Source:
     Hunt, Kinematic Geometry of Mechanisms, 1978, ch. 13, for RSUR as a spatial four-bar.
@@ -83,7 +83,7 @@ class UniversalJoint:
         return next((joint for joint in found if joint is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves both angles if the ball and the center are known."""
+        """Solves the two angles of a universal joint if its center and the ball are known."""
         return UniversalLeg.use(legs, self)
 
 
@@ -142,7 +142,7 @@ class UniversalLeg(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, joint: UniversalJoint) -> bool:
-        """Solves both angles if the ball and the center are known."""
+        """Solves the two angles of a universal joint if its center and the ball are known."""
         unknown = [j.name for j in (*legs.unknown(joint.target), *legs.unknown(joint.rod.a))]
         values = legs.known.values
         if unknown or joint.first.name in values or joint.second.name in values:
