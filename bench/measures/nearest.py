@@ -103,7 +103,7 @@ def minima(works: Sequence[Callable[[], object]], calls: int, rounds: int = ROUN
 
 
 def in_C(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> list[float]:
-    """Return times of ik and ik_nearest in C, pose by pose."""
+    """Measure the times of ik and ik_nearest in C, for calls with one pose."""
     main = MAIN.format(robot=robot.name, n=robot.n)
     files = {"main.c": main, **robot.manifest.sources()}
     source = Source(f"{robot.name}-nearest", files, (UNPACKED,))

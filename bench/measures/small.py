@@ -46,7 +46,7 @@ def _repeated(work: Callable[[np.ndarray], object], q: np.ndarray, count: int):
 
 
 class _Plain:
-    """A plain object with an attribute."""
+    """A Python object for comparison, whose attribute is looked up."""
 
 
 def look_up(plan: Plan) -> list[Ratio]:

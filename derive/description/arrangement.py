@@ -1,9 +1,9 @@
 """Restores symmetric arrangements of points whose coordinates are rounded in a file.
 
 For example, a platform may have three equal legs, rotated by 120 degrees. A file then contains
-(200, 0, 0) and the rounded copy (-100, 173.2050807569, 0). Two points of a body belong to
-the same group if a rotation by a multiple of 15 degrees about a frame axis maps the first point to
-the second point. The point of a group with the fewest decimal places stays as it is. The other
+(200, 0, 0) and the rounded copy (-100, 173.2050807569, 0). Two points of a body belong to the same
+group if a rotation by a multiple of 15 degrees about a frame axis maps the first point to the
+second point. In each group, the point with the fewest decimal places is not changed. The other
 points of the group become exact copies. A rounded distance between two points of a body becomes an
 exact root, for example a rod length in a parallelogram.
 """

@@ -53,7 +53,7 @@ class CoordinateFile(TomlFile):
     def joint_couplings(
         self, joints: Sequence[tuple[int, Joint]], kinds: Mapping[str, JointKind]
     ) -> tuple[Coupling, ...]:
-        """Reads the couplings of a robot with loops, which relate joints and cylinders.
+        """Reads the couplings between joints and cylinders of a robot with loops.
 
         Args:
             joints: The joints of the file, each with its index in the file.

@@ -74,7 +74,10 @@ class ExactNumbers:
         return _grouped(each, [self.scalar(at, name, kind, value) for name, value in pairs])
 
     def point(self, at: str, vector: Vector, names: Sequence[str] = "xyz") -> Vector:
-        """Returns a point without noise. A rotation of another point becomes exact."""
+        """Returns a point without noise.
+
+        If the point is a rotated copy of another point, its coordinates become exact.
+        """
         without = self.without_noise(vector)
         x, y, z = (
             self.noted(at, name, "length", found, taken)

@@ -50,10 +50,9 @@ class Motor:
 class Coupling:
     """The equation of a coupled joint: theta = sum of ratio * coordinate + offset.
 
-    A coordinate is a motor, or a joint with its own coordinate. If the name of a joint is in its
-    own coupling, the joint has its own coordinate. The coupling of a joint with its own coordinate
-    adds multiples of other coordinates. A coordinate may also be another coupled joint, whose
-    equation is then inserted.
+    A coordinate belongs to a motor or to a joint. If a coupling contains the name of its own joint,
+    this joint has its own coordinate, and the coupling adds multiples of other coordinates. A
+    coordinate may also be another coupled joint, whose equation is then inserted.
 
     Attributes:
         joint: Name of the joint.

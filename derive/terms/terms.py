@@ -58,7 +58,7 @@ class Terms:
             self._values.know(symbol, self._values.of(value))
 
     def let(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the name of an expression, or its negative.
+        """Returns the symbol that stands for an expression, or minus this symbol.
 
         Symbols and short fractions get no name.
 
@@ -83,7 +83,7 @@ class Terms:
             return -self.let(-expression)
         if not any(negative):
             return self._name(expression)
-        # A named sum equals minus this expression only if this expression has positive and negative
+        # The negated sum may have a name. This is tested only for sums with positive and negative
         # summands. SymPy takes long to negate a sum.
         opposite = self._mixed.get(frozenset((-factor, rest) for factor, rest in parts))
         if opposite is not None:

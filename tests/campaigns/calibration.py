@@ -57,7 +57,7 @@ from .tracker import ARMS
 
 ROBOTS = (*ARMS, "bricklaying_gantry")
 JUDGED = (*ROBOTS, "delta", "four_bar", "five_bar", "excavator", "slider_crank", "well_manipulator")
-"""Robots in the odd trials, which test warnings."""
+"""Robots of the trials with odd numbers, which test the warnings."""
 DRAWS = 40
 """Number of random arms per trial."""
 SIGMA = 2e-5, 5e-5

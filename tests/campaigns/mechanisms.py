@@ -4,8 +4,9 @@ Each mechanism of ``drawn_mechanisms.py`` is derived and loaded. The trial compa
 the actuator map and of its inverse at several inputs. No branch may be missing, duplicated or
 wrong. A valid solution closes the loops with positive cylinder lengths. If the loops cannot close
 at an input, a finite value is correct only if the value does not depend on the input. Mechanisms
-without a closed form are counted, and compared only at inputs without a mode. Valid solutions of
-``ik`` must reach the target pose, and one of them must be the generating configuration.
+without a closed form are only counted. Exception: they are compared at inputs without an assembly
+mode. Valid solutions of ``ik`` must reach the target pose, and one of them must be the generating
+configuration.
 """
 
 import tempfile

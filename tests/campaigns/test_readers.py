@@ -28,7 +28,8 @@ COMMANDS = (
     "{{ cycler.__init__.__globals__.os.system('touch mark') }}",
     "\\immediate\\write18{touch mark}",
 )
-"""Commands of shells, spreadsheets, YAML, Python, xacro, templates and LaTeX that create a file."""
+"""Texts that create a file if they are run as commands: in shells, spreadsheets, YAML, Python,
+xacro, templates or LaTeX."""
 PLACES = re.compile(
     r"(?<=\")[^\"\n]+(?=\")|(?<=[=,:] )[^\s,]+|(?<=,)[^\s,]+|^[^\s,<>]+", re.MULTILINE
 )

@@ -1,4 +1,4 @@
-"""The page of arms that load by name: one arm of each kind is classified."""
+"""Tests the table of arms in docs/robots.md for one arm of each kind."""
 
 import runpy
 from pathlib import Path

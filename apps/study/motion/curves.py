@@ -104,7 +104,7 @@ class TaskLine:
         start: (k,) task coordinates at the start, in the order of the inverse for the task.
         end: (k,) task coordinates at the end.
         task: "position", "position_pitch" or "planar".
-        length: Distance of both positions [m], or, if it is zero, the norm of end - start.
+        length: Distance of the end positions [m]. If it is 0, `length` is the norm of end - start.
     """
 
     start: FloatArray

@@ -42,7 +42,7 @@ class ArmStep(LoopStep):
 
     Attributes:
         found: In the first step of an arm, the values of all its joints. Empty in later steps.
-        arm: The arm. None in later steps of an arm, and for locked joints.
+        arm: The arm in its first step. The field is None in later steps, and if joints are locked.
     """
 
     found: tuple[sp.Expr, ...] = ()

@@ -147,7 +147,7 @@ def _excess(terms: Terms, h: Vector, v: Vector, value: sp.Expr) -> sp.Expr:
 def _merged(terms: Terms, value: sp.Expr) -> sp.Expr:
     """Returns the threshold for merging two solutions.
 
-    The threshold is 0 for a component of 1 or -1.
+    If ``value`` is exactly 1 or -1, the threshold is 0.
     """
     is_exact = abs(abs(float(terms.value(value))) - 1) <= EXACT_STRUCTURE
     return ZERO if is_exact else MEETING_SOLUTIONS

@@ -103,7 +103,7 @@ def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, 
     Args:
         terms: Table of named terms.
         k: The axis of the subproblem.
-        total: A vector whose length is the required length of the sum of the two vectors.
+        total: A vector with the prescribed length.
         parts: The two vectors that are added. The component of each vector along k does not depend
             on the angle.
     """

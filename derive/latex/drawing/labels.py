@@ -196,7 +196,7 @@ LOOP = 20
 """Radius of the circle around a loop number."""
 _GRID = 15
 _OUTSIDE = 150
-"""Cost of a loop number outside its loop."""
+"""Cost of a position of the loop number that is outside the drawn loop."""
 
 
 def loop_number(corners: Sequence[Point], obstacles: Obstacles) -> Point:

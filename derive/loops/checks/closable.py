@@ -170,7 +170,7 @@ def _edge_between(inside: float, outside: float, closes: Callable[[float], bool]
 def omitted_actuators(h: SolvedLoops) -> str:
     """Lists actuators without a reference value, and the values that follow from the other joints.
 
-    The text is empty if the reference states all actuators or no coordinate at all.
+    The text is empty if the reference contains the values of all actuators, or no values.
     """
     mechanism, bodies = h.mechanism, NumericMechanism(h.mechanism)
     omitted = [c.moves for c in mechanism.coordinates if c.moves in mechanism.omitted]

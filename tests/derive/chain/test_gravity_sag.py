@@ -1,4 +1,5 @@
-"""Joint deflection under gravity: torques (Pinocchio), derivatives (CasADi), and files."""
+"""Tests the deflection of joints by gravity. Pinocchio computes torques, and CasADi derivatives.
+Written files are also tested."""
 
 from functools import cache
 

@@ -129,7 +129,7 @@ static double chasles_arm_root(const chasles_arm_equations *equations, double lo
     return fabs(at_low) < fabs(at_high) ? low : high;
 }
 
-/* Solves for the first two unknowns at an angle of the third. */
+/* Solves for the first two unknown joints if the third has the value `angle`. */
 static void chasles_arm_try(const chasles_arm_equations *equations, double angle,
                             chasles_arm_solutions *found)
 {
