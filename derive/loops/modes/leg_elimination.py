@@ -19,8 +19,8 @@ Named = tuple[sp.Symbol, sp.Expr]
 Name = Callable[[str, str], sp.Symbol]
 """Returns the symbol of a letter (``w``, ``u``, ``n``, ``|u|``, ``k``, ``l``, ``J``) and an index.
 
-The index consists of a leg number, an axis, or a leg number and an axis. The index of the distances
-``|a|`` and ``|b|`` consists of two leg numbers.
+The index consists of a leg number, an axis, or a leg number and an axis. For the distances ``|a|``
+and ``|b|`` between points of two legs, the index consists of the two leg numbers.
 """
 
 
@@ -154,7 +154,10 @@ def _polynomial(
 def _distances(
     legs: Triad, sides: list[Complex], base_vectors: list[Complex], name: Name
 ) -> list[Named]:
-    """Returns the sides of the platform, and the distances between the fixed points of lines."""
+    """Returns the lengths of the platform sides.
+
+    Also returns distances between points of the lines on which leg ends move.
+    """
     vectors = [("|b|", "21", sides[0]), ("|b|", "31", sides[1])]
     vectors.append(("|b|", "32", minus(sides[1], sides[0])))
     others = max(0, len(legs.L) - 1)

@@ -28,8 +28,8 @@ class Rod:
     """A strut at joint values theta and actuator values q, in the base frame (meter).
 
     Attributes:
-        a: The end on an actuated body or on the base.
-        b: The end on the platform.
+        a: The endpoint of the strut on an actuated body or on the base.
+        b: The endpoint of the strut on the platform.
         d: The vector d from the end a to the end b.
         distance: The length of d.
         length: The length of the strut.

@@ -47,7 +47,7 @@ def left(v: Array) -> Array:
 
 
 def right(v: Array) -> Array:
-    """Returns matrices (n, 4, 4) of the products x v."""
+    """Returns the matrices (n, 4, 4) that multiply a quaternion x by v from the right."""
     return _matrices(v, -1)
 
 

@@ -188,12 +188,12 @@ def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Comple
     """Returns the position of the platform at an angle that is a zero of the polynomial.
 
     Let u be the longer of u_2 and u_3. The component of the first rod along u is k / |u|. The
-    component of the first rod orthogonal to u follows from the rod length. The two components are
-    accurate even if u_2 and u_3 are parallel. The third circle determines the sign of the
-    orthogonal component. If the three centers are collinear, both signs are solutions. The function
-    returns the first solution, and :func:`triad_mirror` returns the second solution. If the centers
-    coincide, the position is NaN. Legs whose ends move on lines come first. If there are three
-    lines, the two lines that are closest to perpendicular determine the position.
+    component of the first rod orthogonal to u follows from the rod length. Both components of the
+    first rod are accurate even if u_2 and u_3 are parallel. The third circle determines the sign of
+    the orthogonal component. If the three centers are collinear, both signs are solutions. The
+    function returns the first solution, and :func:`triad_mirror` returns the second solution. If
+    the centers coincide, the position is NaN. Legs whose ends move on lines come first. If there
+    are three lines, the two lines that are closest to perpendicular determine the position.
 
     Args:
         terms: Receives the terms.
@@ -212,7 +212,7 @@ def triad_mirror(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
     """Returns :func:`triad_position`, mirrored at the line through two circle centers.
 
     If the centers of the circles are collinear, the mirror image is a second solution. Near a
-    double zero of the polynomial, the mirror image is a start value for an iteration.
+    double zero of the polynomial, the mirrored position is a start value for an iteration.
     """
     return _Factors(terms, triad).position(c, s, sp.S.NegativeOne)
 

@@ -255,7 +255,7 @@ class ParametricLoops:
         )
 
     def _calls(self, name: str) -> tuple[Call, ...]:
-        """Returns the calls at the start of a parametric function."""
+        """Returns the function calls with which the code of a parametric function starts."""
         closed = Call(SYSTEM, "at", ("q", "p"), (self.arguments["w"],), OPERATIONS)
         if name == "fk_p":
             return (closed, self._called("tool_p", "T"))
@@ -310,10 +310,10 @@ def file_parts(
 
     Returns:
         The frames in the order of the file: the base body in the base frame, each joint in its
-        parent body, both ends of each closure or strut, and the tool. The next
-        frames are the second ends of the struts, relative to the first ends. The next frames are
-        the positions of the link masses in their link frames. The last frames contain the offset of
-        each coupling as x coordinate (degree or meter).
+        parent body, both ends of each closure or strut, and the tool. Then follow the frames of the
+        struts: the frame at the second end of a strut, relative to the frame at its first end. The
+        next frames are the positions of the link masses in their link frames. The last frames
+        contain the offset of each coupling as x coordinate (degree or meter).
     """
     zero: dict[sp.Symbol, sp.Expr] = dict.fromkeys(coordinates, sp.S.Zero)
     behind: dict[str, Placement] = {mechanism.base_frame: ()}

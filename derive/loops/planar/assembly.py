@@ -34,7 +34,8 @@ STEPS: tuple[type[PlanarStep], ...] = (
     TwoPinsAndSlide,
     ThreePins,
 )
-"""The kinds of steps. The cheapest steps, which need no square root, come first."""
+"""The classes of planar solution steps, in the order in which they are tried. The first steps need
+no square root."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ def assemble(
         linkage: Bodies and joints.
         known: Known values of joints, swing angles or cylinders by name (radian, meter).
         reference: The configuration that selects the branch.
-        branch: The branch. By default, the branch of the reference.
+        branch: The branch. The default is the branch that contains the reference configuration.
 
     Raises:
         DescriptionError: A loop does not close at the reference, or its branch is ambiguous there.

@@ -87,9 +87,9 @@ class Clusters:
         linkage: Bodies and joints.
         known: Known values of joints, swing angles or cylinders by name (radian, meter).
         reference: The configuration that selects the branch.
-        branch: The branch. None stands for the branch of the reference.
+        branch: The branch. None selects the branch that contains the reference configuration.
         all: The clusters.
-        steps: The steps so far.
+        steps: The solution steps that are already found.
         loops: Rates of all solved angles.
         relations: Sums of rotated vectors that are zero.
         travels: Solved travels of slides by name.
@@ -193,7 +193,7 @@ class Clusters:
         return self.pin(cluster, second) - self.pin(cluster, first)
 
     def guide(self, slide: SlideEdge, base: Cluster, other: Cluster) -> Guide:
-        """Returns the guide on which the group ``other`` slides on ``base``."""
+        """Returns the guide of the prismatic joint between the groups ``base`` and ``other``."""
         forward = slide.a in base
         a, b = (base, other) if forward else (other, base)
         on_a, on_b = a[slide.a], b[slide.b]
@@ -209,14 +209,17 @@ class Clusters:
     # --- joining of rigid groups ---
 
     def join(self, base: Cluster, other: Cluster, pose: PlanarPose) -> None:
-        """Merges a group into another group in which its pose is known."""
+        """Merges the group ``other`` into the group ``base``.
+
+        ``pose`` is the pose of ``other`` in ``base``.
+        """
         base.update({body: pose.carried(there) for body, there in other.items()})
         self.all = [cluster for cluster in self.all if cluster is not other]
 
     def mount(
         self, base: Cluster, other: Cluster, turn: Turned, at: PhasorSum, at_other: PhasorSum
     ) -> None:
-        """Joins a rotated group that shares a point with the base group."""
+        """Merges a rotated group into the base group. The two groups share a point."""
         angle, rotor = sp.expand(turn[0]), turn[1]
         origin = at - at_other.times(rotor).turned(angle)
         self.join(base, other, PlanarPose(angle, rotor, origin))
@@ -280,7 +283,7 @@ class Clusters:
 
         Args:
             at_reference: The sign at the reference, or 0 if ambiguous.
-            edges: The joints of the step, for the error message.
+            edges: The joints that the step solves, for the error message.
 
         Raises:
             DescriptionError: The sign at the reference is ambiguous.

@@ -73,7 +73,9 @@ def join_dyad(
 
 
 def side_of(clusters: Clusters, dyad: Dyad) -> int:
-    """Returns the side of the pin between the arms at the reference, or 0 if ambiguous.
+    """Returns on which side of the base the pin between the two arms lies at the reference.
+
+    Returns 0 if ambiguous.
 
     If a branch is requested, the side of the pin is not needed and the result is 0.
     """
@@ -134,7 +136,7 @@ def _margin(clusters: Clusters, dyad: Dyad) -> float:
 
 
 def may_be_parallelogram(clusters: Clusters, dyad: Dyad) -> bool:
-    """Whether the base may be the sum of two vectors with the lengths of the arms.
+    """Whether the dyad may be a parallelogram.
 
     This function tests numerically, which is much faster than the exact test for a parallelogram.
     """

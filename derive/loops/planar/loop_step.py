@@ -99,10 +99,10 @@ class StepEquations:
         vectors: Components of the given vectors by letter, as named terms.
         lengths: Letters of the vectors whose lengths occur in the equations.
         scalars: Known scalars without printed symbols, as named terms.
-        unknowns: Solved travels of slides and position components, as named terms.
+        unknowns: Symbols of the solved travels of slides, and of the solved position components.
         results: Definitions in order. A definition uses only earlier quantities.
         angles: The solved angles.
-        margin: The margin of the step, or None if its loop can always be closed.
+        margin: The distance of the step from its dead point, or None if the loop always closes.
         rates: Rate equations of unknowns and angles.
     """
 
@@ -188,7 +188,7 @@ class LoopStep(ABC):
 
 
 def weighted(vector: Quantities, weights: tuple[sp.Expr, ...], factor: sp.Expr = ONE) -> Weighted:
-    """Returns the weighted components of a vector for a rate equation."""
+    """Returns the rates of vector components, with their factors in a rate equation."""
     return tuple((part, factor * w) for part, w in zip(vector, weights, strict=True))
 
 

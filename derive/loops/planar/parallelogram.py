@@ -32,8 +32,9 @@ from .loop_step import (
 
 SIDES_OF_THE_BASE = 2
 FIGURES = {1: "parallel", -1: "crossed"}
-"""Names of the two assembly modes. In the parallel mode, the arms are parallel to two vectors whose
-sum is the base. In the crossed mode, the arms are mirrored about the base.
+"""Names of the two assembly modes. The base vector is the sum of two vectors. In the parallel mode,
+the arms are parallel to these two vectors. In the crossed mode, the arms are mirrored about the
+base.
 """
 
 

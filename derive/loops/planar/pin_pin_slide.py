@@ -105,7 +105,7 @@ def rate_of_third(line: CircleAndLine) -> LoopRate:
 
 
 def travel_remark(sign: int) -> str:
-    """Returns a sentence on which of two travels is used."""
+    """Returns a sentence that states which of the two solutions for the travel is used."""
     size = "greater" if sign > 0 else "smaller"
     return f"The sign of the root selects the {size} of two travels."
 

@@ -45,7 +45,7 @@ class PinAndTwoSlides(PlanarStep):
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first ring of one pin and two slides."""
+        """Joins three rigid groups that one pin and two slides connect in a loop."""
         edges = clusters.ring(slides=2)
         if edges is None:
             return False

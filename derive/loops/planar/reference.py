@@ -1,6 +1,6 @@
 """Values of terms at the reference configuration, which determine the branch signs.
 
-Double precision is sufficient for signs.
+Double precision is sufficient to compute branch signs.
 """
 
 import cmath
@@ -26,7 +26,8 @@ class Branch:
     Attributes:
         requested: The signs of the first steps with two branches. 1 is the sign at the reference,
             and -1 the opposite sign.
-        own: The sign at the reference for the joints or struts of each step.
+        own: The branch sign of each step at the reference, keyed by the joints or struts of the
+            step.
         taken: The signs of the steps that are already solved: 1 for the sign at the reference, -1
             for the opposite sign.
     """

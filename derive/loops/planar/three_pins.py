@@ -45,8 +45,8 @@ class TwoCircles:
         w: The vector W in the frame of the body that contains it.
         height: Twice the signed area of the triangle. The area is positive if C is to the left of
             D.
-        margin: sin^2 of the transmission angle. The margin is zero at a dead point and negative
-            without an intersection.
+        margin: sin^2 of the transmission angle. The margin is zero at a dead point. The margin is
+            negative if the circles do not intersect.
     """
 
     C: Complex
@@ -66,7 +66,7 @@ def two_circles(
     sign: int,
     gate: Callable[[sp.Expr], sp.Expr] = lambda square: square,
 ) -> TwoCircles:
-    """Intersects the circles of radius |v| about the first end of D and |w| about its second end.
+    """Intersects two circles about the ends of the vector D, with the radii |v| and |w|.
 
     Let d be the length of D, p = (d^2 + v^2 - w^2) / 2, and 4 h^2 = ((d + w)^2 - v^2)(v^2 - (d -
     w)^2). C is the vector from the first end of D to the intersection, and W from the second end.

@@ -35,8 +35,8 @@ def collapsed(
         count: Number of moving joints in the chain.
 
     Returns:
-        The chain of the tool without omitted joints. The translations (meter) have the joint
-        indices ``count``, ``count + 1`` and so on.
+        The chain of the tool, without the joints whose rotations cancel. The translations (meter)
+        have the joint indices ``count``, ``count + 1`` and so on.
     """
     translations: list[sp.Expr] = []
     found = []

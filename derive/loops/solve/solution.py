@@ -189,7 +189,10 @@ def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solu
 
 
 def _goes_on(loops: Loops, before: Solution, planar: Solution, after: Solution) -> bool:
-    """Whether another round can solve more joints. A coupling may connect different loops."""
+    """Whether repeating all solution steps can solve more joints.
+
+    A coupling may connect different loops.
+    """
     if loops.mechanism.couplings:
         return bool(after.open) and after.open != before.open
     return after.open != planar.open and bool(_left(loops, after))
@@ -348,13 +351,14 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
     """Wraps a solved angle to a full turn about the middle of the joint limits.
 
     Without limits, the interval is -pi to pi. If the reference value is beyond pi, the interval is
-    about the nearest multiple of pi. Angles near the reference then do not jump. The interval of a
-    coupled joint contains its limits; without limits, it is about the reference.
+    about the nearest multiple of pi. Angles near the reference then do not jump. For a coupled
+    joint, the interval contains the joint limits. If the coupled joint has no limits, the reference
+    value is the middle of the interval.
 
     Args:
         terms: Receives the terms.
-        solution: The solution that contains the angle ``value``. The function adds the rate of the
-            wrapped angle to the solution.
+        solution: The solution that contains the angle ``value``. The rate of the wrapped angle is
+            added to the rates of the solution.
         value: A sum of solved angles and coordinates.
         joint: The joint of the angle, or None for a swing angle.
     """
@@ -421,7 +425,10 @@ def _given(mechanism: Mechanism) -> dict[str, float]:
 
 
 def _value_of(mechanism: Mechanism, name: str, moves: str, ratio: sp.Expr) -> float:
-    """Returns the reference value of a coordinate or of its joint."""
+    """Returns the reference value of a coordinate.
+
+    The file states the value of the coordinate or of the joint that it moves.
+    """
     given = dict(mechanism.reference)
     if name not in given and moves in given:
         values = {parameter.symbol: parameter.value for parameter in mechanism.parameters}

@@ -80,7 +80,7 @@ def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
 def pin_ends(legs: Legs, loop: Loop) -> tuple[tuple[BallEnd, BallEnd], ...]:
     """Returns two points of the axis at both ends of a pin closure.
 
-    The tuple is empty for a closure without a pin.
+    The tuple is empty if the closure is not a pin.
     """
     loop_joint = loop.loop_joint
     if not isinstance(loop_joint, Closure) or loop_joint.kind != "pin":

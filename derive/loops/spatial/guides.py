@@ -2,8 +2,8 @@
 
 A closure connects the two branches of a loop. If all rotations have their reference values, both
 frames of the closure have the same orientation. If the axes of the unknown rotations are
-independent, each rotation stays at its reference value. The travels of the slides then follow from
-a linear equation for the points of the closure.
+independent, the unknown joints do not rotate. The travels of the slides then follow from a linear
+equation for the points of the closure.
 
 The linear equation omits a second assembly mode of the guides, in which bearings are rotated by
 half a turn. Bearings are not mounted with this rotation by half a turn.
@@ -61,7 +61,7 @@ class Guides(LoopStep):
 
 
 class _Guided:
-    """The unknown joints of a loop, and the closure at the reference rotations."""
+    """The unknown joints of a loop. All revolute joints of the loop have their reference values."""
 
     def __init__(self, legs: Legs, loop: Loop) -> None:
         self.legs, self.loop, self.terms = legs, loop, legs.terms
@@ -104,7 +104,7 @@ class _Guided:
         )
 
     def _axis(self, joint: Joint) -> Vector:
-        """Returns the direction of motion of a joint in the frame in which both branches start."""
+        """Returns the direction of a joint's motion in the common body of the two branches."""
         path = self.loop.to_a if joint in self.loop.to_a else self.loop.to_b
         before = path[: path.index(joint)]
         axes, _ = pose_along(self.legs.mechanism, self.terms, before, joint.before, self.still)

@@ -34,7 +34,7 @@ class HingedRod:
     """The revolute joint before the ball of a closure.
 
     Attributes:
-        closure: The closure that contains the ball.
+        closure: The closure whose joint is the ball joint of the leg.
         joint: The joint.
         target: The frame of the ball on the other body.
         center: A frame at the point of the axis that is nearest to the ball, with the axes of the
@@ -64,7 +64,11 @@ class HingedRod:
 
 
 def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
-    """Returns the hinge if the last unknown joint is revolute and its axis misses the ball."""
+    """Returns the hinge before a ball joint, or None.
+
+    A hinge is the last unknown joint; it is revolute, and its axis does not contain the ball
+    center.
+    """
     places = end.last("revolute")
     if not places:
         return None

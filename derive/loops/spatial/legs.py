@@ -57,7 +57,7 @@ def assemble_in_space(
         mechanism: The description.
         loops: The spatial loops. Struts with ball ends, rods with universal joints, and bodies on
             prismatic joints can be solved.
-        known: The known values, to which the function adds values, rates and steps.
+        known: The known joint values. The function adds the solved values, rates and steps.
         reference: The configuration that selects the branch.
         branch: The branch. None stands for the branch of the reference.
         last_step: The step to try on each loop if no other step applies.
