@@ -35,7 +35,7 @@ _FROM_CROSS = rotation("x", _RIGHT)
 
 
 class JointedStrut(NamedTuple):
-    """The joints, the closure and the reference value that replace a strut."""
+    """The joints and the closure that replace a strut, and the reference values of the joints."""
 
     joints: tuple[Joint, ...]
     closure: Closure
@@ -48,7 +48,9 @@ def is_jointed(ends: Ends) -> bool:
 
 
 def jointed(strut: Strut, ends: Ends) -> JointedStrut:
-    """Returns joints and a closure in place of a strut, from the end with fewer freedoms.
+    """Returns joints and a closure in place of a strut.
+
+    The joints start at the end with fewer degrees of freedom.
 
     Args:
         strut: The strut; its swing angle becomes the angle of the first joint.

@@ -90,7 +90,7 @@ def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
 def single_precision(number: Fraction) -> Fraction:
     """Returns the shortest decimal for a single-precision number in meters or millimeters.
 
-    Other numbers, and numbers with few digits, stay as they are.
+    Numbers that are not in single precision, and numbers with few digits, are not changed.
     """
     places = decimal_places(sp.Rational(number.numerator, number.denominator)) or 0
     if abs(number) * 10**places < 10**_FEWEST_DIGITS:
@@ -110,9 +110,10 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
     A decimal becomes a multiple of pi/12 if rounding or truncating this multiple gives the decimal.
     The decimal must have enough places: an arbitrary angle may match with a probability of at most
     ``CHANCE``. Three decimal places are enough, or two decimal places for right angles. The file
-    may also contain a fraction of a rounded pi. The rounded pi has at least four places, and at
-    most as many places as the decimal. For example, 0.7853975 is 3.14159 / 4. Trailing zeros do not
-    count as places, so the decimal 2.880 stays as it is. An angle of zero must be written as 0.
+    may also contain a fraction of a rounded pi. The rounded pi has at least four decimal places,
+    and at most as many as the number in the file. For example, 0.7853975 is 3.14159 / 4. Trailing
+    zeros do not count as places, so the decimal 2.880 stays as it is. An angle of zero must be
+    written as 0.
     """
     degrees = value * 180 / sp.pi
     if degrees.is_Rational:

@@ -90,7 +90,7 @@ def lengths(robot: Described) -> Iterator[sp.Expr]:
 
 
 def _difference(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns bounds for the translation and rotation between two link motions."""
+    """Returns bounds for the difference of two link motions: a translation and a rotation angle."""
     (shift, turn), (other_shift, other_turn) = _of_screws(link, same), _of_frames(link, same)
     return min(shift, other_shift), min(turn, other_turn)
 
@@ -172,7 +172,10 @@ def _angle_between(a: _Matrix, b: _Matrix) -> mpmath.mpf:
 
 
 def _angle(one: _Matrix, other: _Matrix) -> mpmath.mpf:
-    """Returns the rotation angle between two poses. Small angles are accurate."""
+    """Returns the rotation angle between two poses.
+
+    The formula is also accurate for small angles.
+    """
     distance = mpmath.sqrt(sum(abs(x) ** 2 for x in one[:3, :3] - other[:3, :3]))
     return 2 * mpmath.asin(min(mpmath.mpf(1), distance / mpmath.sqrt(8)))
 

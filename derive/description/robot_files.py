@@ -128,8 +128,8 @@ def read_text(
         text: The text of a robot file or URDF.
         format: The format of the text, "toml" or "urdf". Xacro files and MJCF models must be read
             from a file.
-        file: File name for error messages. The folder of this file is searched for the extended
-            file.
+        file: File name for error messages. A relative path after `extends` starts at the folder of
+            this file.
         conventions: The conventions that a robot file may use. The default is all conventions of
             chasles.
         exact: Whether the numbers of the text are used exactly. See :func:`read`.

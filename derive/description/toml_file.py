@@ -423,7 +423,7 @@ def is_name(text: str) -> bool:
 
 
 def _revalued(parameter: object, value: object) -> object:
-    """Returns a parameter with another value. Unit and meaning stay the same."""
+    """Returns a parameter with another value, and with the unchanged unit and meaning."""
     return {**parameter, "value": value} if isinstance(parameter, Mapping) else value
 
 

@@ -26,8 +26,8 @@ from .pose_error import pose_in_digits
 
 _STEP = math.pi / 12
 _ROUNDED_ANGLES = 3
-"""Rounding error of a relative rotation in units of the last place. A relative rotation consists of
-two orientations with three angles each. Each angle has an error of half a unit in the last place.
+"""Rounding error of a relative rotation in units of the last place. Two orientations with three
+angles each determine a relative rotation. Each angle has an error of half a unit in the last place.
 """
 _FINE = 10**20
 """Before an angle in rotated axes is simplified, it is rounded to a multiple of 1 / _FINE
@@ -40,7 +40,7 @@ _GUARD = 2
 
 @dataclass(frozen=True)
 class TurnedBase:
-    """The rotated axes in which a base has exact angles.
+    """A rotated frame, relative to which the frames of the base have exact angles.
 
     Attributes:
         owner: The joint or closure whose frame has the orientation of the rotated axes.
@@ -181,7 +181,7 @@ def _oriented(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
 
 
 def _others(mechanism: Mechanism) -> tuple[list[Fraction], list[Fraction]]:
-    """Returns the absolute values of lengths and angles of the other bodies."""
+    """Returns the absolute values of lengths and angles of all bodies except the base."""
     placements = [place for body, place in mechanism.placed if body != mechanism.base_frame]
     lengths = [strut.length for strut in mechanism.struts]
     lengths += [x for placement in placements for x in _lengths(placement)]

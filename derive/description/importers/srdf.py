@@ -28,7 +28,8 @@ def group_ends(file: Path, tree: KinematicTree, group: str) -> tuple[tuple[str, 
         group: Name of the group.
 
     Returns:
-        One pair (base, tip) for each chain. If the group contains groups, each of them is a chain.
+        One pair (base, tip) for each chain. If the group contains other groups, each contained
+        group is a chain.
 
     Raises:
         DescriptionError: The file is not a valid SRDF, the group is unknown, or its links form no

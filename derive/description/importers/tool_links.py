@@ -26,15 +26,15 @@ SENSOR_WORDS = ("camera", "optical", "sensor", "imu", "laser", "lidar", "collisi
 MAX_LINKS = 500
 """Maximum number of links. In a tree with more than 500 links, the tip is not inferred."""
 MAX_OTHERS = 6
-"""Maximum number of other chain ends in a note."""
+"""Maximum number of alternative tip links that a note lists."""
 
 
 class NoChain(DescriptionError):
-    """Error for two links without a chain. The caller adds the name of the file.
+    """No joints connect two links. The caller adds the file name to the error message.
 
     Attributes:
         field: The wrong argument: ``base``, ``tip`` or ``link``.
-        value: The found value, or None if there is no value.
+        value: The wrong value, or None if the argument is missing.
         expected: A valid value, in words.
     """
 
@@ -64,7 +64,7 @@ class Ends:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on the inferred ends, or () if nothing was inferred."""
+        """Notes on an inferred base or tip. The tuple is empty if both were given."""
         return tuple(filter(None, (self._of_tip, self._of_base, self._of_end_parts)))
 
     @property
@@ -165,7 +165,7 @@ def _check_joints(path: Sequence[TreeJoint], base: str) -> None:
 
 
 def leader_between(follower: str, ends: Ends) -> str:
-    """Returns the error text for a mimic joint without its leader."""
+    """Returns the error text for a mimic joint whose leader is outside the chain."""
     return (
         f"a joint between {ends.base} and {ends.tip} that {follower} follows; without the "
         f"coupling, {follower} has its own coordinate"
@@ -182,7 +182,7 @@ def _only_root(tree: KinematicTree) -> str:
 
 
 def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
-    """Returns the longest arms below a link."""
+    """Returns base and tip of the longest arms that start at a link."""
     root = base or _only_root(tree)
     if tree.root_of(root) in tree.joint_to or len(tree.links) > MAX_LINKS:
         raise NoChain(

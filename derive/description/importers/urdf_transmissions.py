@@ -168,7 +168,7 @@ def _kind(element: etree._Element) -> str:
 def _in_order(element: etree._Element, tag: str) -> Iterator[etree._Element]:
     """Yields the actuators or joints of a transmission.
 
-    If all actuators or joints of the transmission have roles, the roles define the order.
+    If all of these elements have roles, they are sorted by role.
     """
     parts = element.findall(tag)
     roles = [(part.get("role") or part.findtext("role") or "").strip() for part in parts]

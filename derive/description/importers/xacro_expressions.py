@@ -82,9 +82,8 @@ def replaced(module: Any, **values: Any) -> Iterator[None]:
         yield
     finally:
         for name in values:
-            # If the module had no attribute of this name, the replaced function was a built-in
-            # function. Deleting the function that replaces a built-in function restores the
-            # built-in function.
+            # The module may have had no attribute of this name. Then deleting the attribute makes
+            # the built-in function visible again.
             if name in before:
                 setattr(module, name, before[name])
             else:

@@ -42,7 +42,7 @@ FUNCTIONS = {
 
 
 def wrapped(line: str, indent: str = "") -> list[str]:
-    """Returns the lines of a statement that may be longer than `WIDTH`."""
+    """Splits a statement into lines of at most `WIDTH` characters."""
     return textwrap.wrap(
         line,
         WIDTH,

@@ -33,8 +33,8 @@ def header(
     Args:
         robot: The robot; its name is the prefix of all C names.
         functions: The functions, with documented arguments and results.
-        programs: The programs of the functions. The header states the operation counts of the
-            programs.
+        programs: The sequences of operations that compute the functions. The header states the
+            operation counts of the programs.
         further: Commented declarations of wrapper functions.
     """
     # The prefix avoids a clash with the common headers if a robot is named hexapod or lanes.

@@ -217,7 +217,7 @@ class _Parts:
     """A program, split at the first call that computes several cosines and sines.
 
     Attributes:
-        before: Statements before the call.
+        before: Statements before this call.
         angles: Arguments of the cosines and sines.
         turns: Names of the results, ``c[k]`` and ``s[k]`` for angle k.
         after: Statements after the call.

@@ -88,7 +88,7 @@ class Gearboxes:
         return 1 if cosine > 0 else -1
 
     def _direction(self, joint: etree._Element, axis: str) -> NDArray[np.float64]:
-        """Returns the unit vector of an axis in the model frame at zero."""
+        """Returns the unit vector of an axis in the model frame, with all joints at zero."""
         with mp.workdps(EVALUATION_DIGITS):
             T = pose_in_digits(self.frames.relative(MODEL, str(joint.get("name"))), {})
             R = np.array([[float(T[i, j]) for j in range(3)] for i in range(3)])

@@ -119,7 +119,7 @@ class SdfFile:
         effort = (joint.findtext("axis/limit/effort") or "").strip()
         return joint.get("type") in ("fixed", "ball") or (effort != "" and not effort.strip("0.+-"))
 
-    # --- the tree ---
+    # --- the tree of links and joints ---
 
     @cached_property
     def tree(self) -> KinematicTree:

@@ -77,7 +77,10 @@ def origin_of(placement: Placement) -> tuple[Vector, Vector]:
 
 
 class SdfFrames:
-    """The frames of a model. Methods read numbers and report invalid numbers."""
+    """The frames of a model.
+
+    Its methods read the numbers of elements, and raise errors for invalid numbers.
+    """
 
     def __init__(self, file: str, model: etree._Element) -> None:
         self.file, self.model = file, model
@@ -104,7 +107,7 @@ class SdfFrames:
         return self._known[name]
 
     def relative(self, base: str, name: str) -> Placement:
-        """Returns the pose of a frame in another frame at zero."""
+        """Returns the pose of a frame in another frame, with all joints at zero."""
         return merged(inverse(self.placed(base)) + self.placed(name))
 
     def link_of(self, name: str, waiting: tuple[str, ...] = ()) -> str:

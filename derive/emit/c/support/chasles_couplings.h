@@ -18,13 +18,13 @@
 typedef struct {
     int n, joints;
     const double *measure; /* phi = measure q + constants (n, n) */
-    const double *step;    /* change of q per full turn of each phi (n, n); 0 if it cannot turn */
+    const double *step;    /* change of q per full turn of each phi (n, n); 0 if phi cannot turn */
     const double *joint;   /* theta = joint q + offset (joints, n) */
     const double *offset;
     const int
         *only; /* index of the only phi that moves a joint, or -1 if several move it (joints) */
     const double *ratio; /* change of each joint per unit of phi[only] */
-    const int *alone;    /* index of the only coordinate that a turn of phi changes, or -1 (n) */
+    const int *alone;    /* index of the only coordinate that a turn of each phi changes, or -1 */
 } chasles_couplings;
 
 /* Returns the scalar product of two rows. Zeros are skipped, because limits may be infinite. */

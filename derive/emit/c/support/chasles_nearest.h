@@ -115,8 +115,8 @@ static inline int chasles_least(int slots, const double *distance)
     return least < chasles_rounded(INFINITY) ? (int)(least & CHASLES_ROUNDING) : -1;
 }
 
-/* Sets q to NaN, and writes the smallest residual and its margin. Returns the reason why there is
- * no solution. */
+/* Sets q to NaN. Writes the smallest residual of all slots, and the margin of the slot with this
+ * residual. Returns the reason why there is no solution. */
 static inline int chasles_none(const chasles_slots *of, const double *q_seed, double *q,
                                double *residual, double *margin)
 {
