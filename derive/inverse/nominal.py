@@ -96,7 +96,7 @@ def _make_meet(
 def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:
     """Returns a joint with the same kind on the axis with direction h through the point p.
 
-    At home, the frames of the joint are parallel to the base frame.
+    With all joints at zero, the frames of the joint are parallel to the base frame.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         x, y, z = (mpmath.mpf(float(component)) for component in h)

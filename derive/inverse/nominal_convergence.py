@@ -85,7 +85,7 @@ class Sampled:
 
     @property
     def share_nearby(self) -> float:
-        """Fraction (0 to 1) of configurations that have a nominal solution nearby."""
+        """Fraction (0 to 1) of the samples that are near a solution of the nominal arm."""
         apart = [_apart(start, self.q).max(-1) for start, _ in self.branches]
         return float((np.min(apart, axis=0) < MAX_REFINING_STEP).mean())
 

@@ -91,7 +91,8 @@ class RefinedTables(Tables):
 
     Attributes:
         turns: Number of full turns per unit of each coordinate, which is 0 for prismatic joints.
-        length: Robot length (meter), which converts distances to angles.
+        length: Robot length (meter). Distances are divided by this length to compare them with
+            angles.
         deviation: Deviation from the nominal robot. An angle is in radian, a distance is divided by
             the robot length.
         general: Tables for the general solver, or None if the general solver does not apply.
@@ -114,8 +115,8 @@ def refined_inverse(
 ) -> NativeSolverFunction:
     """Returns the function ``ik``, which refines the solutions of a nominal robot.
 
-    The nominal branches have the first solution slots. The extra slots are for more solutions of
-    the true robot near singularities. Unused slots contain NaN.
+    The first solution slots contain the refined nominal branches. Near singularities, the true
+    robot may have more solutions, which are in the extra slots. Unused slots contain NaN.
 
     Args:
         nominal: The task ``ik`` of the nominal robot.

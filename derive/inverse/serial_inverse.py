@@ -77,7 +77,8 @@ class Inverses:
         general: The inverse of a general arm, if the axes fit no family.
         polished: The inverse of an arm close to a family. If ``polished`` is not None, ``solved``
             contains the inverse of the nominal arm.
-        polished_tasks: Functions for other tasks that refine solutions of the nominal arm.
+        polished_tasks: Inverse functions for tasks other than a full pose. They refine solutions of
+            the nominal arm.
         composed: The inverse of a robot with loops, which calls the inverse of the main chain.
         chain: The chain that the inverse of a coupled robot solves, or None for a robot without
             couplings.
@@ -244,7 +245,10 @@ def _by_nominal(
 def refined_from(
     classification: Classification, nominal: Solved, general: GeneralTables, move: float
 ) -> Inverses:
-    """Returns the inverse of an arm that refines the task ``ik`` of its nominal arm."""
+    """Returns the inverse of a calibrated arm.
+
+    This inverse refines solutions of the nominal arm.
+    """
     start = as_start(nominal)
     inverse = polished_inverse(classification, nominal.function, general, move)
     return Inverses(classification, {start.function.name: start}, polished=inverse)

@@ -200,7 +200,10 @@ class PlaneEquations:
         return found
 
     def _still(self, path: Sequence[Joint], base: Placement, tool: Placement) -> FloatArray:
-        """Returns the inverse pose (4, 4) of fixed joints on a side without moving joints."""
+        """Returns the inverse pose (4, 4) of the fixed joints on one side of the platform.
+
+        If this side has moving joints, the identity is returned.
+        """
         if any(joint.kind != "fixed" for joint in path):
             return np.eye(4)
         # The planes are in the base frame if the legs start there.

@@ -1,10 +1,10 @@
 """Start values near the dead points of loops.
 
-The loops of a built robot can be closed slightly beyond the dead points of the design. Beyond a
-dead point, the equation h^2 = x of the design has no solution, because x is slightly negative. The
-equation of the built robot is h^2 = x + e, where e is about as large as |x|. The equation of the
-built robot has a solution on each side of the dead point. The two roots h of the
-equation h^2 = |x| are start values for the solutions of the built robot.
+The loops of a built robot can be closed slightly beyond the dead points of the design. The equation
+of the designed loop is h^2 = x. Beyond its dead point, x is slightly negative, so that the equation
+has no solution. The equation of the built robot is h^2 = x + e, where e is about as large as |x|.
+The equation of the built robot has a solution on each side of the dead point. The two roots h of
+the equation h^2 = |x| are start values for the solutions of the built robot.
 """
 
 from collections.abc import Sequence

@@ -1,4 +1,6 @@
-"""Virtual prismatic joints in place of the part of a chain that only translates.
+"""Virtual prismatic joints that replace a part of a chain.
+
+The replaced joints only translate the next link.
 
 The rods of a built delta robot are not exactly parallel, so its platform rotates slightly. The
 three actuated coordinates then determine the orientation as well as the position. The inverse of
@@ -55,7 +57,7 @@ class Slides:
 
 @dataclass(frozen=True)
 class Translating:
-    """A chain that is shortened by virtual prismatic joints.
+    """A chain in which virtual prismatic joints replace several joints.
 
     Attributes:
         lines: The shortened chain. Virtual joints have the highest indices.

@@ -1,7 +1,7 @@
 """Angle of the first of two aligned axes.
 
-If the last of three revolute axes is parallel to the first, the orientation determines only the sum
-or difference of the two angles. The position then determines the first angle. Let ``v`` be the
+If the first and the last of three revolute axes are parallel, the orientation determines only the
+sum or difference of their angles. The position then determines the first angle. Let ``v`` be the
 target of a point on the last axis, w the vector from the first axis to the point, and u the
 direction of a prismatic joint with displacement d. If the prismatic joint is between the first and
 the last axis, ``R_1 (w + d u) = v``. If the prismatic joint is before the first or after the last

@@ -26,7 +26,7 @@ def with_elbow_in_reach(
     close to 90 degrees as possible.
 
     Args:
-        work: Record of the solution.
+        work: Object that records the solution steps.
         lines: The chain.
         found: The sum of angles 2 to 4 that follows from the direction of axis 6.
         v: The target direction of axis 6, rotated back by joint 1.

@@ -37,10 +37,12 @@ class _State:
 
 
 def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
-    """Applies a Gauss-Newton step to a chain that was solved with an added joint.
+    """Applies a Gauss-Newton step to a solution.
+
+    The solution belongs to the chain with an additional joint.
 
     Args:
-        work: The record of the solution.
+        work: Object that records the solution steps.
         lines: The chain, numbered from the base.
         target: The pose that the chain must reach.
     """
@@ -54,7 +56,7 @@ def step_on_all(work: Work, lines: Lines, target: Target) -> None:
     The step is used only near the target pose, and only if the error becomes smaller.
 
     Args:
-        work: The record of the solution.
+        work: Object that records the solution steps.
         lines: The chain, numbered from the base.
         target: The pose that the chain must reach.
     """

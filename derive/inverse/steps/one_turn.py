@@ -109,7 +109,7 @@ def _two_lengths(
 
 
 def _to_axis(terms: Terms, normal: Vector, slide: Vector, start: Vector) -> sp.Expr:
-    """Returns the displacement to a plane through the axis.
+    """Returns the displacement that moves a point into a plane through the axis.
 
     If the joint is parallel to the plane, 0 is returned.
     """

@@ -1,8 +1,8 @@
 """Prismatic joints of an arm with parallel revolute axes.
 
 The lift moves along the revolute axes. The telescope moves perpendicular to two of the axes. The
-sum of the two revolute angles is known. The telescope changes one side of a triangle. The lengths
-of the two other sides of the triangle are known.
+sum of the two angles about these axes is known. The telescope changes one side of a triangle. The
+lengths of the two other sides of the triangle are known.
 """
 
 import sympy as sp
@@ -57,8 +57,8 @@ def telescope(
     displacement = perpendicular(terms, first.h, subtracted(terms, position, lever))
     is_between = place == 1
     along = rotated(terms, first.h, total, slide.h) if place == len(axes) - 1 else slide.h
-    # A telescope between the two axes is part of the triangle side between them. A telescope before
-    # or after the two axes shifts the required position of the second axis.
+    # If the telescope is between the two axes, its stroke is a part of the triangle side between
+    # them. Otherwise, the stroke shifts the required position of the second axis.
     u = along if is_between else combination(terms, (sp.Integer(-1),), (along,))
     longer, other = (upper, displacement) if is_between else (displacement, upper)
     length = work.slide(

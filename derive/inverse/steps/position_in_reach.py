@@ -4,7 +4,7 @@ The height of a point along a revolute axis a determines a joint. The angle betw
 may depend on fixed joints. A revolute joint parallel to a does not change the height. A prismatic
 joint perpendicular to a does not change the height either. Then the joint may have any value at
 which the other joints reach the target in the plane perpendicular to a. The functions of this
-module select a joint value at which the other joints reach the target.
+module select such a joint value.
 """
 
 from collections.abc import Callable
@@ -33,7 +33,8 @@ def slide_in_reach(
     Args:
         terms: Table of named terms.
         found: The displacement that solves the equation of the plane.
-        in_reach: Returns a displacement at which the other joints reach the target.
+        in_reach: Function that returns a displacement of the prismatic joint. At this displacement,
+            the other joints reach the target.
     """
     assert isinstance(found.equation, LineAndPlane)
     rate = found.equation.rate
@@ -68,9 +69,8 @@ def turn_in_reach(
 def hypotenuse2(terms: Terms, axis: Vector, *sides: Vector) -> sp.Expr:
     """Sums the squared lengths of link vectors, without their components along an axis.
 
-    For two links, the square root of the sum is the hypotenuse of a right triangle. The links are
-    the legs of this triangle. The two links can always reach a point at the distance of the
-    hypotenuse if the elbow angle is free.
+    For two links at a right angle, the square root of the sum is the distance between their ends.
+    The two links can always reach a point at this distance if the elbow angle is free.
     """
     flat = [perpendicular(terms, axis, side) for side in sides]
     return terms.let(sum((dot(terms, side, side) for side in flat), sp.S.Zero))

@@ -1,4 +1,4 @@
-"""Prismatic joints in any order, between revolute joints that the orientation determines.
+"""Prismatic and revolute joints in any order. The tool orientation determines the revolute joints.
 
 There are up to three revolute joints. Two consecutive revolute joints are never parallel. With the
 revolute joints known, the position is linear in up to three displacements. Maximum number of

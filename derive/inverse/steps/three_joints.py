@@ -50,7 +50,7 @@ class Case:
         title: The arrangement in words, such as "axes 2 and 3 parallel".
         max_solutions: The maximum number of solutions.
         requires: Returns the conditions on the axes of the chain.
-        solve: Solves for the three joints.
+        solve: Function that solves for the values of the three joints.
     """
 
     kinds: str
@@ -61,7 +61,7 @@ class Case:
 
 
 def case_of(lines: Lines) -> Case | None:
-    """Returns the first arrangement that fits three axes."""
+    """Returns the first case whose conditions three axes satisfy."""
     kinds = _kinds(lines)
     for case in CASES:
         if case.kinds == kinds and _worst(case, lines).deviation <= lines.tolerance:

@@ -15,7 +15,7 @@ def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vect
     """Solves for the elbow angle, then for the shoulder angle, from the sides of a triangle.
 
     Args:
-        work: Two steps are recorded.
+        work: Object that records the two solution steps.
         first: The shoulder axis.
         second: The elbow axis, parallel to the shoulder axis.
         hand: A point in the home pose that both joints move.

@@ -152,7 +152,7 @@ class Work:
         return found.length
 
     def note(self, names: Sequence[str], method: str, reason: str, found: FoundTurn) -> CosSin:
-        """Records a step whose angle is not a joint angle."""
+        """Records a solution step for an angle that is not a joint angle."""
         self.steps.append(InverseStep(tuple(names), method, reason, _settled(found)))
         return found.turn
 

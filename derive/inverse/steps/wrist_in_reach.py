@@ -1,10 +1,10 @@
 """Arm angles that the position of the wrist center does not determine.
 
-If the wrist center lies on the axis of a joint, the angle of this joint is arbitrary. If axes 4 and
-5 are perpendicular, and axes 5 and 6, the wrist reaches every orientation. With this wrist, any arm
-angle is valid. A wrist with oblique axes limits the angle between axes 4 and 6. For a wrist with
-oblique axes, the selected arm angle brings the angle between axes 4 and 6 as close as possible to
-the middle of its range.
+If the wrist center lies on the axis of a joint, the angle of this joint is arbitrary. If axis 5 is
+perpendicular to axes 4 and 6, the wrist reaches every orientation. With this wrist, any arm angle
+is valid. A wrist with oblique axes limits the angle between axes 4 and 6. For a wrist with oblique
+axes, the selected arm angle brings the angle between axes 4 and 6 as close as possible to the
+middle of its range.
 """
 
 import sympy as sp
@@ -26,7 +26,7 @@ def with_wrist_in_reach(
     """Selects the angles of joints 1 to 3 that the wrist center leaves arbitrary.
 
     Args:
-        work: Record of the solution with joints 1 to 3.
+        work: Object that records the solution steps. Joints 1 to 3 are solved.
         lines: The six-joint chain. The last three joints are the wrist.
         center: The wrist center in the home pose.
         position: The target position of the wrist center.
@@ -56,10 +56,10 @@ def with_angle_to_axis(
 ) -> None:
     """Selects the arbitrary angles of joints 1 to 3.
 
-    The angle between axis 4 and a direction is the criterion.
+    The angles are selected by the angle between axis 4 and a direction.
 
     Args:
-        work: Record of the solution with joints 1 to 3.
+        work: Object that records the solution steps. Joints 1 to 3 are solved.
         lines: The chain. Axis 4 is the first axis of the wrist.
         center: The wrist center in the home pose.
         position: The target position of the wrist center.

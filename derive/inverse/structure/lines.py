@@ -209,7 +209,7 @@ def rotation(k: NDArray[np.float64], angle: float | NDArray[np.float64]) -> NDAr
 
 @dataclass(frozen=True)
 class Lines:
-    """The axes of a chain, with a tolerance.
+    """The axes of a chain, and the tolerance for their geometric conditions.
 
     Attributes:
         terms: Table of named terms.
@@ -274,8 +274,7 @@ class Lines:
     def angular_deviation(self, indices: Sequence[int]) -> float:
         """Returns the largest sine of the angles between consecutive axes of a list.
 
-        If the axes of the list are consecutive joint axes of the arm, the angles do not depend on
-        the configuration.
+        The angles between consecutive joint axes of the arm do not depend on the configuration.
         """
         directions = [self.axes[k].direction for k in indices]
         return max(float(np.linalg.norm(np.cross(a, b))) for a, b in pairwise(directions))

@@ -22,7 +22,7 @@ class Equation:
 
     @property
     def coefficients(self) -> tuple[sp.Expr, ...]:
-        """The coefficients in the order of the fields.
+        """The coefficients of the equation, in the order of the dataclass fields.
 
         Vectors and rows are listed entry by entry.
         """

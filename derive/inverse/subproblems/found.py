@@ -29,7 +29,7 @@ class FoundTurn:
 
 @dataclass(frozen=True)
 class FoundLength:
-    """The displacement of a prismatic joint that a subproblem solves for.
+    """The solution of a subproblem for the displacement of a prismatic joint.
 
     Attributes:
         length: The displacement (meter).

@@ -25,9 +25,9 @@ For tau > 0, x and y are exchanged. Then t = 1 + tau is in [0, 1]. Newton's meth
 Let alpha^2 = g t and beta^2 = g (2 - t). The lines are ``alpha x + beta y + m`` and ``alpha x -
 beta y + n``. Three equations determine m and n: ``alpha (m + n) = p``, ``beta (n - m) = q`` and ``m
 n = r + g - g t``. If alpha^2 > |p|, the values of m + n and n - m determine m and n. Otherwise, the
-values of n - m and m n determine m and n. A relative error of t then has no more effect than an
-equal relative error of the largest of p, q and r. If p is only a rounding error, t is set to
-exactly 0. The solution is accurate at a fourfold root only if t is exactly 0.
+values of n - m and m n determine m and n. Then a relative error of t changes the roots at most as
+much as an equal relative error of the largest of p, q and r. If p is only a rounding error, t is
+set to exactly 0. The solution is accurate at a fourfold root only if t is exactly 0.
 
 Degenerate: for g = 0, the conic is one line and the second line is far away. If g = 0, g is
 replaced by 1e-20 to avoid a division by zero. If all coefficients are 0, the points are arbitrary.
@@ -68,9 +68,10 @@ class CirclePoint:
 
     Attributes:
         turn: Cosine and sine of the root angle.
-        margin: Margin in the units of the polynomial. The margin is 0 for a double root. For a
-            complex root, the margin is negative. A complex root belongs to a line that misses the
-            unit circle. ``turn`` is then the point of the circle nearest to this line.
+        margin: Distance of the root from a double root, in the units of the polynomial. The margin
+            is 0 for a double root. For a complex root, the margin is negative. A complex root
+            belongs to a line that misses the unit circle. ``turn`` is then the point of the circle
+            nearest to this line.
     """
 
     turn: CosSin
@@ -268,7 +269,7 @@ def _on_lines(
     )
     # The two lines intersect outside the circle. Inside the circle, one line is entirely above the
     # other line, or entirely to the right of the other line. So the y or x coordinate of a root
-    # states which line contains the root.
+    # shows on which line the root lies.
     above = let(size * let(2 - t)) >= let(sp.Abs(q) * t)
     by_y = select(terms, swap, select(terms, above, ONE, ZERO), select(terms, above, ZERO, ONE))
     label = select(terms, by_y > HALF, let(signs[0] * signs[1]), signs[0])

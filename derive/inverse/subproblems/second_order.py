@@ -1,8 +1,8 @@
 """Second-order step to a common root of two equations for two angles.
 
 Statement: The equations are ``g + n.x + x.(G x) / 2 = 0`` and ``h + m.x + x.(H x) / 2 = 0``, where
-x is the small step of two angles. The matrices G and H are diagonal, because no term contains both
-angles.
+x is the small step of two angles. The matrices G and H are diagonal, because no term contains the
+product of the two angles.
 
 Derivation: let g be the equation with the larger gradient n. On the parabola ``x = -(g + tau^2 d.(G
 d) / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|``, g vanishes to second order. On this parabola,

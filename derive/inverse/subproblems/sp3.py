@@ -4,9 +4,9 @@ Statement: The equation ``|p0 + R(k, theta) p| = D`` is solved for theta. For ex
 D between shoulder and wrist determines the elbow angle.
 
 Derivation: only the components of p0 and R p perpendicular to k matter. Let P and Q be the lengths
-of these components, and phi the angle between them. Let ``D'^2 = D^2 - (k.p0 + k.p)^2``. The line
-of subproblem 4 follows from ``2 P Q cos(phi) = D'^2 - P^2 - Q^2`` and from Heron's form ``4 P^2 Q^2
-sin^2(phi) = (D'^2 - (P - Q)^2) ((P + Q)^2 - D'^2)``. Heron's form is accurate even for a folded
+of these components, and phi the angle between them. Let ``D'^2 = D^2 - (k.p0 + k.p)^2``. The cosine
+of phi follows from ``2 P Q cos(phi) = D'^2 - P^2 - Q^2``, and the sine from Heron's form ``4 P^2
+Q^2 sin^2(phi) = (D'^2 - (P - Q)^2) ((P + Q)^2 - D'^2)``. Heron's form is accurate even for a folded
 elbow with P = Q. An elbow angle of 1e-10 computed from the cosine alone would have an error of
 1e-8. Two close solutions are merged if the rounding error of D'^2 or (P + Q)^2 is larger than their
 difference. If shoulder and wrist are close together, the small distance D' has full relative
@@ -49,8 +49,8 @@ def sp3(
         across2: The value ``D'^2``: the squared length of the sum, without the component along k.
             See :func:`squared_across`.
         sign: The sign of sin(phi), which selects one of the two angles.
-        rounding: The magnitude to which the rounding error of ``D'^2`` is relative, by default
-            ``D'^2``. If ``D'^2`` is computed as a difference from ``D^2``, pass ``D^2``.
+        rounding: The rounding error of ``D'^2`` is proportional to this number, which is ``D'^2``
+            by default. If ``D'^2`` is computed as a difference from ``D^2``, pass ``D^2``.
     """
     (P2, Q2), (a, b, e) = _line(terms, k, p0, p, across2)
     is_constant = terms.is_constant(P2) and terms.is_constant(Q2)

@@ -21,8 +21,8 @@ define the first sign, and the first sign jumps somewhere on the path.
 Boundary: at a double solution, the determinant of the Jacobian is 0.
 
 Degenerate: if the rank of ``[A1 A2]`` is 1, the solutions form a curve. From this curve, a point
-    with ``a1.x1 / |a1| = a2.x2 / |a2|`` is selected. If the curve is not empty, it contains such a
-    point. If the rank is 0, the angles are arbitrary.
+with ``a1.x1 / |a1| = a2.x2 / |a2|`` is selected. If the curve is not empty, it contains such a
+point. If the rank is 0, the angles are arbitrary.
 
 Source: Elias and Wen 2022, subproblem 6, where one angle is eliminated. The circle in the plane of
 solutions is our own derivation.
