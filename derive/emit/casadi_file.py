@@ -17,7 +17,7 @@ POSITIONS = frozenset(
         *("assembly polynomial", "assembly pose", "assembly mirror"),
     }
 )
-"""Roles of functions that compute positions. The list contains no derivatives."""
+"""Roles of functions that compute poses or joint values. Derivatives have other roles."""
 OF_GEOMETRY = "parametric pose"
 """Role of the forward kinematics whose geometric parameters are inputs."""
 

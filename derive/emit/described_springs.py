@@ -87,7 +87,7 @@ def _weight(robot: SerialRobot, links: dict[str, FloatArray]) -> tuple[float, Fl
 
 
 def _position(robot: SerialRobot, point: PointMass, links: Mapping[str, FloatArray]) -> FloatArray:
-    """Returns the position of a mass in the base frame at zero."""
+    """Returns the position of a mass in the base frame, with all joints at zero."""
     T = links[point.link]
     return np.asarray(T[:3, :3] @ [_value(robot, x) for x in point.at] + T[:3, 3])
 

@@ -100,7 +100,7 @@ def missing_nearest(derivation: Derivation, printed: Sequence[SymbolicFunction])
 
     Args:
         derivation: The derivation of the robot.
-        printed: The functions that the language contains.
+        printed: The functions that are printed in an output language.
     """
     found = [function.name for function, _ in printed_nearest(derivation, printed)]
     in_c = {function.name for function in seeded(derivation)}

@@ -27,7 +27,7 @@ MAX_NAMED = 12
 def inverses_for_fixed(
     robot: SerialRobot, terms: Terms, families: Sequence[Family], fixed: str | Sequence[str]
 ) -> Inverses:
-    """Derives the inverses of a serial robot whose caller fixes some joints.
+    """Derives the inverses of a serial robot for the fixed joints that a caller chose.
 
     Args:
         robot: The description.
@@ -98,7 +98,7 @@ def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
 def _nothing_left(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], found: Inverses
 ) -> InputValueError:
-    """Returns the error for fixed joints with which the robot has no closed-form inverse.
+    """Returns the error if the robot has no closed-form inverse with the chosen fixed joints.
 
     The error lists suitable joint sets.
     """

@@ -178,7 +178,7 @@ def further_families(
 
     Args:
         lines: The chain.
-        found: The structure that was found first.
+        found: The exact structure that is already known.
         families: The families of axis structures to try, in order.
         give: Indices of the joints to fix. If the tuple is empty, every possible set is tried.
     """

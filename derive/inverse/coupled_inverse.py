@@ -92,9 +92,9 @@ def refined_in_coordinates(
     Args:
         robot: The coupled robot.
         chain: The chain.
-        refined: The inverse of the chain.
-        solved: The tasks, with coordinates as results. Refinement starts from the solutions of the
-            nominal arm.
+        refined: The refined inverse of the chain, which returns joint values.
+        solved: The solved tasks of the nominal arm, which return coordinates. Refinement starts
+            from the solutions of the nominal arm.
     """
     assert isinstance(refined.tables, RefinedTables)
     start = solved[NOMINAL].function

@@ -88,7 +88,7 @@ def _without_last(terms: Terms, target: Target, axis: Axis, value: sp.Expr) -> T
 
 
 def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> list[Axis]:
-    """Returns the axes after a fixed joint, displaced by its value."""
+    """Moves the axes after a fixed joint from zero to the value of the fixed joint."""
     if not given.turns:
         by = combination(terms, (value,), (given.h,))
         return [_shifted(terms, axis, by, given) for axis in behind]

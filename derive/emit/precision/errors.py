@@ -22,7 +22,7 @@ SAFETY = 2.0
 processors may be less accurate."""
 NEAR_REFERENCE = 0.2
 """Coordinates are sampled within this distance of the reference if the robot has loops (radian or
-meter). If the range of a coordinate is below 1 rad or 1 m, the distance is 0.2 times the range.
+meter). If the range of a coordinate is below 1 rad or 1 m, samples are within 0.2 times the range.
 """
 SOLVED = 1e-9
 """Largest residual of a solution in double precision (meter or radian)."""

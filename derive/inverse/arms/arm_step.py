@@ -38,7 +38,9 @@ Signs = Sequence[sp.Expr]
 
 @dataclass(frozen=True, kw_only=True)
 class ArmStep(LoopStep):
-    """Joints of a serial arm between known bodies, with up to two solutions.
+    """A solution step for joints of a serial arm between known bodies.
+
+    The step has up to two solutions.
 
     Attributes:
         found: In the first step of an arm, the values of all its joints. Empty in later steps.
@@ -306,7 +308,7 @@ def from_chain_with_arms(h: SolvedLoops) -> SolvedLoops | None:
     """Solves the loops from the main chain joints, with inverses of serial arms.
 
     The result is None if all actuators can be computed without inverses of serial arms. The result
-    is also None if these inverses do not determine all actuators.
+    is also None if the inverses of serial arms do not determine all actuators.
     """
     actuated = {coordinate.moves for coordinate in h.mechanism.coordinates}
     if actuated.isdisjoint(h.backward.open) or h.least_squares_closure is not None:

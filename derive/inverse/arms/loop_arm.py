@@ -42,7 +42,7 @@ class LoopArm:
 
     Attributes:
         closure: Name of the closure.
-        known: The known joints from the body where the loop begins to the base of the arm.
+        known: The known joints between the first body of the loop and the base of the arm.
         unknown: The moving joints of the arm, except the freedom of the closure.
         back: The known joints from the body where the loop begins to the target body of the arm.
         end: The placement of the target frame on the target body.

@@ -32,11 +32,13 @@ class Family:
     Attributes:
         title: Description of the structure, for ``chasles explain`` and the article.
         joints: Possible numbers of joints.
-        requires: Returns the conditions on the axes, with their deviations.
+        requires: Function that returns the conditions on the axes, and by how much the axes deviate
+            from each condition.
         solve: Solves step by step for all joints that produce a displacement of the tool. Each step
             has a reason, a degenerate case and an equation for the explanation and the article.
         readings: The ends at which the numbering of axes may start.
-        behind_given: Whether a longer chain with fixed joints is also compared with the family.
+        behind_given: Whether the free joints of a longer chain with fixed joints may belong to the
+            family.
         rather_gives: Whether the family is tried last for chains with fixed joints, because it is
             better to fix a prismatic joint of the family.
         solves_pose: Whether the family solves for the full tool pose (task ``ik``). A family with
@@ -44,8 +46,8 @@ class Family:
         inputs: Inputs of ``solve`` other than the displacement, for example a swivel angle.
         tasks: Tasks other than the pose. The chain must have no fixed joint and must be numbered
             from the base.
-        functions: Returns more functions of a chain without fixed joints, for example its swivel
-            angle.
+        functions: Function that returns further functions of a chain without fixed joints, such as
+            its swivel angle.
         has_couplings: Whether the solution steps include the couplings of joints.
         coupled_position: Returns the task for a position if couplings fix the hand's orientation,
             otherwise None. The field is None if the family never has this task.

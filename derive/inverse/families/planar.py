@@ -2,8 +2,8 @@
 
 A prismatic joint along the axes lifts the tool. In a cylindrical robot, a prismatic joint
 perpendicular to two revolute axes replaces the third revolute joint. Maximum number of solutions:
-2. Two revolute joints without a perpendicular prismatic joint have 1 solution. For an unreachable
-pose, the steps return a nearby pose.
+2. An arm with two revolute joints and no perpendicular prismatic joint has 1 solution. For an
+unreachable pose, the steps return a nearby pose.
 """
 
 import numpy as np

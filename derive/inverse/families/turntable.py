@@ -73,8 +73,9 @@ def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTu
     """Returns the smallest angle of joint 4 for which the elbow can reach the target.
 
     Shoulder, elbow and wrist form a triangle if the elbow-wrist distance is between the difference
-    and the sum of the other two sides. Angle 4 determines the elbow-wrist distance. Of the
-    distances that form a triangle, the one nearest to the distance for angle 4 = 0 is selected.
+    and the sum of the other two sides. Angle 4 determines the elbow-wrist distance. Among the
+    elbow-wrist distances that form a triangle, the function selects the distance nearest to the
+    distance at angle 4 = 0.
     """
     let, (_, a2, a3, a4, *_) = terms.let, lines.axes
     fore, hand, upper, displacement = (

@@ -225,8 +225,8 @@ def _ratings(
 ) -> tuple[Rating, ...]:
     """Returns the best elimination orders.
 
-    If ``apart`` is not empty, some elimination orders are preferred. The suppressed joint of a
-    preferred elimination order has a different value in each solution. Each order suppresses a
+    If ``apart`` is not empty, some elimination orders are preferred. In a preferred elimination
+    order, the suppressed joint has a different value in each solution. Each order suppresses a
     different joint, because solutions may agree in one joint and differ in another.
     """
 

@@ -42,8 +42,8 @@ class GeneralArm(Tables):
         length: The arm length (meter).
         placed: The first three rows of each placement.
         order_count: Number of elimination orders.
-        orders: For each elimination order: the order of the joints, the direction, and the joint
-            with the half angle.
+        orders: The elimination orders. Each row contains the order of the joints, the direction,
+            and the joint whose half angle is used.
     """
 
     joints: int
@@ -56,7 +56,7 @@ class GeneralArm(Tables):
 
     @classmethod
     def of(cls, robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> "GeneralArm":
-        """Returns the tables of an arm.
+        """Returns the numbers of an arm for the C solver.
 
         All tables have the size for the maximum number of joints.
         """
@@ -79,7 +79,8 @@ class GeneralArm(Tables):
 OWN = JOINTS - 1
 """Number of joints without the added sixth joint."""
 TOOL_AXES = (((0.36, 0.48, 0.8), (0.4, -0.3, 0.0)), ((-0.8, 0.36, 0.48), (0.0, 0.4, 0.3)))
-"""Candidates for the axis of the added joint: direction and point in the tool frame.
+"""Candidates for the axis of the joint that is added to a five-joint arm. Each has a direction and
+a point in the tool frame.
 
 The coordinates of the point are divided by the arm length.
 """
@@ -110,7 +111,7 @@ class GeneralInverse:
     Attributes:
         title: Description of the arm, and the source of the method.
         method: Description of the solution method.
-        choice: The elimination orders and the fixed joints.
+        choice: The selected elimination orders, and the selected joints to fix.
         function: The function ``ik``, which finds the roots of a determinant.
         steps: Descriptions of the numbered solution steps.
         given: Names of the fixed joints.
@@ -275,7 +276,9 @@ def with_tool_joint(
     slides: frozenset[int] = frozenset(),
     given: tuple[int, ...] = (),
 ) -> WithTool | None:
-    """Returns a five-joint arm with a sixth joint, or None.
+    """Adds a sixth joint to a five-joint arm.
+
+    Returns None if no axis of the sixth joint is suitable.
 
     The added joint rotates the tool. The axis that gives the best condition is selected. Each
     solution of the five-joint arm is a solution of the six-joint arm with angle 6 at 0. Solutions

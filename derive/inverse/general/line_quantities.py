@@ -3,9 +3,10 @@
 Let p be a point on a line with unit direction l. The equations of Raghavan and Roth use the
 fourteen quantities ``x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)``. A rigid motion with
 rotation R and translation d maps p to R p + d and l to R l. The motion also acts on the vector (x,
-1) as a matrix that depends only on R and d. Every quantity is linear in the cosine and sine of a
-revolute joint, and quadratic in the displacement of a prismatic joint. Let h = R^T d and w = (p.p)
-l - 2 (p.l) p. A motion changes the quantities as follows.
+1) as a matrix that depends only on R and d. If a revolute joint moves the line, each of the
+fourteen quantities is linear in the cosine and sine of the joint angle. If a prismatic joint moves
+the line, each quantity is quadratic in the displacement. Let h = R^T d and w = (p.p) l - 2 (p.l) p.
+A motion changes the quantities as follows.
 
     A point moves by ``p' = R p + d``, and a direction by ``l' = R l``.
 

@@ -142,7 +142,7 @@ def is_fit(robot: SerialRobot, given: Sequence[int] = (), joints: int = JOINTS) 
 
     Args:
         robot: The description.
-        given: Indices of the fixed joints among the moving joints.
+        given: Indices of the joints with fixed values, counted among the moving joints.
         joints: Required number of free joints.
     """
     others = [joint for k, joint in enumerate(robot.moving) if k not in given]

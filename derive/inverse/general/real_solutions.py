@@ -54,7 +54,7 @@ def real_solutions(
 
 @dataclass(frozen=True)
 class _Six:
-    """A six-joint arm in numbers. Lengths are relative to the arm length.
+    """The numeric placements of a six-joint arm. Lengths are divided by the arm length.
 
     Attributes:
         constants: The placements before, between and after the six joints.

@@ -38,7 +38,7 @@ SOLVER = "carried_arm"
 ARM = "v"
 """Name of the argument of ``ik_legs`` with the joints before and on the platform."""
 MAX_UNKNOWN = 3
-"""Maximum number of unknown joints: the number of planes."""
+"""Maximum number of unknown joints, because the three legs give three plane equations."""
 LINEAR = 2
 """Minimum number of unknown prismatic joints for which a small determinant solves the equations."""
 MAX_JOINTS = 6
@@ -73,7 +73,7 @@ class CarriedArmTables(Tables):
         slides: Number of prismatic unknown joints, which are the first unknown joints.
         dixon: Whether the last unknown joint follows from Dixon's resultant.
         solutions: Maximum number of solutions for the unknown joints.
-        places: Number of the joint of each map, counted from the base.
+        places: For each map, the number of its joint, counted from the base.
         ranks: For each map, the index of its joint among the unknown joints. For a fixed joint, the
             value is -1 - k with the index k among the fixed joints.
         kinds: Whether the joint of each map is prismatic.
@@ -118,7 +118,7 @@ class CarriedArm:
     unknown: tuple[int, ...]
 
     solver, label = SOLVER, "arm solution"
-    """Name of the C solver, and the name of a solution."""
+    """Name of the C solver, and label of its solutions."""
 
     @property
     def solutions(self) -> int:

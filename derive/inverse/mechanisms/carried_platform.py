@@ -1,4 +1,6 @@
-"""A platform in a main chain whose three legs each keep a ball joint in a plane, such as a 3-RPS.
+"""Main chain with a platform on three legs, such as a 3-RPS.
+
+Each leg keeps a ball joint of the platform in a plane.
 
 Further joints may be before the legs, between the base and the body at which the legs start, or on
 the platform. The pose of the tool then does not determine the pose of the platform directly.
@@ -31,7 +33,8 @@ from .differences import FloatArray
 LEGS, LEG_JOINTS, TURNS = 3, 2, 3
 """Number of legs, joints per leg before its ball joint, and axes of a ball joint."""
 FREE = 6
-"""Number of virtual joints of a platform; a leg in the main chain has one joint less."""
+"""Number of virtual joints that move a platform freely. If the main chain contains a leg instead,
+it has five joints."""
 Path = tuple[Joint, ...]
 
 

@@ -26,7 +26,8 @@ class Feature(NamedTuple):
     Attributes:
         point: A point (3,) of the feature (meter).
         axes: Directions (k, 3) of the feature.
-        across: Projector (3, 3) onto the directions in which the point is compared.
+        across: Projection matrix (3, 3). Differences of the points are compared after this
+            projection.
     """
 
     point: FloatArray
@@ -35,7 +36,7 @@ class Feature(NamedTuple):
 
 
 def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
-    """Returns the largest (distance in meter, angle in radian) between matching features.
+    """Returns the largest differences of two robots: a distance (meter) and an angle (radian).
 
     Rod lengths and zero offsets of actuators are compared as well.
 

@@ -1,7 +1,7 @@
 """Numeric poses and Jacobians of robots whose loops have no closed form.
 
 A straight line connects the reference with each configuration. Newton's method closes the loops at
-points of the line, a few steps for each point. All lines are followed together.
+several points on this line, with a few steps at each point. All lines are followed together.
 """
 
 import numpy as np

@@ -141,7 +141,8 @@ def _giving_turns(
 
     The last joints of the chain are preferred.
 
-    For example, a long-arm excavator has four parallel axes on a column and no other joint to fix.
+    For example, a long-arm excavator has four parallel axes on a column, and one of these four
+    joints must be fixed.
     """
     lines, count = classification.lines, len(hybrid.robot.moving)
     surplus = count - rank.of_chain(lines)

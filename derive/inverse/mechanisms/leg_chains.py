@@ -72,7 +72,7 @@ class LegChain:
 
         Args:
             h: The robot.
-            work: State of the derivation, which receives the signs and solution steps of the leg.
+            work: Object that records the branch signs and the solution steps of the leg.
             values: Values of the known joints by name.
         """
         entries = self.arm.wanted(h.mechanism, h.terms, values)
@@ -116,7 +116,7 @@ class LegChain:
 
 
 def leg_chains(h: SolvedLoops) -> tuple[LegChain, ...] | None:
-    """Returns the legs whose joints have no other closed form, or None without any of these legs.
+    """Returns the legs that must be solved as serial chains, or None if this is impossible.
 
     The tuple is empty if the main chain determines all joints in closed form.
     """

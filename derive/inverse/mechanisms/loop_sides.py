@@ -2,9 +2,9 @@
 
 If a leg or a four-bar linkage has two branches, two actuator vectors lead to the same main-chain
 joints. Each of these loops adds a branch sign to the inverse. A branch sign that does not change
-the result is removed during the derivation. For example, both solutions for the orientation of a
-translating platform have the same legs. A branch that forward kinematics never reaches has no
-solutions.
+the result is removed during the derivation. For example, a translating platform has two solutions
+for its orientation, but the legs have equal joint values in the two solutions. A branch that
+forward kinematics never reaches has no solutions.
 """
 
 from collections.abc import Sequence
