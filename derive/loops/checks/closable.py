@@ -194,7 +194,7 @@ def omitted_actuators(h: SolvedLoops) -> str:
 
 
 def moved_reference(h: SolvedLoops) -> str:
-    """States which joint value of the reference differs most from the closed configuration.
+    """States which reference joint value differs most from its value at the closed configuration.
 
     The reference values of dependent joints only select the branch. A large difference usually
     means that the actuated coordinates are wrong. For example, the default value of a cylinder is

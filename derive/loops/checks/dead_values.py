@@ -39,11 +39,11 @@ class DeadValues:
 
 
 def dead_values(h: SolvedLoops) -> tuple[DeadValues | None, ...]:
-    """Returns the zeros of each margin.
+    """Returns the zeros of each margin, or None for a margin whose zeros are not computed.
 
-    The result for a margin that depends on several coordinates is None. A revolute coordinate
-    without limits is searched over a full turn. The result for the margin of a prismatic coordinate
-    without limits is None. Zeros without a change of sign are not found.
+    Zeros are computed only for margins that depend on a single actuated coordinate. A revolute
+    coordinate without limits is searched over a full turn. Zeros are not computed for a prismatic
+    coordinate without limits. Zeros without a change of sign are not found.
     """
     if not h.forward.margins:
         return ()

@@ -59,7 +59,7 @@ def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
         for group in groups
     }
     missing = [f"{names} by {1000 * by:.3g} mm" for names, by in off.items() if by > NOISE * size]
-    # If the rods are equal and parallel, the closed form fails because of other loops.
+    # If the rods of each group are equal and parallel, other loops prevent the closed form.
     if missing:
         yield (
             "the loops would have a closed form (three spheres) if these rods were equal and "

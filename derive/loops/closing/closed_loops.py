@@ -27,7 +27,8 @@ from ..model.numeric_rows import NumericRows
 
 Vector = NDArray[np.float64]
 Evaluated = tuple[Vector, Vector, Vector]
-"""A tuple of residuals, their Jacobian, and cosines. The cosines detect flipped frames."""
+"""A tuple of residuals, their Jacobian, and cosines between the axes of the two end frames. A
+cosine is negative if an end frame of a closure is flipped."""
 ITERATIONS = 60
 POLISHING = 2
 HALVINGS = 12

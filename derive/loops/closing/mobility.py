@@ -1,8 +1,8 @@
 """Mobility of a mechanism, from two counting formulas and from a rank.
 
 The counting formulas assume independent constraints. The rank of the constraint Jacobian at closed
-configurations needs no assumption. If the numbers disagree, the mechanism is overconstrained, or a
-rod can rotate about its own axis.
+configurations needs no assumption. If the formulas and the rank give different mobilities, the
+mechanism is overconstrained, or a rod can rotate about its own axis.
 """
 
 from collections.abc import Iterator, Sequence

@@ -43,13 +43,13 @@ ASIDE = 0.2
 
 @dataclass(frozen=True)
 class Remedy:
-    """A length or angle that can close a loop, with the interval of its suitable values.
+    """A length or angle that can close a loop, with the interval of values that close the loop.
 
     Attributes:
         name: The length or angle, in words.
         now: The current value (meter or radian).
-        low: The lowest suitable value, or None if none was found.
-        high: The highest suitable value, or None if none was found.
+        low: The lowest value that closes the loop, or None if no lowest value was found.
+        high: The highest value that closes the loop, or None if no highest value was found.
         is_length: Whether the value is a length and not an angle.
     """
 

@@ -1,8 +1,8 @@
 """Detects rods with swapped ends.
 
-After an exchange of the ends, all loops close near the reference. If the ends of a rod are swapped,
-its loops do not close, or close at another configuration. For example, swapped ends of four rods
-rotate the platform of a delta robot slightly.
+If the ends a and b of a rod are swapped in a file, the rod's loops do not close, or close far from
+the reference. If the module swaps the ends of this rod again, all loops close near the reference.
+For example, swapped ends of four rods rotate the platform of a delta robot slightly.
 """
 
 import math
@@ -47,11 +47,11 @@ def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
 
 
 def swapped_ends(mechanism: Mechanism) -> str:
-    """States which rods seem to have swapped ends. Returns "" if no exchange closes the loops.
+    """States which rods seem to have swapped ends, or returns "" if no swap closes the loops.
 
-    Exchanges are tried for single rods, then for all rods between two bodies, and then for all
-    rods. The text reports the exchanged rods for which the closed configuration is nearest to
-    the reference.
+    The function swaps the ends of single rods, then of all rods between two bodies, and then of all
+    rods. Among the swaps that close all loops, the text reports the rods whose swap gives the
+    closed configuration nearest to the reference.
 
     Args:
         mechanism: A description whose loops do not close at the reference.

@@ -31,8 +31,8 @@ class Tilt:
         joint: The joint whose axis deviates most.
         angle: Angle (radian) between the axis of ``joint`` and the mean of the other axes, or 0 for
             a single axis.
-        offset: Component of the distance (meter) between the rod ends along the mean axis, at zero.
-        span: Distance (meter) between the ends of the rod at zero.
+        offset: Distance (meter) between the rod ends along the mean axis, at zero joint values.
+        span: Distance (meter) between the ends of the rod at zero joint values.
         axes: Number of axes of the loop. If the loop has two axes, the tilted axis is unknown.
     """
 
@@ -134,8 +134,9 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
             " the file if the play of the pins absorbs the tilt"
         )
         raise DescriptionError(
-            f"robot {mechanism.name!r}: the pins of {tilt.loop_joint!r} keep it in a plane, but its"
-            f" loop cannot close: {tilt}. The constraint along the axes is redundant; {remedy}"
+            f"robot {mechanism.name!r}: the pins of {tilt.loop_joint!r} allow only planar"
+            f" motion of this rod, but its loop cannot close: {tilt}. The constraint along the axes"
+            f" is redundant; {remedy}"
         )
     names = {tilt.loop_joint for tilt in found}
     swings = {strut.swing_name for strut in mechanism.struts if strut.name in names}

@@ -72,19 +72,21 @@ def _in_closed_form(h: SolvedLoops, coordinates: str, solution: Solution) -> Joi
 
 @dataclass(frozen=True)
 class Map:
-    """A map to joint values, with the descriptions for its documentation.
+    """A generated function that returns joint values, with the texts for its documentation.
 
     Attributes:
-        name: Name of the map and of its result.
+        name: Name of the generated function and of the group of computed joints.
         symbol: Symbol of the vector of joint values.
         names: Returns the names of the computed joints.
         noun: Noun for the joints in the descriptions.
-        meaning: Meaning of the computed vector, for the documentation.
-        summary: Summary of the map. The placeholder ``{interval}`` stands for the angle interval.
-        identity: Identity that the map fulfills. The placeholder ``{names}`` stands for the joint
-            names.
-        moving: Summary and meaning of the time derivatives. The placeholder ``{}`` stands for
-            "rates" or "accelerations".
+        meaning: Meaning of the vector of joint values, for the documentation.
+        summary: Summary line of the generated function. The placeholder ``{interval}`` stands for
+            the angle interval.
+        identity: Equation that the joint values satisfy. The placeholder ``{names}`` stands for the
+            joint names.
+        moving: Two texts for the functions of joint rates and joint accelerations: the summary
+            line, and the meaning of the result. The placeholder ``{}`` stands for "rates" or
+            "accelerations".
     """
 
     name: str
@@ -102,14 +104,14 @@ class Map:
         return of.hybrid.driven(values) if self is ACTUATORS else values
 
     def function(self, of: Joints) -> SymbolicFunction:
-        """Builds the map."""
+        """Builds the function from coordinates to joint values."""
         summary = self.summary.format(interval=of.interval)
         identity = self.identity.format(names=", ".join(self.names(of)))
         result = self._result(of, 0, self.values(of), self.meaning)
         return of.function(self.name, summary, identity, 0, result, Role("map", codomain=self.name))
 
     def derivative(self, of: Joints) -> SymbolicFunction:
-        """Builds the Jacobian of the map."""
+        """Builds the derivative of the joint values with respect to the coordinates."""
         values, q = self.values(of), of.coordinates
         columns = [unit.of_each(values) for unit in of.rates.units()]
         shape = len(values), len(columns)

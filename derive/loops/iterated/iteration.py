@@ -46,7 +46,7 @@ class Iteration:
     """
 
     def __init__(self, closure: LoopClosure) -> None:
-        """Names the results of the solver.
+        """Creates the symbols for the results of the loop solver.
 
         Args:
             closure: The equations of the loops.
@@ -68,7 +68,8 @@ class Iteration:
     def _vector(self, name: str, unit: str) -> Argument:
         """Returns one symbol per variable. Main-chain joints have the symbols of the main chain.
 
-        The main chain therefore has one set of terms, whether its joints are inputs or results.
+        Expressions in the symbols of the main chain therefore also apply to joint values that the
+        solver returns.
         """
         symbols = list(coordinates(f"{self._prefix}{name[1:]}", self._size))
         if not self._is_of_chain:
@@ -119,7 +120,7 @@ class Iteration:
         return Tangent(self.hybrid.terms, self._moved(self.w, self._wd, qd) | dict(slopes))
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the time derivatives for coordinate accelerations qdd."""
+        """Returns joint rates and accelerations from coordinate rates qd and accelerations qdd."""
         first, second = self._moved(self.w, self._wd, qd), self._moved(self._wd, self._wdd, qdd)
         return Tangent(self.hybrid.terms, first | second | dict(zip(qd, qdd, strict=True)))
 

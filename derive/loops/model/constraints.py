@@ -63,8 +63,9 @@ class LoopEquations:
         loop: The loop: a closure or strut, and two branches.
         kind: The kind is ``point`` for a spatial ball closure, and ``distance`` for a strut with
             ball ends. Other loops have the kind ``planar`` or ``spatial``.
-        residual: Independent terms that are zero if the loop is closed. The terms are differences
-            of points (a minus b) or lengths, and direction cosines.
+        residual: Independent expressions that are zero if the loop is closed. An expression is a
+            component of the position difference of the loop ends (a minus b), a difference of
+            lengths, or a direction cosine.
         units: Unit of each residual, m or 1.
         facing: Terms that are 1 if the loop is closed. A flipped frame may have a zero residual,
             but makes a term of ``facing`` 0 or negative.
@@ -94,7 +95,7 @@ class LoopEquations:
 
     @property
     def home(self) -> sp.ImmutableMatrix:
-        """The displacement M (4, 4) between the branches at zero."""
+        """The displacement (4, 4) around the loop if all joint values are zero."""
         return self._around[1]
 
     @property

@@ -144,7 +144,10 @@ class NumericCouplings:
         return tuple(unit_of(self.mechanism, c) == "1" for c in self.mechanism.couplings)
 
     def errors(self, values: Mapping[str, Any]) -> NDArray[np.float64]:
-        """Returns the residuals, shape (..., couplings), of values with shape (...)."""
+        """Returns the residuals of all couplings, shape (..., couplings).
+
+        Each entry of ``values`` is a number or an array of shape (...).
+        """
         if not self.mechanism.couplings:
             return np.zeros(0)
         stacked = np.stack(np.broadcast_arrays(*(values[name] for name in self.names)), axis=-1)

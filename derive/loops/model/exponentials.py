@@ -28,9 +28,9 @@ class Factor:
         name: Name of the entry of z: a joint, a swing angle or a cylinder. The freedoms of the
             closure itself are not in z. Closure freedoms have the names ``<closure>`` or
             ``<strut>.end``. A ball joint has three names, which end with ``.x``, ``.y`` and ``.z``.
-        screw: Twist (v, omega), shape (6, 1), at zero, in the frame of the body at which the loop
-            starts. The twist has unit speed: omega has norm 1 for a revolute joint, and v has norm
-            1 for a slider.
+        screw: Joint twist (v, omega), shape (6, 1), if all joint values are zero. The twist is
+            expressed in the frame of the body at which the loop starts. The twist has unit speed:
+            omega has norm 1 for a revolute joint, and v has norm 1 for a slider.
         side: Position of the joint in the loop: on branch a, on branch b, or as the loop joint. The
             loop runs backwards through branch b, so the exponents of branch b have a minus sign.
     """

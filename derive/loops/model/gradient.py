@@ -8,8 +8,8 @@ of the sum with respect to the unknown variables u is zero.
 
 There are as many equations as unknown variables. The Jacobian of the equations contains second
 derivatives of the closure errors. The Jacobian is regular if the closure errors are small and their
-derivative has full rank. Therefore, Newton's method solves overconstrained loops, and the equations
-for joint rates and accelerations apply.
+derivative has full rank. If the Jacobian is regular, Newton's method solves g_u = 0. The joint
+rates and accelerations then follow from the time derivatives of g_u = 0.
 """
 
 from collections.abc import Sequence

@@ -142,7 +142,7 @@ class _Ends:
         return combination(self.terms, named(self.terms, list(vector)), self.body.pose[0])
 
     def _of_end(self, end: Reached, vector: sp.Matrix) -> Vector:
-        """Converts a direction from the frame of an end to base axes."""
+        """Converts a direction from end frame a or b of the closure to base axes."""
         return combination(self.terms, named(self.terms, list(vector)), end.pose[0])
 
     def _along(self, direction: Vector) -> Row:

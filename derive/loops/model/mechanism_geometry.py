@@ -5,11 +5,12 @@ Joints, end frames and drives have the same parameters as in a serial robot
 the two ends in the frames of their bodies. The length of a strut is a parameter too. The length
 parameter of a cylinder is its length at coordinate zero.
 
-A passive joint has no offset parameter, because its loop determines its value. A coupling has an
-offset parameter, such as the mesh of two gears. The ratio of a coupling is exact. Six consecutive
-passive joints leave a body free, so their axes have no parameters. Planar loops only have
-parameters in the plane. Joints in planar loops have no tilt, and ends have no coordinate along the
-normal.
+A passive joint has no offset parameter, because its loop determines its value. A coupling of a
+passive joint has an offset parameter. For example, the offset of a gear pair depends on the teeth
+that mesh. The ratio of a coupling is exact. The pose of a body on six consecutive passive joints is
+arbitrary, so the axes of these joints have no parameters. Parameters of a planar loop do not move
+its parts out of the plane: a revolute axis has no tilt parameters, and the end of a closure or
+strut has no parameter along the plane normal.
 """
 
 from collections.abc import Mapping, Sequence
@@ -59,8 +60,8 @@ class MechanismGeometry:
         parameters: The parameters p in the order base, joints, loops, tool.
         values: The value of each moving joint and cylinder, as a function of q, u and p.
         steps: Motions from the frame of the parent to each body, as functions of q, u and p.
-        base: Motions from the base frame to the base body.
-        tool: Constant motions from the last body to the tool.
+        base: Pose of the base body in the base frame, as a sequence of motions.
+        tool: Pose of the tool in the frame of the last body, as a sequence of motions.
         ends: The frames of each closure and strut on both bodies.
         lengths: The length of each rod or cylinder.
         offsets: The offset of each coupling by its joint.
@@ -231,7 +232,10 @@ def _has_variable(joint: Joint) -> bool:
 
 
 def _free_joints(mechanism: Mechanism) -> set[str]:
-    """Returns the passive joints in sequences of six, which leave a body free."""
+    """Returns the names of passive joints in sequences of six.
+
+    A body at the end of six consecutive passive joints can move freely.
+    """
     moves = {coordinate.moves for coordinate in mechanism.coordinates}
     carried = [joint.parent for joint in mechanism.joints]
     carried += [frame.body for c in mechanism.loop_joints for frame in (c.a, c.b)]

@@ -63,7 +63,7 @@ class Reached:
     motions: tuple[ElementaryMotion, ...] = ()
 
     def moved(self, terms: Terms, placement: Placement) -> "Reached":
-        """Returns the frame after more motions."""
+        """Returns the pose of another frame, whose placement in this frame is given."""
         (basis, origin), motions = self.pose, list(self.motions)
         for motion in placement:
             if isinstance(motion, Rotation):

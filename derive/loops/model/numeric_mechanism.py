@@ -41,14 +41,15 @@ class NumericMechanism:
 
     Attributes:
         mechanism: The description.
-        constants: Constants by name (meter, radian). The constants are the parameters, and the rod
-            lengths and frame offsets without parameters.
+        constants: Constants by name (meter, radian). The constants are the parameters, and all rod
+            lengths and frame offsets that do not depend on parameters.
         values: Reference values of joints and cylinders by name (radian or meter).
         unknown: Names of the passive joints and cylinders.
         size: The longest translation or rod (meter), or 1 if all are zero.
         couplings: The equations of the couplings.
-        planes: Matrices of planar loops by closure or strut. The columns are the axes x and y and
-            the normal of the plane, in the frame of the first body.
+        planes: A matrix (3, 3) for each planar loop, keyed by the name of its closure or strut. The
+            columns are the axes x and y and the normal of the plane, in the frame of the first
+            body.
     """
 
     def __init__(self, mechanism: Mechanism, planes: Mapping[str, Floats] | None = None) -> None:
@@ -56,8 +57,8 @@ class NumericMechanism:
 
         Args:
             mechanism: The description.
-            planes: Axes of planar loops by closure or strut. If None, the axes are computed from
-                the mechanism.
+            planes: Axes of each planar loop, keyed by the name of its closure or strut. If None,
+                the axes are computed from the mechanism.
         """
         self.mechanism = mechanism
         self._placed: dict[str, Floats] = {}
@@ -119,7 +120,7 @@ class NumericMechanism:
         return self.constants[name] if name in self._bare else self.number(strut.length)
 
     def _lengths(self) -> dict[str, float]:
-        """Returns the strut lengths and frame offsets without parameters."""
+        """Returns the strut lengths and frame offsets (meter) that do not depend on parameters."""
         found = {
             length_of(strut): float(strut.length)
             for strut in self.mechanism.struts
@@ -354,7 +355,10 @@ class NumericMechanism:
         return kinds.get(name, "length") == "length"
 
     def _apart(self, free: Sequence[str]) -> NDArray[np.bool_]:
-        """Returns the mask of constants, which must be equal within a batch."""
+        """Returns a mask of the constants.
+
+        A constant must be equal in all configurations of a batch.
+        """
         return np.array([name in self.constants for name in free], bool)
 
     def _set(self, at: dict[str, Any], names: Sequence[str], x: Floats) -> None:

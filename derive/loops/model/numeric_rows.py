@@ -81,8 +81,8 @@ class NumericRows:
             w: Values (n,) in the order of ``names`` (radian or meter).
 
         Returns:
-            The residuals (m,), their Jacobian (m, n), and cosines. A cosine is negative if a frame
-            is flipped.
+            The residuals (m,), their Jacobian (m, n), and cosines between the axes of the two end
+            frames of each closure. A cosine is negative if an end frame is flipped.
         """
         values = dict(zip(self.names, w, strict=True))
         poses = self.bodies.poses(values)

@@ -245,7 +245,7 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
     n = turning[0] if turning else across(sliding, terms.value)
     if n is None or a.is_helical or b.is_helical:
         return None
-    # If a closure allows no rotation, the plane normal must be equal in the two end frames.
+    # A slider or weld allows no rotation. Its end frames must have the same plane normal.
     kept = kind not in ("slider", "weld") or _is_small(a.R.T * n - b.R.T * n)
     is_planar = kept and holds(n, turning, sliding) and abs(n.dot(b.p - a.p)) < ZERO_COMPONENT
     return n if is_planar else None

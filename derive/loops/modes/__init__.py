@@ -1,1 +1,1 @@
-"""Platforms on legs: velocity relations and all assembly modes."""
+"""Computes the velocity relations and all assembly modes of platforms on legs."""

@@ -200,7 +200,7 @@ class HexapodTables(Tables):
         moves: Whether the actuators move the rod ends.
         paths: Number of complex poses, and number of solutions in the output.
         joined: The side on which rods share joints, see :class:`DoubleJoints`.
-        pairs: The rods in pairs.
+        pairs: Indices of the rods (0 to 5), pair by pair. The rods of a pair share an end.
         b: The rod ends on the platform.
         a: The ends of the generic rods on the actuated side.
         c: The constants of the generic rods.

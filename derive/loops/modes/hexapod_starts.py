@@ -1,10 +1,11 @@
 """Finds all complex poses of a platform on six rods.
 
-The rods are generic members of a family of rods. A generic platform has forty complex poses, which
-are in a table. A special platform may be flat or have shared rod ends. For generic rod lengths,
-some of the forty paths lead to all poses of a special platform. The other paths diverge to
-infinity. By Sard's theorem, almost all values of a smooth function are regular. So no pose is
-singular for generic rod lengths, and singular end poses are not used as starts.
+The search uses rods with generic complex coordinates from the affine space that the platform's rods
+span. A generic platform has forty complex poses. A table lists the poses of one generic platform. A
+special platform may be flat or have shared rod ends. For generic rod lengths, some of the forty
+paths lead to all poses of a special platform. The other paths diverge to infinity. By Sard's
+theorem, almost all values of a smooth function are regular. So no pose is singular for generic rod
+lengths, and singular end poses are not used as starts.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7
@@ -33,7 +34,8 @@ FIRST_STEP = 0.05
 MAX_STEPS = 3000
 MAX_POSES = len(POSES)
 LOOPS_WITHOUT_A_NEW_POSE = 3
-"""The search ends after this number of closed paths without a new pose."""
+"""The search moves the rods along closed paths. The search ends after this number of consecutive
+paths that reach no new pose."""
 REFINEMENTS = 3
 GENERIC_DIGITS = 12
 """Number of decimal places of the random numbers."""
