@@ -3,10 +3,11 @@
 The added joint 6 rotates the tool about the tool axis. The position and direction of the tool axis
 do not depend on angle 6. Therefore, every reachable pose has a solution with angle 6 at 0. If the
 six joints fit no family, another revolute axis is added instead. Its joint angle must be 0, because
-the arm has no joint there. The added axis passes through the intersection of the first or the last
-two axes, as in a spherical wrist. If an added axis leads to no solution, another axis is tried. An
-axis next to a prismatic joint gives further candidates, which intersect this axis. The last
-candidates intersect no axis.
+the arm has no joint there. At each end of the arm, two positions of the added axis are tried. At
+the first position, the added axis passes through the intersection of the last two axes at this end,
+as in a spherical wrist. If one of these two joints is prismatic, the added axis passes through a
+point of the axis at the end. At the second position, the added axis does not intersect the axis at
+the end.
 """
 
 from collections.abc import Iterator, Sequence

@@ -156,9 +156,9 @@ def fragments(derivation: Derivation) -> dict[str, str]:
     r"""Returns LaTeX fragments that any article can include with ``\input``.
 
     The fragments need amsmath and booktabs. The fragments have no headings and fit a line of 345 pt
-    at 10 pt. ``drawing.tex`` and ``workspace.tex`` need TikZ. The drawing may be wider than the
-    line. ``jacobian.tex`` and ``inverse.tex`` use terms defined in ``fk.tex``. ``symbols.tex``
-    explains the short symbols.
+    at 10 pt. ``drawing.tex`` and ``workspace.tex`` need TikZ. The drawing may be wider than 345 pt.
+    ``jacobian.tex`` and ``inverse.tex`` use terms defined in ``fk.tex``. ``symbols.tex`` explains
+    the short symbols.
 
     Args:
         derivation: A robot with its functions.

@@ -77,11 +77,11 @@ _LAYOUT = (
     r"\setlength{\itemsep}{0pt}\setlength{\parsep}{1pt}"
 )
 _UNBROKEN = r"\samepage\small"
-"""Keeps the list of works on one page."""
+"""LaTeX commands that keep the list of references on one page."""
 
 
 def references(fragments: Iterable[str]) -> str:
-    """Returns the list of cited works, or an empty text."""
+    """Returns the list of cited publications, or an empty text."""
     text = "\n".join(fragments)
     cited = [entry for words, entry in WORKS.items() if words in text]
     if not cited:

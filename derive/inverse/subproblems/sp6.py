@@ -14,9 +14,9 @@ singular Jacobians, the steps are damped. A step is used only if it reduces the 
 equations.
 
 Labels: the second sign is the sign of the Jacobian determinant, which changes only at double
-solutions. The first sign distinguishes two solutions with equal second signs. If A1, A2 and b move
-along a closed path, the two solutions may change places. In this case, no continuous rule can
-define the first sign, and the first sign jumps somewhere on the path.
+solutions. The first sign distinguishes two solutions with equal second signs. If A1, A2 and b
+change along a closed path, these two solutions may change places. In this case, no continuous rule
+can define the first sign of a solution. The first sign then jumps somewhere on the path.
 
 Boundary: at a double solution, the determinant of the Jacobian is 0.
 
@@ -75,7 +75,8 @@ def sp6(terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
         A1: Coefficients of sin and cos of theta1, one row per equation.
         A2: Coefficients of sin and cos of theta2.
         b: Right-hand sides.
-        signs: Two symbols (1 or -1). The four combinations lead to all solutions.
+        signs: Two sign symbols (1 or -1). The four combinations of the two signs give all
+            solutions.
     """
     found = algebraic(terms, A1, A2, b, signs)
     angles = found.first, found.second
@@ -144,7 +145,8 @@ def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row
     y = _clipped(terms, let(b_long / first.image))
     head, *left = first.applied(terms, short)
     rest = let(b_short - head * y)
-    # If the rows are dependent, another row replaces the shorter row.
+    # If the two rows of [A1 A2] are dependent, the equation of the selected point replaces the row
+    # with the smaller norm.
     own = terms.let(sum((x * x for x in left), ZERO))
     dependent = own <= let(DEPENDENT_ROWS**2 * _dot(terms, long, long))
     a1, a2 = (direction(terms, *long[k : k + 2]) for k in (0, 2))

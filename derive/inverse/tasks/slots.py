@@ -1,4 +1,4 @@
-"""Builds the generated function of a solved chain."""
+"""Builds the generated function that solves the inverse kinematics of a chain."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
@@ -60,7 +60,7 @@ def values_of(work: Work, robot: SerialRobot, given: Mapping[int, sp.Expr]) -> l
 
 
 def _rest(work: Work, known: Sum, values: Sequence[sp.Expr]) -> sp.Expr:
-    """Returns the last of several parallel joint angles. The sum and the other angles are known.
+    """Returns the last of several parallel joint angles from their sum and the other angles.
 
     Several solutions share one angle sum, which saves calls of atan2.
     """

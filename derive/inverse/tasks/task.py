@@ -13,7 +13,7 @@ from ..structure.lines import Lines
 
 @dataclass(frozen=True)
 class InputLetter:
-    """Form of an input symbol in the article.
+    """The LaTeX symbol of a task input in the article.
 
     Attributes:
         letters: LaTeX letters in order of preference. Letters of robot parameters are not used.
@@ -44,7 +44,7 @@ class Solved:
 
     Attributes:
         function: The generated function.
-        work: The solved joints and the steps.
+        work: The values of the solved joints, and the solution steps.
         given: Names of the fixed joints.
         inputs: Inputs other than the pose and the fixed joints, with their letters in the article.
     """
@@ -79,8 +79,8 @@ class Task:
         name: The name of the generated function, for example ``ik_position``.
         solved: A function that solves the task for a robot.
         applies: A function that returns whether the task applies to a robot.
-        reads_base: Whether the task numbers the chain from the base even if the family numbers the
-            chain from the tool.
+        reads_base: Whether the task starts at the base of the chain even if the task of the tool
+            pose starts at the tool.
     """
 
     name: str

@@ -39,7 +39,7 @@ class CoupledPage:
     Attributes:
         robot: The description.
         derivation: The functions of the robot's coordinates.
-        chain: The chain of the joints theta.
+        chain: The article data of the robot without couplings, with joint values theta.
     """
 
     robot: SerialRobot
@@ -64,9 +64,9 @@ class CoupledPage:
 
     @cached_property
     def merged(self) -> Page | None:
-        """The printed chain without dependent joints. Returns None if all joints are independent.
+        """The article data of the chain of independent joints. None if all joints are independent.
 
-        The symbols must differ from the symbols of the robot's chain.
+        The symbols of this chain must differ from the symbols of the whole robot's chain.
         """
         shorter, letters = self.free.robot, self.chain.equations.notation.letters
         if len(shorter.moving) == len(self.robot.moving):

@@ -183,7 +183,7 @@ def value_table(robot: SerialRobot, printer: Printer) -> str:
 
 
 def value_cell(value: sp.Expr) -> str:
-    """Formats an exact number. The decimal value follows unless the number is rational."""
+    """Formats an exact number. For an irrational number, the text also has a decimal value."""
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
 

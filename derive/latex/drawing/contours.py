@@ -19,7 +19,7 @@ def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
     Args:
         levels: Values (n, m) at integer coordinates. Border values must be below the argument
             ``level``.
-        level: The value along the level lines. No entry of ``levels`` may equal ``level``.
+        level: The constant value on each level line. No entry of ``levels`` may equal ``level``.
 
     Returns:
         Polygons in the coordinates of the grid.

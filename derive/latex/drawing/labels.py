@@ -24,7 +24,7 @@ _AWAY = 1.2
 _GAP = 6
 """Distance between the end of a leader line and the label."""
 _CROSSED = 3
-"""Cost per length of a line that a label covers."""
+"""A label may cover part of a line. The constant is the cost per length of the covered part."""
 _LEVEL, _STEEP = 380, 380
 """A label whose direction has a larger horizontal component (per mille) is anchored at its left or
 right side, and with a larger vertical component at its top or bottom.

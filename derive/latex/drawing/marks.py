@@ -223,7 +223,7 @@ class Marks:
     # --- joints ---
 
     def _hinges(self) -> None:
-        # If hinges share a point, the actuated hinge is on top.
+        # If hinges share a point, the actuated hinge is drawn above the others.
         for hinge in sorted(self.scene.hinges, key=lambda h: (h.coordinate is not None, h.is_main)):
             self._hinge(hinge)
 

@@ -28,7 +28,7 @@ class Paper:
 
     Attributes:
         view: Directions to the right, upwards and towards the eye, as rows of a matrix (3, 3).
-        scale: Tenths of a millimeter per meter.
+        scale: Length on paper, in tenths of a millimeter, of one meter in the projection.
         corner: The corner of the paper, in view coordinates (meter).
     """
 

@@ -26,9 +26,10 @@ _NEAR = (0.2, 0.2, 0.1, 0.1, 0.05, 0.05, 0.02, 0.02)
 of eight rounds.
 """
 _LEVEL = 5.9
-"""Number of reached cells, among a cell and its eight neighbors, on the outline of the region. The
-region covers half of an outermost cell on average. With this number of cells, the outline passes
-through the middle of the outermost cells.
+"""Level of the contour line that is the outline of the region. The contoured value of a grid cell
+is the number of reached cells among the cell and its eight neighbors. The region covers half of an
+outermost cell on average. With this level, the outline passes through the middle of the outermost
+cells.
 """
 _MIN = 12.0
 """Minimum area of a boundary polygon, in cells."""
@@ -48,8 +49,8 @@ class ToolRegion:
     """A planar region.
 
     Attributes:
-        axes: Names of the axes to the right and upwards. r is the distance from the first joint
-            axis.
+        axes: Names of the axes to the right and upwards. The name r stands for the distance from
+            the first joint axis.
         loops: The boundary polygons. An inner polygon bounds a hole.
         moving: Indices in q of the coordinates that determine the region.
         upright: Index of the coordinate that rotates the region. -1 for a planar arm.
@@ -138,11 +139,12 @@ class ToolPosition:
 def reached(skeleton: Skeleton) -> ToolRegion | None:
     """Returns the region that a serial robot's tool reaches within the joint limits.
 
-    If the first axis is vertical, the region is half of the section through this axis. If the tool
-    stays in a coordinate plane, the region lies in this plane. Angles without limits cover one
-    revolution. The samples are multiples of square roots of primes and fill the coordinate box.
-    Further samples near the boundary of the region make its outline accurate. Cell sizes are not
-    simple fractions of lengths, so rounding errors of the machine do not change the result.
+    If the first axis is vertical, the region lies in a vertical half plane that starts at this
+    axis. If the tool stays in a coordinate plane, the tool's region lies in this plane. Angles
+    without limits cover one revolution. The samples are multiples of square roots of primes and
+    fill the coordinate box. Further samples near the boundary of the region make its outline
+    accurate. Cell sizes are not simple fractions of lengths, so rounding errors of the machine do
+    not change the result.
 
     Args:
         skeleton: The bodies of a serial robot.

@@ -24,7 +24,7 @@ _POSITION = [3, 7, 11]
 Ends = tuple[sp.Expr | None, sp.Expr | None]
 """Limits of a coordinate. None if the coordinate is unbounded."""
 _LARGEST = 550.0
-"""Length of the longer side of the region on paper (0.1 mm)."""
+"""Length of the longer side of the region on paper, in tenths of a millimeter."""
 _TICKS = 5
 """Maximum number of tick labels on an axis."""
 _STEPS = (1, 2, 5)

@@ -110,7 +110,7 @@ def _arm(page: LoopPage, chain: CarriedArm) -> list[str]:
 
 
 def _planes(planes: Sequence[Plane], center: FloatArray | None) -> Iterable[tuple[str, list[str]]]:
-    """Returns the equations for the planes and for the ball joints relative to a center."""
+    """Returns the equations of planes, and of ball joint positions relative to the wrist center."""
     for k, plane in enumerate(planes, 1):
         yield f"n_{k}", [_vector(plane.normal)]
         yield f"d_{k}", [_number(plane.offset)]

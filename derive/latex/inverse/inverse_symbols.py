@@ -1,4 +1,4 @@
-"""Defines the printed symbols of a task."""
+"""Defines the LaTeX symbols of an inverse kinematics task."""
 
 from collections.abc import Collection, Mapping, Sequence
 
@@ -50,13 +50,13 @@ BEHIND_VECTORS = 100
 
 
 class InverseSymbols:
-    """Printed symbols of a task.
+    """LaTeX symbols of an inverse kinematics task.
 
     Attributes:
         notation: The short symbols of the robot. The class adds its new symbols to this notation.
         letters: The unused letters of the article.
         inputs: The printed symbol of each input.
-        signs: The printed symbols of the signs.
+        signs: Printed symbols of the branch signs (1 or -1) that select a solution.
         actuators: Printed symbols of actuated coordinates, keyed by name. Solution steps may
             determine actuated coordinates.
     """
@@ -88,7 +88,8 @@ class InverseSymbols:
         arguments = {argument.name: argument for argument in solved.function.inputs}
         symbols = {s for argument in arguments.values() for s in argument.symbols}
         for joint, q in zip(self._robot.moving, self.notation.q, strict=True):
-            # In robots with loops, a fixed joint and its chain coordinate have different symbols.
+            # In robots with loops, the input for a fixed joint value and the joint's coordinate in
+            # the main chain have different symbols.
             if joint.name in solved.given and joint.name in arguments:
                 named |= dict.fromkeys(arguments[joint.name].symbols, q)
         known = {symbol: shown for symbol, shown in named.items() if symbol in symbols}
@@ -116,7 +117,7 @@ class InverseSymbols:
         return self.notation.symbol(tex, (LENGTH, (94, number)))
 
     def side(self) -> sp.Symbol:
-        """Returns the symbol of a sign (1 or -1)."""
+        """Returns the printed symbol of a number that is 1 or -1."""
         return self.notation.symbol(self.letters.of("side"), (LENGTH, (-2, 0)))
 
     def value_of(self, joint: int) -> sp.Expr:

@@ -24,7 +24,8 @@ from ..setting.widths import width
 from .inverse_symbols import InverseSymbols
 
 SHORT = 30.0
-"""Maximum width (pt) of a sum without a name, and maximum width of a coefficient without a name."""
+"""Repeated sums and coefficients of solution steps get a name if they are wider than this number of
+points."""
 
 
 class InverseTerms(TermNames):

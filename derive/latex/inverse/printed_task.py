@@ -1,8 +1,8 @@
 """Converts the solution steps of an inverse to printed symbols.
 
 Each solution step has an equation. The module prints the coefficients of the equation. Long
-coefficients get the names A, B and C with the number of the step. The equation determines the
-relation and the solution that are printed.
+coefficients get the names A, B and C with the number of the step. The kind of the equation
+determines how the equation and its solution are printed.
 """
 
 from collections.abc import Mapping, Sequence
@@ -45,8 +45,8 @@ class PrintedInverseStep:
     Attributes:
         step: The original solution step.
         number: Number of the step in the article.
-        definitions: Shared terms and coefficients of the step. Each term depends only on terms
-            before it.
+        definitions: Definitions of the named terms and coefficients in the solution step. Each term
+            depends only on terms before it.
         unknown: The coordinate or sum of coordinates that the step determines.
         name: Symbol of the coordinate. If the unknown is a sum of coordinates, `name` is a symbol
             that stands for the sum.

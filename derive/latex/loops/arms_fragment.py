@@ -167,7 +167,7 @@ def _paragraph(page: LoopPage, arm: PrintedArm) -> str:
 
 
 def _as_in(arm: PrintedArm, other: PrintedArm) -> str:
-    """Refers to the steps of an arm of the same shape."""
+    """Returns a sentence that refers to the solution steps of a geometrically equal arm."""
     pairs = zip(_joints(arm.symbols), _joints(other.symbols), strict=True)
     changes = in_words([f"${tex}$ in place of ${first}$" for tex, first in pairs])
     numbers = step_numbers(other.task.steps[0].number, len(other.task.steps))

@@ -114,12 +114,12 @@ class LoopPage:
 
     @cached_property
     def forward_steps(self) -> tuple[PrintedLoopStep, ...]:
-        """Returns the solution steps from the actuators."""
+        """Returns the steps that solve the loops for known actuator positions."""
         return printed_steps(self.printed_terms, self.letters, self.hybrid.forward, 1, self.joints)
 
     @cached_property
     def backward_steps(self) -> tuple[PrintedLoopStep, ...]:
-        """Returns the solution steps from the main chain."""
+        """Returns the steps that solve the loops for known main-chain joints."""
         first = after(self.forward_steps)
         return printed_steps(
             self.printed_terms, self.letters, self.hybrid.backward, first, self.joints

@@ -1,7 +1,8 @@
 """Names the joints of a robot with loops.
 
-Main-chain joints are called theta, actuated coordinates q and other joints psi. Each letter has an
-index. A joint name that is a symbol stays unchanged, for example ``theta8`` or ``l_HI``.
+Main-chain joints are called theta, actuated coordinates q and other joints psi. The letters theta,
+q and psi have a number as index. A joint name that is a symbol stays unchanged, for example
+``theta8`` or ``l_HI``.
 """
 
 from collections.abc import Iterable, Mapping

@@ -138,8 +138,8 @@ def printed_steps(
     """
     values = {solution.values[name]: s for name, s in joints.items() if name in solution.values}
     for name in _leaders(solution):
-        # The printed equations of followers contain the symbol of the joint, and not the
-        # inverse tangent that wraps its angle.
+        # In the printed equations of coupled joints, the symbol of this joint replaces the inverse
+        # tangent that limits the joint angle to one turn.
         wrapped = reported(solution, solution.values, name)
         if wrapped in terms.terms.definitions and wrapped != solution.values[name]:
             terms.call(wrapped, joints[name])

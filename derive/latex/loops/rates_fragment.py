@@ -16,7 +16,8 @@ from .members import dotted
 from .printed_steps import PrintedLoopStep, PrintedRate
 
 MAX_TERMS = 8
-"""Maximum number of terms in a sum whose rates are written out."""
+"""Maximum number of terms in a printed rate. In a longer rate, symbols replace the rates of
+intermediate results."""
 MAX_EXPANDED = 500
 """Maximum number of terms for which the expansion of a rate is tried."""
 BRACKET = 0.75 * LINE
@@ -29,7 +30,8 @@ class Rates:
     Attributes:
         dotted: The rate symbol of each coordinate and unknown.
         definitions: The definition of each symbol that is neither a coordinate nor an unknown.
-        inner: The rate symbol of each symbol in ``definitions`` whose rate has a name.
+        inner: Symbols for rates of intermediate results, keyed by the symbol of the result. Only
+            rates that are not written out have symbols.
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:

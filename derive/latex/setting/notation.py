@@ -127,7 +127,7 @@ class Notation:
         return known
 
     def shortened(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a constant expression with short symbols."""
+        """Returns a constant expression in which short symbols replace long parts."""
         return self._shortened(self._short(expression))
 
     def _short(self, expression: sp.Expr) -> sp.Expr:
@@ -168,7 +168,7 @@ class Notation:
         return found
 
     def term(self) -> sp.Symbol:
-        """Returns the symbol of the next shared term. The caller must define the term."""
+        """Returns the symbol of the next shared term. The caller must define this shared term."""
         number = next(self._terms)
         tex = f"{self.letters['term']}_{{{number}}}"
         return self.symbol(tex, (TERM, (number,)))

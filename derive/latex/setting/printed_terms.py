@@ -47,8 +47,8 @@ class PrintedTerms:
         ordered = sorted(expression.free_symbols, key=numbered)
         known = {symbol: self._symbol(symbol) for symbol in ordered}
         for function in sorted(expression.atoms(sp.cos, sp.sin), key=str):
-            # Cosines and sines of moving angles are terms. Cosines and sines of constant angles
-            # come from the description.
+            # Cosines and sines of variable angles are named terms. Cosines and sines of constant
+            # angles come from the robot description.
             if function.free_symbols <= self.terms.parameters.keys():
                 known[function] = self.notation.constant(function)
         return expression.xreplace(known)

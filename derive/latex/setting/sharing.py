@@ -2,8 +2,8 @@
 
 A derivation names every intermediate result. Printed equations name fewer intermediate results than
 the derivation. Products and sums that occur once are written out. Sums that are long or occur
-repeatedly become shared terms. The functions share their terms. For example, the Jacobians use
-terms of the forward kinematics.
+repeatedly become shared terms. All functions of a robot share these terms. For example, the
+Jacobians use terms of the forward kinematics.
 """
 
 from collections import Counter
@@ -110,7 +110,7 @@ class TermNames:
     definitions: list[Definition]
 
     def name_long_factors(self, expression: sp.Expr) -> None:
-        """Names the terms of a factor that is too wide for brackets."""
+        """Gives a name to each factor that is too wide for brackets."""
         for addend in sp.Add.make_args(expression):
             factors = sp.Mul.make_args(addend.as_coeff_Mul()[1])
             for factor in factors:
