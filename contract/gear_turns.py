@@ -1,4 +1,4 @@
-"""Full turns of coordinates whose joints are coupled to other joints of a robot with loops."""
+"""Checks whether a full turn of one joint moves all coupled joints by full turns."""
 
 from collections.abc import Sequence
 

@@ -40,9 +40,10 @@ class IsolatedWorkError(RuntimeError):
 def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
     """Runs a function in a separate process that cannot write files, and returns the result.
 
-    On Linux, the process is a fork. If other threads held a lock at the fork, a library in the
-    process may wait for the lock forever. The time limit then ends the process. On other systems, a
-    new Python interpreter starts, which takes one second. ``work`` must then be picklable.
+    On Linux, the separate process is a fork of the calling process. If other threads held a lock at
+    the fork, a library in the process may wait for the lock forever. The time limit then ends the
+    process. On other systems, a new Python interpreter starts, which takes one second. ``work``
+    must then be picklable.
 
     Args:
         work: The function to run. The function must return plain data.

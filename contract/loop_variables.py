@@ -16,7 +16,7 @@ class LimitedVariable:
     """A passive joint or cylinder that has limits.
 
     Attributes:
-        index: The variable in `z`.
+        index: Index of the joint or cylinder in the configuration vector `z`.
         lower: Lower limit [rad or m], or None.
         upper: Upper limit [rad or m], or None.
         turns: Whether full turns of the joint keep the configuration.

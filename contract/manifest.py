@@ -392,9 +392,10 @@ class Manifest:
 
     @property
     def direct_parameters(self) -> tuple[str, ...]:
-        """The redundancy parameters for a direct call of the C inverse, or () without direct call.
+        """The names of the redundancy parameters that a direct call of the C inverse may set.
 
-        A fixed joint between free joints may make the inverse of a serial robot degenerate.
+        The tuple is empty for a serial robot with a fixed joint between free joints, because this
+        joint may make the inverse degenerate.
         """
         fixed = {item.index for item in self.redundancy}
         free = [k for k in range(len(self.coordinates)) if k not in fixed]
@@ -404,7 +405,7 @@ class Manifest:
 
     @property
     def free_coordinates(self) -> dict[str, tuple[str, ...]]:
-        """The names of the coordinates that an inverse sets to 0, keyed by task."""
+        """The names of the coordinates that the inverse of a task sets to 0, keyed by task."""
         found = {i.name.removeprefix("ik_"): i.role.free for i in self.functions if i.role.free}
         names = [coordinate.name for coordinate in self.coordinates]
         return {task: tuple(names[k] for k in found[task]) for task in found}

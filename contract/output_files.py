@@ -12,17 +12,17 @@ from .temporary_folders import temporary_folder
 
 
 def make_folder(path: Path) -> None:
-    """Makes a folder and its parents unless they exist.
+    """Creates a folder and its parent folders unless they exist.
 
     Raises:
-        InputValueError: The folder cannot be made.
+        InputValueError: The folder cannot be created.
     """
     _check_name(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        reason = "it is a file" if isinstance(error, FileExistsError) else error.strerror
-        raise InputValueError(f"{path}: cannot be made ({reason})") from None
+        reason = "a file has this path" if isinstance(error, FileExistsError) else error.strerror
+        raise InputValueError(f"{path}: the folder cannot be created ({reason})") from None
 
 
 @contextmanager

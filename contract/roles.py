@@ -84,9 +84,9 @@ INTERMEDIATE = {
     "nominal inverse",
     *("assembly polynomial", "assembly pose", "assembly mirror", "rod ends", "velocity relation"),
 }
-"""Roles of generated functions that only methods of the robot call.
+"""Roles of generated functions that are not part of a robot's interface.
 
-A robot has no attribute for a function with a role in INTERMEDIATE.
+Methods of the robot call these functions. The robot has no attributes with their names.
 """
 
 TASK_COMPONENTS = {

@@ -171,7 +171,8 @@ def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, P
 
 
 def strays(names: Collection[str], folder: Path) -> list[str]:
-    """Returns the unlisted files in a folder whose suffix marks them as generated."""
+    """Returns files in a folder that have the suffix of a generated file and are not in
+    ``names``."""
     endings = {Path(name).suffix for name in names}
     there = {
         path.relative_to(folder).as_posix()

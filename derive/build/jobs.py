@@ -34,7 +34,7 @@ from .time_limit import at_most
 
 
 def read(job: Job) -> Described:
-    """Returns the robot described by a job.
+    """Returns the robot of a job's file, cleaned and calibrated as the job specifies.
 
     Raises:
         DescriptionError: The description is invalid.

@@ -26,9 +26,10 @@ INSIDE = 0.15
 WITHOUT_LENGTH = 0.55
 """Barrel length of a cylinder with retracted length 0, as a fraction of the reference length."""
 DETOUR = 1.6
-"""Maximum length of a link drawn along the common normal of two axes.
+"""Maximum length of a link that is drawn along the common normal of two joint axes.
 
-The length is a multiple of the length of the straight link. Longer links are drawn straight.
+The length is relative to the straight line between the link ends. If the line along the common
+normal is longer than this maximum, the link is drawn as the straight line.
 """
 APART = 0.08
 """Maximum shift of a symbol that overlaps another symbol, as a fraction of the robot size."""

@@ -29,7 +29,9 @@ _NOUNS = ("", "rates", "accelerations")
 def coupling_maps(
     robot: SerialRobot, terms: Terms, arguments: Mapping[str, Argument]
 ) -> dict[str, SymbolicFunction]:
-    """Returns the maps, keyed by name. The dictionary is empty for a robot without couplings.
+    """Returns the functions that map q to theta and theta to q, keyed by function name.
+
+    The dictionary is empty for a robot without couplings.
 
     Args:
         robot: The description.

@@ -136,7 +136,8 @@ def groups(robot: SerialRobot, terms: Terms, values: Sequence[sp.Expr]) -> tuple
         values: The value of every moving joint (radian or meter).
 
     Returns:
-        The groups from base to tool. The last frame of the last group is the tool frame.
+        The groups of parallel axes, from base to tool. The last frame of the last group is the tool
+        frame.
     """
     stretches, turning = _stretches(robot, terms, values)
     builder = _Builder(terms)

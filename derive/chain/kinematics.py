@@ -1,8 +1,9 @@
 """Functions of a chain: poses, Jacobians and their derivatives, twists, accelerations.
 
 The coordinates can differ from the joint values. A
-:class:`~chasles.derive.chain.coordinates.Motion` maps coordinates to joint values. The map is
-linear in a serial robot and follows from loop equations in other robots.
+:class:`~chasles.derive.chain.coordinates.Motion` maps coordinates to joint values. In a serial
+robot, the joint values are linear functions of the coordinates. In a robot with loops, the joint
+values follow from the loop equations.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -81,7 +82,7 @@ class Kinematics:
         arguments: Mapping[str, Argument],
         links: Forward | None = None,
     ) -> "Kinematics":
-        """Returns the kinematics of a chain in its minimal form.
+        """Returns the kinematics of a chain that consists of groups of parallel axes.
 
         If ``groups`` omits links, ``links`` is the forward kinematics with all links.
         """
@@ -314,6 +315,6 @@ def _entries(twists: Iterable[Twist]) -> tuple[sp.Expr, ...]:
 
 
 def pose_entries(pose: Pose) -> tuple[sp.Expr, ...]:
-    """Returns the row-major entries of a pose as a 4x4 matrix."""
+    """Returns the 16 entries of a pose matrix (4, 4), row by row."""
     axes, origin = pose
     return (*matrix_entries((*axes, origin)), *BOTTOM_ROW)

@@ -90,7 +90,8 @@ class NumberText:
 
         Args:
             value: An exact number, or an expression with parameters.
-            kind: "length", "angle", or another word for numbers that the reader does not change.
+            kind: "length", "angle", or another word. When a robot file is read, only lengths and
+                angles change.
         """
         return _guarded(value) if abs(self._read(value, kind) - value) > _SAME else literal(value)
 

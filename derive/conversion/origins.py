@@ -88,8 +88,9 @@ def with_origins(robot: SerialRobot, *, keeps_links: bool = False) -> SerialRobo
             found, pending = _at_its_link(joint, pending)
             if pending and keeps_links:
                 raise InputValueError(
-                    f"{robot.name}: joint {joint.name!r} moves the frame of its link, in which "
-                    "masses are positioned; state the convention of the joint"
+                    f"{robot.name}: the link frame of joint {joint.name!r} would move to the "
+                    "joint axis, but masses are positioned in link frames; state the convention "
+                    "of the joint"
                 )
             joints.append(found)
         base = from_xyz_rpy(*placed(plain.base))

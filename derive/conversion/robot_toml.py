@@ -1,4 +1,7 @@
-"""Writes the robot file of a serial robot whose joints have conventions."""
+"""Writes the robot file of a serial robot.
+
+Each joint of the robot has a convention, for example Denavit-Hartenberg.
+"""
 
 import json
 from collections.abc import Iterator, Mapping

@@ -25,13 +25,13 @@ _RIGHT_ANGLE = 6
 _AXES = (2, 0, 1)
 """Rotation axes in the order in which they are tried. Legs are usually arranged about z."""
 _LAST_PLACES = 1.5
-"""Maximum difference between a rounded component and its copy, in units of the last decimal
-place. The point and its copy are both rounded by up to half a unit, and the rotation may
-increase the error."""
+"""Maximum difference between a rounded coordinate and the exact coordinate that replaces it, in
+units of the last decimal place. Both points of a pair may have rounding errors of half a unit, and
+the rotation may increase the error."""
 
 
 def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, Vector]:
-    """Returns exact points for rounded points of each body.
+    """Returns exact coordinates for points whose coordinates are rounded in a file.
 
     A rounded point is a copy of another point of the body, rotated by a multiple of 15 degrees.
 

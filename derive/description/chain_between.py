@@ -1,12 +1,13 @@
 """Finds the chain between any two links of a tree.
 
-The path leads from the base link up to the common ancestor, and then down. On the way up, the
-joints are inverted. A joint has the pose T_parent_link = before * motion(q) * after. The inverted
-joint has the inverse pose:
+The path leads from the base link up to the common ancestor of both links, and then down to the tip
+link. Between the base link and the common ancestor, parent link and child link of each joint are
+exchanged. A joint has the pose T_parent_link = before * motion(q) * after. After the exchange, the
+joint has the pose
 
     T_link_parent = inverse(after) * motion(-q) * inverse(before).
 
-The inverted joint keeps the name, the value and the limits of the joint coordinate.
+The name, the value and the limits of the joint coordinate do not change.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -52,7 +53,7 @@ def inverse_convention(convention: Convention) -> Convention:
 
 
 def inverted(joint: Joint) -> Joint:
-    """Returns the joint from the link to its parent, with the same coordinate."""
+    """Exchanges parent link and child link of a joint. The joint coordinate does not change."""
     return replace(
         joint,
         before=inverse(joint.after),
@@ -212,7 +213,7 @@ def _in_mechanism(robot: Mechanism, base: str, tip: str, frames: Mapping[str, Fr
 def _with_loops(
     joints: Sequence[Joint], closing: Sequence[Closing], tool_body: str
 ) -> tuple[tuple[Joint, ...], list[Closing]]:
-    """Returns the tree joints of the chain with its loops, and the loop joints and couplings.
+    """Returns the tree joints, and the closures, struts and couplings, of a chain with its loops.
 
     A loop or coupling belongs to the robot if it shares a moving joint with the chain, or with a
     loop or coupling of the robot.

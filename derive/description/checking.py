@@ -144,7 +144,7 @@ class _Repairs:
                 place[keys[-1]] = value
 
     def caused(self, error: DescriptionError) -> bool:
-        """Whether a repair caused an error."""
+        """Whether an earlier correction of the file's values caused an error."""
         names = set(re.findall(r"\w+", str(error.value)))
         is_repaired = keys_of(error.field) in (self.values.keys() | self.respelled)
         return is_repaired or bool(names & self.removed)

@@ -26,7 +26,7 @@ class ExactNumbers:
     Attributes:
         tolerance: Length noise (meter).
         points: For each point whose noise was removed, the exact point.
-        numbers: The numbers that were replaced so far.
+        numbers: The numbers of the description that an exact value replaces.
     """
 
     tolerance: Fraction

@@ -87,7 +87,7 @@ def decoded(file: str, content: bytes, encoding: str) -> str:
     Args:
         file: Name of the file in error messages.
         content: The bytes of the file.
-        encoding: Name of the encoding.
+        encoding: Name of the text encoding, for example ``utf-8``.
 
     Raises:
         DescriptionError: The content does not have the stated encoding, or the encoding is unknown.

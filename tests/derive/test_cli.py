@@ -209,7 +209,7 @@ def test_shelf_robots_require_and_use_the_output_folder(tmp_path):
 def test_unwritable_output_folder_is_rejected(arm):
     done = run("derive", arm, "--to", arm)
     assert done.exit_code == 1
-    assert f"{arm}: cannot be made (it is a file)" in done.output
+    assert f"{arm}: the folder cannot be created (a file has this path)" in done.output
 
 
 @pytest.mark.parametrize(

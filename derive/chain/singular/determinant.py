@@ -1,8 +1,8 @@
 """Factored minors of the Jacobian of an arm. The arm is singular if all minors are 0.
 
-A square Jacobian has one largest minor, its determinant. The minor has the smallest blocks for one
-choice of frame and reference point (:mod:`.views`). The minor is the product of the determinants of
-its blocks.
+A square Jacobian has one largest minor, its determinant. A minor is the product of the determinants
+of its diagonal blocks. The module :mod:`.views` selects the frame and the reference point for which
+these blocks are smallest.
 """
 
 import math

@@ -77,8 +77,8 @@ WHOLE_WRIST = 3
 WRIST = "the wrist center"
 STRETCHED = "; the arm is stretched or folded"
 Relation = Callable[[_Configuration], float]
-"""Deviation of a configuration from a relation between axes. The deviation is 0 if the relation
-holds.
+"""A function that measures by how much a configuration violates a relation between joint axes. The
+result is 0 if the relation holds.
 """
 
 

@@ -85,12 +85,12 @@ def minors(
 ) -> tuple[Minor, ...]:
     """Returns the largest square submatrices of a Jacobian, in frames that give small blocks.
 
-    There is one submatrix if the Jacobian has as many nonzero rows as joints. If the robot has more
-    joints than nonzero rows, each submatrix omits joints. Each submatrix that omits joints has its
-    own frame and reference point. If the robot has fewer joints than nonzero rows, each submatrix
-    omits rows. All submatrices that omit rows have the same frame and reference point. In this
-    frame, the largest block of the submatrices is as small as possible. Submatrices that are
-    singular in every configuration are omitted.
+    There is one submatrix if the Jacobian has as many nonzero rows as columns. Each column belongs
+    to a joint. If the Jacobian has more columns than nonzero rows, each submatrix omits columns.
+    Each submatrix that omits columns has its own frame and reference point. If the Jacobian has
+    fewer columns than nonzero rows, each submatrix omits rows. All submatrices that omit rows have
+    the same frame and reference point. In this frame, the largest block of the submatrices is as
+    small as possible. Submatrices that are singular in every configuration are omitted.
 
     Args:
         robot: A serial robot.

@@ -109,7 +109,7 @@ def in_turned_frame(line: AxisLine) -> Vector:
 
 
 def fitted(values: Mapping[str, sp.Expr | Vector]) -> Fitted:
-    """Returns field values for which the previous axis needs no rotation and no translation."""
+    """Returns a fit with these field values, without rotation and shift at the previous axis."""
     return Fitted(sp.S.Zero, sp.S.Zero, values)
 
 

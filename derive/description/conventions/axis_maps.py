@@ -93,7 +93,7 @@ def numbers_of(convention: Convention, kind: JointKind) -> Placement:
 
 
 def symbols_in(product: Placement) -> tuple[sp.Symbol, ...]:
-    """Returns the symbols of motions in order."""
+    """Returns the symbols of a sequence of motions, in the order of their first use."""
     arguments = (argument for motion in product for _, _, argument in _steps(motion))
     found = (symbol for a in arguments for symbol in sorted(a.free_symbols, key=str))
     return tuple(dict.fromkeys(found))

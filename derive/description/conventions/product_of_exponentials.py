@@ -14,9 +14,10 @@ from .urdf_origin import AXIS
 
 
 def _around_the_screw(kind: JointKind, *, axis: Vector, point: Vector) -> Placements:  # noqa: ARG001
-    """Returns the displacement to the screw axis and the inverse displacement.
+    """Returns the displacement from the link frame to the screw axis, and its inverse.
 
-    Therefore, all link frames equal the base frame at the zero configuration.
+    The two displacements cancel at the zero configuration. All link frames then equal the base
+    frame.
     """
     z_to_axis, to_point = align_z(axis), translation(*point)
     return to_point + z_to_axis, inverse(z_to_axis) + inverse(to_point)

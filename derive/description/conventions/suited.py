@@ -94,14 +94,14 @@ class _Placed:
     shift: sp.Expr = sp.S.Zero
 
     def fields(self) -> dict[str, sp.Expr | Vector]:
-        """Returns all field values with the rotation and the shift."""
+        """Returns all field values, with rotation about and shift along the joint axis."""
         fields = dict(self.fitted.values)
         if self.convention.turning:
             return fields | {
                 self.convention.turning: self.turn,
                 self.convention.sliding: self.shift,
             }
-        # In a full pose, the fields already contain the rotation and the shift.
+        # The pose fields xyz and rpy contain the rotation and the shift.
         T = pose_in_digits(self._own() + along_z(self.turn, self.shift), {})
         xyz, rpy = xyz_rpy_of(T)
         return fields | {"xyz": xyz, "rpy": rpy}
@@ -110,7 +110,7 @@ class _Placed:
         return self.convention(self.pair.joint.kind, **self.fitted.values)[0]
 
     def after(self) -> Any:
-        """Returns the joint frame (4, 4) without the rotation and the shift."""
+        """Returns the joint frame (4, 4), without rotation about and shift along the joint axis."""
         return self.before * pose_in_digits(self._own(), {})
 
     def as_joint(self) -> Joint:

@@ -71,14 +71,14 @@ class EndPart:
 
 @dataclass(frozen=True)
 class Arms:
-    """Chains of moving joints that start at a base link, and the end parts."""
+    """Chains of moving joints that start at a base link, and the joints that the chains exclude."""
 
     paths: tuple[TreePath, ...]
     left_out: tuple[EndPart, ...]
 
 
 def arms_of(tree: KinematicTree, base: str) -> Arms:
-    """Returns the chains of moving joints that start at a base link, without end parts."""
+    """Returns the chains of moving joints from a base link. Fingers, wheels etc. are excluded."""
     heights = _heights(tree, base)
     paths: list[TreePath] = []
     left_out: list[EndPart] = []

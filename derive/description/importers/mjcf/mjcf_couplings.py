@@ -56,9 +56,9 @@ class Equation:
 def joint_equations(laws: Iterable[Law], names: Sequence[str]) -> tuple[Equation, ...]:
     """Returns one equation for each dependent joint, in the order of the names.
 
-    Joints without a place in ``names`` depend on the named joints if possible. Among the named
-    joints, a follower of an equality depends on joints that follow no joint. Otherwise, a joint
-    depends on joints before it in ``names``.
+    Joints that are not in ``names`` depend on the joints in ``names`` if possible. Among the joints
+    in ``names``, a follower of an equality depends on joints that follow no joint. Otherwise, a
+    joint depends on joints before it in ``names``.
 
     Args:
         laws: The equalities between joints. Their order does not change the result.

@@ -346,7 +346,7 @@ def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
     if len(others) + 1 > MAX_CONNECTS:
         raise DescriptionError(
             f"{len(others) + 1} connect equalities join {first.a.link!r} and {first.b.link!r}; "
-            "expected one connect, two connects for a hinge, or a weld"
+            "expected one connect equality, two for a hinge, or a weld equality"
         )
     second = others[0]
     ends = (second.a, second.b) if second.a.link == first.a.link else (second.b, second.a)

@@ -195,12 +195,12 @@ def _refused(file: Path, reason: str) -> DescriptionError:
 
 
 def length(value: float) -> sp.Expr:
-    """Returns a length (meter) of the compiled model without noise."""
+    """Converts a length (meter) of the compiled model to an exact number without rounding noise."""
     return read(repr(round(float(value), COMPILED_DECIMALS)))
 
 
 def lengths(values: Any) -> Vector:
-    """Returns a vector (meter) of the compiled model without noise."""
+    """Converts a vector (meter) of the compiled model to exact numbers without rounding noise."""
     x, y, z = (length(value) for value in values)
     return x, y, z
 
