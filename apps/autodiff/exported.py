@@ -1,4 +1,4 @@
-"""The exported source of a robot in a folder."""
+"""Lookup of the source files that `chasles export` wrote for a robot."""
 
 from __future__ import annotations
 

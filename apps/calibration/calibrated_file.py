@@ -30,7 +30,7 @@ _DEGREE = 13
 """Number of decimal places of an angle in degrees (2e-15 rad). Rounding keeps angles of exactly 90
 degrees exact."""
 _SPRINGS = "\n[[springs]]"
-"""Start of the spring tables."""
+"""Heading of the first spring table in a robot file, after a newline."""
 FloatArray = NDArray[np.float64]
 
 
@@ -215,9 +215,9 @@ def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
 
 
 def load_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
-    """Return the gravity vector, and the masses and joint springs, as text of a robot file.
+    """Return two texts of a robot file: the gravity vector, and the masses with joint springs.
 
-    The texts are empty for a robot without masses. Rigid joints have no springs.
+    For a robot without masses, both texts are empty. Rigid joints have no springs.
 
     Args:
         robot: The nominal arm, with parametric functions.

@@ -49,11 +49,12 @@ def identify(
             ("parameter", "joint", "offset", "axis", "transmission", "coupling", "compliance",
             "loop", "base", "tool"). The group "parameter" means the named parameters of the
             description, such as the radius of a delta robot. A named parameter changes every value
-            that depends on it. The name "geometry" means the group "axis": all lengths, angles and
-            offsets. For robots with loops, "geometry" also includes "loop". If poses are measured,
-            corrections of the tool frame are added. For serial robots, "geometry" and the tool
-            corrections are a complete and minimal set of parameters. Corrections of the base frame
-            are added if `parameter_std` is set, if "axis" is not varied, or if the robot has loops.
+            that depends on it. The name "geometry" stands for the group "axis", which contains all
+            lengths, angles and offsets. For robots with loops, "geometry" also includes "loop". If
+            poses are measured, corrections of the tool frame are added. For serial robots,
+            "geometry" and the tool corrections are a complete and minimal set of parameters.
+            Corrections of the base frame are added if `parameter_std` is set, if "axis" is not
+            varied, or if the robot has loops.
         parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1],
             keyed by name, group or unit, as in :func:`~chasles.calibration.first_order_errors`.
             Parameters with little effect on the measurements stay near nominal.

@@ -51,7 +51,8 @@ _SLIDES = {
     "prismatic coordinates are in meters, not in millimeters": 1e3,
 }
 _NEIGHBOURS = 2
-"""Maximum difference between the indices of two joints whose coordinates may be added."""
+"""Maximum index difference j - i in the check for an encoder of joint j that also measures the
+motion of joint i."""
 _MIN_SURPLUS = 9
 """Minimum number of redundant equations for the checks of joints, rows and conventions. With
 fewer redundant equations, wrong input may fit by chance. The unit of length is checked for any

@@ -92,7 +92,10 @@ def select_model(
     models: tuple[CalibrationModel, ...] = CALIBRATION_MODELS,
     robust: bool = True,
 ) -> ModelSelection:
-    """Return the simplest of the models with the smallest cross-validation error.
+    """Select the calibration model with the smallest cross-validation error.
+
+    Errors within 5 % of the smallest error count as equal. Among models with equal errors, the
+    simplest model is selected.
 
     Args:
         robot: A robot with parametric functions.
@@ -140,7 +143,7 @@ def cross_validate(
         folds: Number of groups of configurations. With k groups, a group contains every k-th
             configuration.
         vary: Parameters that may differ from nominal.
-        parameter_std: Standard deviations of the parameters about nominal.
+        parameter_std: Standard deviations of the parameters about their nominal values.
         robust: Whether outliers are excluded.
 
     Returns:

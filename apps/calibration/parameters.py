@@ -1,4 +1,4 @@
-"""The vector of a robot's geometry parameters, and the selection of parameters by name."""
+"""Geometry parameters of a robot: nominal values, and selection by name or group."""
 
 from __future__ import annotations
 

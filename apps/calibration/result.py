@@ -214,7 +214,8 @@ class Calibration(StudyResult):
                 nominal robot, the compiler rounds lengths.
 
         Raises:
-            InputValueError: The suffix is not supported, or a coordinate moves several joints.
+            InputValueError: The suffix of the path is not supported, or a .toml file is requested
+                for a robot in which a coordinate moves several joints.
         """
 
         def write_toml(path: Path) -> None:

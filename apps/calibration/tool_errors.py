@@ -117,8 +117,8 @@ def first_order_errors(
         robot: A robot with parametric functions.
         q: (..., n) coordinates [rad or m].
         parameter_std: Standard deviations, keyed by parameter name, group ("axis", "offset", ...)
-            or unit ("m", "rad", "1"). A name takes precedence over a group, and a group over a
-            unit.
+            or unit ("m", "rad", "1"). If several keys match a parameter, its name takes precedence
+            over its group, and its group over its unit.
 
     Raises:
         InputValueError: A key is not a parameter, a group or a unit.

@@ -48,7 +48,7 @@ def actuators(
     """
     arm = load(robot, base=base, tip=tip, exact=exact)
     if "actuators" not in arm.functions:
-        raise InputValueError(f"{arm.name}: no actuated coordinates follow from its main chain")
+        raise InputValueError(f"{arm.name}: the main-chain joints do not determine any actuator")
     joints = positions(arm.chain_joints, theta, "--theta")
     q = _determined(arm, joints)
     can_check = len(joints) == len(arm.chain_joints) and "chain_closes" in dir(arm)

@@ -65,18 +65,18 @@ Picture = Annotated[
 
 
 class Command(TyperCommand):
-    """A subcommand whose help shows no type for flags."""
+    """A subcommand. Its help shows no value type next to flags such as --json."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return the options of the subcommand. The help shows no type for flags."""
+        """Return the options of the subcommand. The help shows no value type next to flags."""
         return _with_plain_flags(super().get_params(ctx))
 
 
 class Group(TyperGroup):
-    """A Typer command group with subcommands. The help shows no type for flags."""
+    """A Typer command group with subcommands. The help shows no value type next to flags."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return the options of the command. The help shows no type for flags."""
+        """Return the options of the command. The help shows no value type next to flags."""
         return _with_plain_flags(super().get_params(ctx))
 
 

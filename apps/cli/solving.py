@@ -55,8 +55,8 @@ _REASONS = {"stalled": "no closer pose found"}
 _PLAIN = re.compile(r"[-+.,e\d\s]+", re.IGNORECASE)
 """Numbers without units."""
 _FAR = 20.0
-"""Maximum plausible distance of a target from the base, relative to the nearest reachable pose. A
-more distant target is probably in millimeters."""
+"""Maximum plausible ratio of the target's distance to the nearest reachable pose's distance, both
+from the base. If the ratio is larger, the target is probably in millimeters."""
 _QUATERNIONS = {"wxyz": ("w", *_XYZ), "xyzw": (*_XYZ, "w")}
 
 
@@ -210,7 +210,7 @@ def ik(
 class _Near:
     """The configuration q (n,) within limits with the pose T nearest to the target.
 
-    If true, `reaches_position` states that the tool reaches the position with a different
+    `reaches_position` is true if the tool can reach the target position with a different
     orientation.
     """
 

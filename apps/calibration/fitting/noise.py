@@ -60,7 +60,8 @@ _STRAY = math.log(10)
 _LOG_NOISE = np.linspace(math.log(MIN_NOISE), math.log(1e6), 200)
 """Search grid for the logarithm of the noise, log s."""
 _FULL = 1e-13
-"""Minimum relative diagonal entry of the triangular factor."""
+"""Minimum ratio of the smallest to the largest diagonal entry of the QR factor R. If the ratio is
+smaller, the measurements do not determine all variables."""
 
 
 class Undetermined(Exception):
@@ -108,7 +109,10 @@ class Linearized:
         return float((1 - _leverages(self.J, self.inverse_root(noise))).sum())
 
     def noise(self) -> float:
-        """Return the errors relative to their stated noise, or 0 without degrees of freedom."""
+        """Return the noise, relative to the stated standard deviations.
+
+        The noise is 0 if `D` is empty and there are not more errors than variables.
+        """
         if len(self.D):
             return self._most_probable_noise()
         surplus = self.J.shape[0] - self.J.shape[1]
@@ -118,8 +122,8 @@ class Linearized:
         """Return a mask (M,) that is true if an error is an outlier.
 
         Args:
-            every: The linearized errors of all M rows.
-            used: (M,) whether each error is in use.
+            every: The M linearized errors to test.
+            used: (M,) whether the fit uses each error.
             noise: The previous estimate of the noise.
         """
         h = _leverages(every.J, self.inverse_root(noise))

@@ -312,7 +312,7 @@ class Problem:
         return np.sqrt(self.weights[self.measurements.configurations[self._rows]])
 
     def weighted(self, weights: FloatArray) -> Problem:
-        """Return the problem with weights (N,).
+        """Return a copy of the problem in which the configurations have the weights (N,).
 
         Raises:
             ShapeError: The number of weights differs from the number of configurations.
@@ -437,7 +437,7 @@ class Problem:
         return max(at.noise(), MIN_NOISE) if len(at.D) else at.noise()
 
     def _linearized(self, x: FloatArray, kept: BoolArray) -> Linearized:
-        """Linearize the selected errors and the parameter deviations near the variables x."""
+        """Linearize the errors in the mask `kept`, and all parameter deviations, at x."""
         J = self.derivative(x)[kept] * SMALL
         return Linearized(self.errors(x)[kept], J, self.strays(x), self.prior_jacobian())
 

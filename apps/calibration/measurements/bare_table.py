@@ -23,7 +23,8 @@ FloatArray = NDArray[np.float64]
 _KEPT = 0.05
 """Maximum change of a distance between targets on a tool, relative to the motion of the targets."""
 _LARGEST = 720.0
-"""Maximum joint angle [deg]. Positions in millimeters usually exceed this number."""
+"""Maximum absolute value in a column of joint angles [deg]. Positions in millimeters usually have
+larger values."""
 _MIN = 3
 """With fewer rows, no distance is tested for being constant."""
 

@@ -118,7 +118,7 @@ class Distances(_OneNumber):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Names of the target in the tool frame and the fixed point in the base frame."""
+        """Names of six unknowns: the target (tool frame), then the fixed point (base frame)."""
         return (*_point("target"), *_point("center"))
 
     def _start(self, T: FloatArray) -> Start:
@@ -247,7 +247,8 @@ _EVALUATIONS = 50
 _TARGETS = np.array([[0, 0, 0], [1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) * 0.06
 """Targets at which the fit starts [m]: the tool origin, and the corners of a tetrahedron."""
 _HEIGHT = 0.1
-"""Minimum height of a fixed point above a plane of points, relative to the extent of the points."""
+"""Minimum start distance of the fixed point from the plane of coplanar target positions, relative
+to the extent of the target positions."""
 _FLAT = 1e-6
 """Below this relative singular value, points count as coplanar or collinear."""
 
@@ -256,8 +257,9 @@ def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatA
     """Fit the center of a sphere: solve 2 p . c + b = right for c and b by least squares.
 
     The points p (N, 3) have mean 0, and c (3,) is the center. The function returns c, b and a
-    vector. If the points are coplanar, the vector is the normal of their plane. The points do not
-    determine c along this normal. If the points are not coplanar, the vector is 0.
+    vector. If the points are coplanar, the vector is the normal of their plane. Coplanar points do
+    not determine the component of c along the normal. If the points are not coplanar, the vector is
+    0.
     """
     _, sizes, axes = np.linalg.svd(p, full_matrices=False)
     rows = np.column_stack([2 * p, np.full(len(p), sizes[0])])

@@ -2,12 +2,13 @@
 
 Headings of joints q1 ... are coordinate names or q1, J1, joint_1, theta_1[deg], A1, Achse 1, rax_1,
 q[0], S L U R B T. Headings of a position x are x, X_mm, px, pos_x, tcp.x, x_measured. Headings of
-several positions are X1, x_1, P1_x, target_1_x, SMR1.X, left_x, right_x, or x twice, or x and x.1.
-Headings of quaternions are qw, quat_w, orientation.w. If the joints have other names, q1 ... q4 or
-q0 ... q3 are also headings of quaternions. Headings of rotation vectors are rx, rot_x, rotvec_x.
-Headings of angles are roll, pitch, yaw, or w, p, r of FANUC, or c, b, a of KUKA. Headings of
-matrices are r11, R_1_1, T[0][0], m00, or nx, ox, ax ... Headings of target names are target,
-marker, SMR, point and ball. The heading of a station is "station".
+several positions are X1, x_1, P1_x, target_1_x, SMR1.X, left_x and right_x. The x columns of two
+positions may also have the headings x and x, or x and x.1. Headings of quaternions are qw, quat_w,
+orientation.w. If the joints have other names, q1 ... q4 or q0 ... q3 are also headings of
+quaternions. Headings of rotation vectors are rx, rot_x, rotvec_x. Headings of angles are roll,
+pitch, yaw, or w, p, r of FANUC, or c, b, a of KUKA. Headings of matrices are r11, R_1_1, T[0][0],
+m00, or nx, ox, ax ... Headings of target names are target, marker, SMR, point and ball. The heading
+of a station is "station".
 
 Units are written in brackets, after an underscore or a space, or without a separator: "q1 [deg]",
 "q1_deg", "J1deg". Words such as "measured", "actual" or "tracker" are ignored. Columns with
@@ -337,7 +338,7 @@ def _points(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> di
 
 
 def _position(heading: _Heading) -> tuple[str, str] | None:
-    """Return axis and number of a heading such as "x 2", or None for headings without positions."""
+    """Return (axis, number) of a position heading such as "x 2". Return None for other headings."""
     core = _core(heading)
     axes = [word[-1] for word in core if word in _POSITIONS]
     numbers = [word for word in core if word.isdecimal()]

@@ -40,14 +40,14 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 _HALL = 20.0
-"""Maximum distance from a device [m]. If positions without a unit exceed this number, their unit is
-millimeters."""
+"""Maximum coordinate of a target in the frame of the measuring device [m]. If positions without a
+unit exceed 20, their unit is millimeters."""
 _TITLES = 30
 """Maximum number of lines before the header."""
 _UNSEEN = ("", "nan", "-", "--", "n/a", "na", "none", "null")
 """Cell texts, in lower case, that mark an invisible target."""
 _UNITLESS = ("-", "1")
-"""Cell texts that mark a column without a unit. The row of units contains these cells."""
+"""Cell texts that mark a column without a unit, in the row of units below the headings."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +169,7 @@ class _Table(NamedTuple):
         return points
 
     def plain(self, names: Sequence[str]) -> FloatArray:
-        """Return the unscaled values (rows, k) of the complete rows."""
+        """Return the unscaled values (rows, k) of all rows whose k cells are numbers."""
         columns = [self.columns[name].number for name in names]
         cells = [[_cell(row, column) for column in columns] for row in self.rows]
         found = np.array([[number(cell) for cell in row] for row in cells]).reshape(-1, len(names))
@@ -308,8 +308,8 @@ def _orientations(table: _Table, form: Form) -> FloatArray:
 def _long(table: _Table, q: FloatArray) -> MeasurementTable:
     """Read a table with one row per target.
 
-    Rows with equal coordinates are one configuration. If the target of a row already occurred at
-    these coordinates, the row belongs to a new configuration.
+    Rows of one station with equal coordinates are one configuration. If two rows of a station have
+    equal coordinates and the same target, the rows belong to two configurations.
     """
     names = table.names_of_rows(TARGET)
     targets = list(dict.fromkeys(names))

@@ -116,7 +116,7 @@ class StationPositions(Measurements):
         return replace(self, points=factor * self.points, T_W_station=frames)
 
     def _read_otherwise(self) -> Iterator[tuple[str, Self]]:
-        """Yield mirrored device frames. A mirrored frame corresponds to swapped axes."""
+        """Yield the measurements with mirrored x coordinates, for a left-handed device frame."""
         yield LEFT_HANDED, replace(self, points=self.points * [-1.0, 1.0, 1.0])
 
     def frames(self, x: FloatArray) -> FloatArray:
@@ -144,7 +144,7 @@ class StationPositions(Measurements):
         return Start(of_base[0], x, measurements, float(misfit))
 
     def _from_frame(self, T: FloatArray, start: Start) -> Start:
-        """Estimate the targets from the first station, then the frames of the further stations."""
+        """Estimate the targets from station 1. Then estimate the frames of all other stations."""
         first = self.station == 0
         targets = targets_at(T[first], self.points[first])
         placed = points_on_tool(T, targets)

@@ -33,7 +33,7 @@ class TableLine(NamedTuple):
 
 
 class TableText(NamedTuple):
-    """Text of a table. `comment` contains the cells of the comment line above the table."""
+    """The lines of a table file. `comment` contains the cells of the comment line above."""
 
     lines: list[TableLine]
     comment: list[str]

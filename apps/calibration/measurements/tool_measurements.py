@@ -2,7 +2,8 @@
 
 A `Measurements` object contains the measured values at N configurations. The object defines
 additional unknowns, such as the positions of targets in the tool frame. Errors are divided by their
-standard deviations. A row is a pose or a target position. Outliers are excluded row by row.
+standard deviations. A row is a pose or a target position. If one error of a row is an outlier, the
+whole row is excluded.
 """
 
 from __future__ import annotations

@@ -17,8 +17,8 @@ from .quaternions import rotations
 FloatArray = NDArray[np.float64]
 
 _TURN = 2 * math.pi + 0.01
-"""Maximum joint angle [rad] of a table in radians. Tables with larger joint angles are in
-degrees."""
+"""Maximum angle [rad] in a table in radians. If an angle in a table without units exceeds this
+maximum, the angles are in degrees."""
 _MOVED = 0.1
 """If no joint moves more than this [rad], the values of the table are not in radians."""
 _ROUNDED = 0.02

@@ -44,7 +44,7 @@ class Contents:
 
     Attributes:
         title: Title of the page.
-        summary: Sentences of the summary.
+        summary: Sentences of the report's summary.
         parameters: Parameter values and their 95 % intervals.
         tables: Tables of errors by target, frames, validation errors and correlations.
         notes: Warnings, excluded rows and unidentifiable parameters.

@@ -245,7 +245,10 @@ def test_redundant_arm_asks_for_the_option_that_fixes_a_joint():
         (("fk", "ur5ee"), "no robot named 'ur5ee'; did you mean ur5e"),
         (("ik", "ur5e", "--xyz", "0,0,0", "--quat", "1,0,0,0"), "--quat also requires --order"),
         (("actuators", "four_bar", "--theta", "crack=1"), "(crank, coupler), got 'crack=1'"),
-        (("actuators", "ur5e", "--theta", "a=1"), "ur5e: no actuated coordinates follow"),
+        (
+            ("actuators", "ur5e", "--theta", "a=1"),
+            "ur5e: the main-chain joints do not determine any actuator",
+        ),
         (("fk", "ur5e", "1,2,3,4,5,6"), "fk: pass the coordinates with --q, as in --q 1,2,3,4,5,6"),
         (
             ("ik", "scara", "--xyz", "0,0,0", "--task", "position"),
