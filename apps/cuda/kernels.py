@@ -22,9 +22,9 @@ class Kernels:
 
     Arrays of CuPy, PyTorch or JAX must be C-contiguous, of float32 or float64, and in the memory of
     one GPU. Arrays are not copied. The last dimension of an array is the batch: q (n, count), T (4,
-    4, count). Results are new arrays of the same package. A kernel runs on the current stream of
-    CuPy or PyTorch. A call on JAX arrays waits for the kernel. Calls on JAX arrays do not work
-    inside `jax.jit`.
+    4, count). Each result is a new array of the package (CuPy, PyTorch or JAX) of the arguments. A
+    kernel runs on the current stream of CuPy or PyTorch. A call on JAX arrays waits for the kernel.
+    Calls on JAX arrays do not work inside `jax.jit`.
 
     Attributes:
         robot: The robot.

@@ -25,8 +25,8 @@ class AssemblyModes(NamedTuple):
     """The assembly modes at specified actuated coordinates.
 
     Attributes:
-        z: (k, n_z) configurations. A rod keeps its rotation about its own axis. No body depends on
-            this rotation.
+        z: (k, n_z) configurations. The rotation of a rod about its own axis is not changed, because
+            no other body depends on this rotation.
         margin: (k,) singularity margin of each assembly mode. The margin is 0 at a singularity.
     """
 

@@ -277,7 +277,7 @@ def figure_of(
 
     Args:
         shown: The scenes.
-        labels: Names of the additional configurations, for the legend.
+        labels: Legend text of each configuration that is drawn in addition to the first.
         has_path: Whether the legend lists the tool path.
         boxes: Lower and upper corner of each view, or None for the bounding box of each scene.
         places: Label offsets of each view in an animation. The first frame sets the offsets for all

@@ -71,8 +71,8 @@ def views_of(skeleton: Skeleton, poses: FloatArray, names: tuple[str, ...] | Non
         skeleton: The bodies.
         poses: (bodies, 4, 4) poses of the bodies.
         names: "front" (x to the right, z up), "side" (y, z), "top" (x, y), "axonometric", or
-            "plane" for a planar robot. None selects "plane" for a planar robot, and the other four
-            views for a spatial robot.
+            "plane" for a planar robot. If `names` is None, a planar robot gets the view "plane",
+            and a spatial robot gets the other four views.
 
     Raises:
         InputValueError: A name is unknown.

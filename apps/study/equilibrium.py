@@ -262,7 +262,8 @@ class Equilibrium:
         """Split a force on the axis of a strut into forces on the two ends.
 
         The lever rule distributes the transverse component to both ends. An axial force on a barrel
-        or piston acts on the end of the section. An axial force on a rod is divided equally.
+        or piston acts on the end of the section. An axial force on a rod is divided equally between
+        its two ends.
         """
         a, b = self.ends(span)
         length = np.linalg.norm(b - a, axis=-1, keepdims=True)

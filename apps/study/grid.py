@@ -1,24 +1,25 @@
 """A grid of equal cells, and the size of the body that fills the visited cells.
 
-The estimate counts visited cells, because the density of points is not uniform. A line along x
-enters and leaves the body. Where the line enters or leaves, the visited cells extend half a cell
-beyond the body on average. The visited cells therefore have a larger volume than the body. An open
-face is a face between a visited cell and a cell that was not visited. The excess volume is h/2
-times the area of the open faces, where h is the side of a cell. The total area of the open faces
-normal to x equals the area of the body's surface projected along x. For each axis, the estimate
-multiplies the volume by a factor 1 - c. The number c is half the number of open faces per cell. The
-product of the factors for x, y and z is exact for boxes and never negative. The points are too few
-if a random half of the points misses many of the visited cells. With too few points, larger cells
-are used.
+The estimate counts visited cells, because the density of points is not uniform. The visited cells
+have a larger volume than the body. Along a line parallel to x, the visited cells extend half a cell
+beyond the body on average, at each end of the body. An open face is a face between a visited cell
+and a cell that was not visited. Let h be the side of a cell. The visited cells exceed the volume of
+the body by h/2 times the area of the open faces. The total area of the open faces normal to x
+equals the area of the body's surface projected along x. Let c be half the number of open faces
+normal to an axis, divided by the number of visited cells. For each axis, the estimate multiplies
+the volume of the visited cells by 1 - c. The product of the factors for x, y and z is exact for
+boxes and never negative. The points are too few if a random half of the points misses many of the
+visited cells. With too few points, larger cells are used.
 
 Four errors remain. First, if the surface of the body is parallel to the faces of the cells, all
 lines leave the body at the same position within a cell. For a surface parallel to cell faces, the
 excess volume is between 0 and h times the area of the open faces. There, adjacent open faces are
-coplanar. Second, the points may miss a cell that contains only a small corner of the body. A power
-law extrapolates the number of missed cells from a random half of the points. Third, the visited
-cells extend beyond the body by an average margin. If the body covers few cells, this margin is
-estimated from few lines. Fourth, the correction, a product of factors 1 - c, is exact only for
-boxes.
+coplanar. Second, the points may miss a cell that contains only a small corner of the body. The
+number of missed cells is assumed to decrease as a power of the number of points. The estimate
+compares the cells that all points visit with the cells that a random half of the points visits.
+Third, the visited cells extend beyond the body by an average margin. If the body covers few cells,
+this margin is estimated from few lines. Fourth, the correction, a product of factors 1 - c, is
+exact only for boxes.
 
 Source:
     L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for the area
@@ -47,7 +48,8 @@ _GROWTH = 2 / 3
 """Exponent of the decrease of missed cells with the number of points. The exponent is 1 for a
 surface parallel to the grid, and 1/3 for a surface that cuts off corners of cells."""
 _SLOPING = 0.1
-"""Relative error of the correction at sloping faces."""
+"""Relative error of the volume correction at open faces that are not coplanar with their adjacent
+open faces."""
 
 
 _CHANCE = 0.5
@@ -72,7 +74,8 @@ class Grid:
     Attributes:
         lower: (3,) lower corner [m].
         side: The side of a cell [m].
-        shape: Number of cells along x, y and z. A direction without extent has one cell.
+        shape: Number of cells along x, y and z. If the box has no extent along an axis, the number
+            of cells along this axis is 1.
     """
 
     lower: FloatArray
@@ -222,7 +225,7 @@ def _estimate(visited: BoolArray, halved: BoolArray) -> tuple[float, float]:
 
 
 def _joined(hits: CountArray, times: int) -> CountArray:
-    """Merge the hits into larger cells, without moving the box center."""
+    """Return the number of points in larger cells, with `times` small cells along each side."""
     if times == 1:
         return hits
     joined = hits

@@ -69,7 +69,7 @@ def _image(ax: Any, grid: Any, normal: int, values: Any, **style: Any) -> Any:
 
 
 def _shares(hits: NDArray[np.uint64]) -> Any:
-    """Return the hits per thousand configurations, with empty columns masked."""
+    """Return how many of 1000 configurations are in each cell. Empty cells are masked."""
     return np.ma.masked_equal(hits, 0) * (1000 / max(int(hits.sum()), 1))
 
 

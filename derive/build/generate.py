@@ -171,8 +171,7 @@ def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, P
 
 
 def strays(names: Collection[str], folder: Path) -> list[str]:
-    """Returns files in a folder that have the suffix of a generated file and are not in
-    ``names``."""
+    """Returns files in a folder with the suffix of a generated file, except ``names``."""
     endings = {Path(name).suffix for name in names}
     there = {
         path.relative_to(folder).as_posix()

@@ -150,8 +150,8 @@ class TaskCurve:
 
     Attributes:
         curve: The curve of the tool origin.
-        start: Pitch or angle at the start [rad].
-        end: Pitch or angle at the end [rad]. The pitch or angle is linear in s.
+        start: Tool pitch ("position_pitch") or tool angle ("planar") at the start [rad].
+        end: Tool pitch or tool angle at the end [rad]. The pitch or angle is linear in s.
         task: "position", "position_pitch" or "planar".
         length: Length of the curve [m].
     """
@@ -182,8 +182,8 @@ def task_curve(task: Task, curve: PoseCurve, start: float = 0.0, end: float = 0.
     Args:
         task: "position", "position_pitch" or "planar", as in `task_line`.
         curve: The curve of the tool pose. The task prescribes a different orientation.
-        start: Pitch or angle at the start [rad].
-        end: Pitch or angle at the end [rad]. The pitch or angle is linear in s.
+        start: Tool pitch ("position_pitch") or tool angle ("planar") at the start [rad].
+        end: Tool pitch or tool angle at the end [rad]. The pitch or angle is linear in s.
 
     Raises:
         InputValueError: The task is unknown, or an angle is not finite.
@@ -435,8 +435,8 @@ def blend(poses: ArrayLike, radius: float) -> Spline:
     Args:
         poses: (m, 4, 4) three or more poses, or (m, 3) positions [m] with the orientation of the
             base. Consecutive positions must differ.
-        radius: Distance from each corner to the ends of the parabola [m], at most half the length
-            of the adjacent lines.
+        radius: Distance from each corner to the start and the end of its parabola [m]. The radius
+            is at most half the shortest distance between consecutive poses.
 
     Raises:
         ShapeError: There are fewer than three poses, or the array has the wrong shape.

@@ -82,7 +82,7 @@ class ParameterCurve:
 def resolve_redundancy(
     robot: Robot, T: ArrayLike, q_seed: ArrayLike, *, limits: Any = "robot"
 ) -> JointPath:
-    """Return coordinates along a path of poses, resolved over the whole path.
+    """Return the coordinates for a path of tool poses, with minimal motion of the joints.
 
     Among all motions within the limits, the motion with the smallest cost is chosen. The cost
     contains the integral of the squared joint rates over the path. The cost also contains the
@@ -233,7 +233,7 @@ class _Search:
         return float(np.nanmin(values)), float(np.nanmax(values))
 
     def _sequence(self, parameters: FloatArray) -> tuple[_States, float]:
-        """Return (best sequence among parameters (K, c, p), cost)."""
+        """Return (cheapest sequence, cost) for parameters (K, c, p): c candidates at K knots."""
         states = self._states(parameters)
         features = [self._features(state.q) for state in states]
         weight = max(len(states) - 1, 1)
@@ -252,7 +252,7 @@ class _Search:
         return _States(q, np.array([state.parameters[k] for state, k in chosen])), cost.min()
 
     def _states(self, parameters: FloatArray) -> list[_States]:
-        """Return all configurations at each knot within the limits."""
+        """Return all inverse solutions within the limits, for each knot of the path."""
         count = parameters.shape[1]
         values = parameters.reshape(-1, parameters.shape[2])
         fixed = dict(zip(self.names, values.T.copy(), strict=True))

@@ -26,8 +26,9 @@ class LimitViolation:
     Attributes:
         coordinate: The name of the coordinate.
         limit: "lower", "upper", "rate" or "acceleration".
-        amount: The largest excess [rad or m, per second for rates, per second^2 for accelerations].
-        t: The time of the largest excess [s].
+        amount: Maximum amount by which the trajectory exceeds the limit [rad or m, per second for
+            rates, per second^2 for accelerations].
+        t: Time at which the trajectory exceeds the limit by this amount [s].
     """
 
     coordinate: str

@@ -168,7 +168,7 @@ class MotionSequence:
 
         Raises:
             InputValueError: The curve or the plan does not start at q_end, the plan has no path, or
-                `redundancy` is "global".
+                `redundancy` has the unsupported value "global".
             OutOfReachError: The curve leaves the workspace, the branch or the limits.
         """
         if redundancy == "global":

@@ -103,7 +103,7 @@ def parameter_rates(
 ) -> tuple[FloatArray, FloatArray]:
     """Return derivatives of the coordinates on a curve with known redundancy parameters.
 
-    The rate a' of an angle a(q) is known. The swivel angle is an example of the angle a. A motion c
+    A redundancy parameter a(q), such as a swivel angle, has the known rate a'. A motion c
     along the null vector n of the Jacobian gives this rate: D_n a c = a' - D_p a. D_n and D_p are
     derivatives along n and along a particular rate p.
 

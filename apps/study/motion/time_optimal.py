@@ -42,8 +42,8 @@ _REFINEMENTS = 3
 _ROUNDS = 4
 """Maximum number of grids. Each grid adds nodes where the previous time scaling exceeds a limit."""
 _CLOSEST = 1e-5
-"""Minimum node spacing relative to the curve length. Between closer nodes, rounding errors of rates
-would look like accelerations."""
+"""Minimum node spacing relative to the curve length. If two nodes were closer, rounding errors of
+rates would look like accelerations."""
 _LOCAL = 1.01
 """Time factor of a sample above which its grid interval gets an additional node."""
 _HIDDEN = 1.0
@@ -191,8 +191,9 @@ def _stretch(
     positions on the curve that need a time factor above `_LOCAL`.
 
     Close to a singularity, peaks may be narrower than the sample spacing. An interval is sampled
-    again if its estimated maximum is too large. The estimate is the larger end value plus a
-    fraction of the difference of the end values.
+    again if its estimated maximum is too large. The estimate uses the time factors at the two ends
+    of the interval. The estimate is the larger time factor plus a fraction of the difference of the
+    two time factors.
     """
     begin, width = motion.time_scaling.breaks[:-1], np.diff(motion.time_scaling.breaks)
     most, beyond = 1.0, [np.empty(0)]

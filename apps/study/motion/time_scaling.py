@@ -39,12 +39,12 @@ _JUMP = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class TimeScaling:
-    """A length as a function of time.
+    """The path length as a function of time.
 
     Attributes:
         breaks: (k + 1,) times of the breaks between polynomials, from 0 [s].
         coefficients: (k, m) coefficients of powers 0 to m - 1 of the time since the last break.
-        length: Length at the end, in the unit of the path.
+        length: Total path length at the end time, in the unit of the curve, for example m.
     """
 
     breaks: FloatArray
@@ -128,11 +128,11 @@ def time_scaling(
     acceleration: float = math.inf,
     jerk: float = math.inf,
 ) -> TimeScaling:
-    """Return the time scaling of a length.
+    """Return the path length as a function of time.
 
     Args:
         profile: "constant", "cubic", "quintic", "trapezoidal" or "s_curve".
-        length: The length, at least 0, in the unit of the path.
+        length: Total path length, at least 0, in the unit of the curve, for example m.
         duration: The time [s], or None for the shortest duration within the limits.
         speed: The maximum rate, per second.
         acceleration: The maximum acceleration, per second squared.

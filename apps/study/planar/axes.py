@@ -1,4 +1,4 @@
-"""The joint axes of a serial arm that move a point.
+"""Joint axes that move a specified point of a serial arm.
 
 Two intersecting consecutive axes do not move their intersection point. Examples are the center of a
 spherical wrist and the intersection of axes 5 and 6 of a UR arm.

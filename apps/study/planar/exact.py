@@ -217,7 +217,7 @@ def _along(section: ArcRegion, direction: FloatArray) -> FloatArray:
 
 
 def _cosine_ends(angles: FloatArray) -> tuple[float, float]:
-    """Return the smallest and largest cosine between two angles [rad]."""
+    """Return the minimum and maximum cosine of all angles in an interval (2,) [rad]."""
     lower, upper = angles
     values = [math.cos(lower), math.cos(upper)] if np.isfinite(angles).all() else []
     for k, value in ((0, 1.0), (1, -1.0)):

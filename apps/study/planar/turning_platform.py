@@ -48,10 +48,11 @@ class OrientationRangeWorkspace(StudyResult):
 
     Attributes:
         robot: The robot's name.
-        angles: (2,) the range [rad].
-        total: The region in which every angle of the range is possible. The area of this region is
-            exact.
-        inclusive: The area in which some angle is possible [m^2], with an error bound.
+        angles: (2,) lower and upper platform angle of the range [rad].
+        total: The region of tool positions that are reachable at every platform angle of the range.
+            The area of this region is exact.
+        inclusive: The area of tool positions that are reachable at one or more platform angles of
+            the range [m^2], with an error bound.
     """
 
     _parts = (ArcRegion, BorderArc, SizeEstimate)
@@ -216,10 +217,11 @@ def _judged(
 
 
 def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArray[np.bool_]:
-    """Return whether all legs reach points (m, 2) with a margin, at some angle.
+    """Return whether each point (m, 2) has a platform angle at which all legs reach the point.
 
-    The angles at which a leg reaches a point form intervals. An interval ends at the border of the
-    annulus or of the range. Only the ends of the intervals and the start of the range are tested.
+    The tolerance `slack` widens the annulus that a leg reaches. The angles at which a leg reaches a
+    point form intervals. An interval ends at the border of the annulus or of the angle range. Only
+    the ends of the intervals and the start of the range are tested.
     """
     first = np.zeros(len(points))
     found = _all_reach(legs, points, first, slack)

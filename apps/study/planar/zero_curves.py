@@ -74,8 +74,8 @@ def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
     for i, k in zip(*np.nonzero(count), strict=True):
         found = [int(n) for n in around[:, i, k] if n >= 0]
         if len(found) == 4:  # noqa: PLR2004
-            # A cell with four zeros contains two curves. The sign of f at the cell center decides
-            # which two zeros are on the same curve.
+            # If f is zero at four points on the border of a cell, two curves f = 0 cross the cell.
+            # The sign of f at the cell center decides which two zeros are on the same curve.
             middle = f[i : i + 2, k : k + 2].mean()
             turn = (middle > 0) == (f[i, k] > 0)
             bottom, right, top, left = found

@@ -216,7 +216,7 @@ class Hulls:
 
     @cached_property
     def _carried(self) -> NDArray[np.bool_]:
-        """(joints, corners) whether a joint moves a corner."""
+        """(joints, corners) mask: whether a joint moves a corner of a collision hull."""
         chains = [set(self._chain(int(k))) for k in self._carriers]
         return np.array([[int(k) in chain for chain in chains] for k in self._moving])
 

@@ -8,8 +8,8 @@ Taylor's formula gives
 
     |x - x0| <= |B dc/dq d| + |B| w^T H w / 2
 
-Suppose that a box of x satisfies this inequality strictly. Then the passive joints stay inside the
-box during the whole actuator step. If the joints reached the border of the box, Taylor's inequality
+If a box around x0 satisfies this inequality strictly, the passive joints x stay inside the box
+during the whole actuator step d. If the joints reached the border of the box, Taylor's inequality
 would be violated there. Let F be the right-hand side as a function of the box w. Repeated
 evaluation w = F(w) from below converges to the box. The function F is convex and increasing in w. A
 step d of the iteration and the next step d' satisfy d' >= F'(w) d > 0. The steps converge to 0, so
@@ -220,7 +220,7 @@ def _given(
     ]
     gears = np.array([row for _, row in own]).reshape(-1, robot.n)
     if np.linalg.matrix_rank(gears) < robot.n:
-        raise InputValueError(f"{robot.name}: an actuator moves no joint with a constant ratio")
+        raise InputValueError(f"{robot.name}: an actuator has no constant gear ratio to any joint")
     return np.array([place for place, _ in own]), gears
 
 
@@ -262,7 +262,7 @@ def _is_linear(values: FloatArray, z: FloatArray) -> bool:
 
 
 def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return (strut lengths, bounds of the second derivatives (equations, z, z))."""
+    """Return strut lengths (equations, 1 + z) and second-derivative bounds (equations, z, z)."""
     rng, n = np.random.default_rng(1), len(turns)
     scale = np.where(turns, np.pi, widest)
     random = rng.uniform(-1, 1, (_SAMPLES, n)) * scale
@@ -281,7 +281,7 @@ def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[Floa
         if not np.abs(fitted - here).max() <= _FITS * max(np.abs(here).max(), 1):
             raise InputValueError(
                 f"{robot.name}: loop equation {row} is not a polynomial of degree 2 in its joints, "
-                "so their motion cannot be bounded"
+                "so the motion of these joints cannot be bounded"
             )
         for first, j in enumerate(joints):
             for second, k in enumerate(joints[: first + 1]):

@@ -114,7 +114,7 @@ class Plan(StudyResult):
 
 
 def no_plan(n: int, reason: str, n_checked: int = 0) -> Plan:
-    """Return the result without a path."""
+    """Return the `Plan` of a failed search, with an empty path and a reason."""
     return Plan(np.empty((0, n)), np.inf, reason, n_checked)
 
 
@@ -127,7 +127,7 @@ def plan_along(q: FloatArray, n_checked: int) -> Plan:
 def ends_of(
     space: Space, q_start: ArrayLike, q_goal: ArrayLike
 ) -> tuple[FloatArray, FloatArray] | Plan:
-    """Return (start, goal) as arrays, or a plan without a path if a point is not free.
+    """Return (start, goal). If a point collides or exceeds the limits, return a failed plan.
 
     Raises:
         ShapeError: The shape of a point is not (n,).
