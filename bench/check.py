@@ -3,7 +3,8 @@
 A time ratio is the time of another library divided by the time of chasles, measured in the same
 run. Time ratios depend little on the machine, so a small decrease of a time ratio is allowed. If a
 time ratio decreases by more than the allowed margin, all time ratios are measured again. The check
-fails if a time ratio decreased too much in both measurements.
+fails if a time ratio decreased by more than the allowed margin in the first and in the second
+measurement.
 """
 
 import json
@@ -52,7 +53,10 @@ def measured() -> dict[str, float]:
 
 
 def margin_between(baseline: Mapping[str, str], here: Mapping[str, str]) -> float:
-    """Return the allowed relative decrease of a time ratio between two machines."""
+    """Return the allowed relative decrease of a time ratio.
+
+    The margin is larger if the processor or compiler differs from the baseline.
+    """
     alike = all(baseline[name] == here[name] for name in ("processor", "compiler"))
     return MARGIN if alike else MARGIN_ELSEWHERE
 

@@ -1,9 +1,10 @@
-"""Instruction counts by valgrind, reproducible on a busy machine.
+"""Instruction counts from valgrind, reproducible on a busy machine.
 
-Kernels are compiled for baseline x86-64. Instructions of the math library are excluded. The counts
-depend only on the generated C and the compiler. The counts include functions of the generated C
-that replace library functions. A call from Python is counted by two runs, with 100 and with 400
-calls. The count of one call is the difference of the two counts, divided by 300.
+Kernels are compiled for baseline x86-64. Instructions of the math library are excluded. The
+instruction counts of kernels depend only on the generated C and the compiler. The instruction
+counts include functions of the generated C that replace library functions. To count a call from
+Python, one run makes 100 calls and another run makes 400 calls. The difference of the two
+instruction counts, divided by 300, is the instruction count of one call.
 """
 
 import json
@@ -122,15 +123,15 @@ def compare(
 
     Args:
         kind: "kernels" or "python".
-        expected: Expected versions and counts, from bench/instructions.json.
-        found: Versions and counts of the current machine.
-        same: Names of the versions that affect the counts, such as "compiler". If one of these
-            versions differs, no count is checked.
-        exactly: Whether every changed count and every missing function is a failure. If False, only
-            an increase above RISE is a failure.
+        expected: Expected software versions and instruction counts, from bench/instructions.json.
+        found: Software versions and instruction counts, measured on the current machine.
+        same: Names of programs whose version affects the instruction counts, such as "compiler". If
+            the version of one of these programs differs, no instruction count is checked.
+        exactly: Whether every change of an instruction count is a failure, and every missing
+            function too. If False, only a relative increase above RISE is a failure.
 
     Returns:
-        One line per count that increased too much.
+        One line for each instruction count that fails the check.
     """
     other = [n for n in same if expected["versions"].get(n) != found["versions"][n]]
     rows = [(name, expected[kind].get(name, "new"), count) for name, count in found[kind].items()]

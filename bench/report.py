@@ -52,9 +52,10 @@ class Ratio:
         wrenfold".
         own: Minimum time of chasles [ns].
         peer: Minimum time of the other library [ns].
-        median: Median ratio of all rounds. A ratio above 1 means that chasles is faster.
-        least: Minimum ratio of all rounds.
-        bar: Required value of the median ratio, or None if no value is required.
+        median: Median time ratio of all measurement rounds. A ratio above 1 means that chasles is
+            faster.
+        least: Minimum time ratio of all measurement rounds.
+        bar: Required median time ratio, or None if no time ratio is required.
     """
 
     key: str
@@ -66,12 +67,15 @@ class Ratio:
 
     @property
     def of_best(self) -> float:
-        """The ratio of the minimum times. Other processes affect minimum times least."""
+        """The minimum time of the other library divided by the minimum time of chasles.
+
+        Other processes affect minimum times less than mean or median times.
+        """
         return self.peer / self.own
 
     @property
     def holds(self) -> bool:
-        """Whether the median ratio reaches the required ratio."""
+        """Whether the median time ratio reaches the required time ratio."""
         return self.bar is None or bool(self.median >= self.bar)
 
 

@@ -142,7 +142,7 @@ class SkeletonFacts:
     """The bodies of a robot. The ground is the first body, and parents precede children.
 
     Attributes:
-        size: The diagonal of the robot's bounding box at the reference [m].
+        size: The diagonal of the robot's bounding box in the reference configuration [m].
         tip: The tip frame of the robot.
         bodies: The bodies.
         q_drawn: The default configuration q for drawings of a serial robot, or () for a robot with

@@ -6,7 +6,10 @@ class ChaslesError(Exception):
 
 
 class InputError(ChaslesError):
-    """An argument cannot be used. Base class of `InputTypeError` and `InputValueError`."""
+    """An argument has an invalid type or value.
+
+    Base class of `InputTypeError` and `InputValueError`.
+    """
 
 
 class InputTypeError(InputError, TypeError):
@@ -57,11 +60,11 @@ class LoopError(DescriptionError):
 
     Attributes:
         closure_error: Smallest distance between the frames of the open loop (meter). For a strut,
-            the distance is the smallest difference between its length and the distance between its
-            ends. The value is None if no distance was found.
-        remedies: Lengths, angles and coordinates with the interval of values that close the loop.
-            The remedies are sorted: the smallest change of a length, angle or coordinate comes
-            first.
+            `closure_error` is the length error: the difference between the strut length and the
+            distance between the strut ends, at the configuration with the smallest difference. The
+            value is None if no distance was found.
+        remedies: Each remedy names a length, angle or coordinate, and the interval of its values
+            for which the loop closes. The remedy that needs the smallest change comes first.
     """
 
     def __init__(

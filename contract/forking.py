@@ -88,8 +88,8 @@ def received(receiver: Connection) -> Any:
 def _picklable(error: BaseException) -> BaseException:
     """Returns the error. An error that cannot be pickled becomes a RuntimeError."""
     text = "".join(traceback.format_exception(error))
-    # Remove the cause and context of the error. With dask, pickle would include the cause and the
-    # context, and errors of lxml cannot be pickled.
+    # The cause and the context of the error may be errors of lxml, which cannot be pickled. With
+    # dask, pickle includes the cause and the context, so they are removed.
     error.__cause__ = error.__context__ = None
     try:
         pickle.loads(pickle.dumps(error))

@@ -129,12 +129,12 @@ def reach(
     client: Any = None,
     progress: bool | None = None,
 ) -> Reach:
-    """Return which poses have solutions within limits, on all branches.
+    """Return for which tool poses `ik` has solutions within the coordinate limits.
 
     Args:
         robot: A robot with `ik`.
-        targets: A grid with the positions as cell centers, (m, 3) positions of the tool origin [m],
-            or (m, 4, 4) poses.
+        targets: A grid, whose cell centers are positions of the tool origin. Alternatively an array
+            of (m, 3) positions of the tool origin [m], or an array of (m, 4, 4) tool poses.
         orientations: (k, 3, 3) tool orientations at every position. The default is
             `uniform_orientations(20)`.
         redundancy_samples: Number of values of each redundancy parameter of `ik`, evenly spaced
@@ -279,7 +279,11 @@ def _redundancy_values(robot: Robot, count: int) -> FloatArray:
 
 
 class _Tally:
-    """Results for each pose. Each pose is solved once, so counts can be added."""
+    """Number of solutions and limit code of each pose.
+
+    Each pose is solved in one piece of work and has zeros in the tallies of other pieces. The sum
+    of all tallies therefore contains the results of all poses.
+    """
 
     def __init__(self, count: int) -> None:
         self.n_solutions = np.zeros(count, dtype=np.uint8)

@@ -115,8 +115,8 @@ def reachable_positions(
 
     Raises:
         AttributeError: The robot has no `ik`.
-        InputValueError: `resolution` is not 32 times a power of two, a number is not finite, or
-            q_seed is required.
+        InputValueError: `resolution` is not 32 times a power of two, or a number is not finite. The
+            error is also raised if q_seed is None and the robot has no reference configuration.
         OutOfReachError: The tool reaches no cell near its position at q_seed.
         ShapeError: The orientation is not (3, 3), or q_seed is not (n,).
     """

@@ -1,8 +1,8 @@
 """Sample points within the coordinate limits of a robot.
 
 A sample set of a billion configurations is not stored. A sample set is a sequence of pieces of 2^16
-points. Each piece depends only on its index and the random seed. The set is therefore the same for
-any number of threads, processes and machines.
+points. Each piece depends only on its index and the random seed. The sample set is therefore the
+same for any number of threads, processes and machines.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ PIECE = 1 << 16
 """Number of sample points that a thread processes as one piece of work. A Sobol net of this size
 fits in the cache."""
 BLOCK = 1 << 12
-"""Number of points processed at once. The poses and Jacobians of this number of points fit in the
-cache."""
+"""Number of sample points processed at once. The cache can hold the poses and Jacobians of these
+points."""
 _BITS = 52
 """Number of bits of a coordinate in the unit cube, one bit less than in a double."""
 _NET_KEY = 0
 """Second entry of the random seed for the Sobol net.
 
-Each piece of sample points uses a random seed with a different second entry. The random numbers of
-a piece are therefore independent of the Sobol net."""
+Each piece of a sample set uses a random seed with a different second entry. The random numbers for
+the piece are therefore independent of the Sobol net."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,8 @@
 
 The combined result must not depend on the order of the pieces. Integer counts, bits, minima and
 maxima can be combined in any order, but sums of floats cannot. So the result is identical, bit for
-bit, for any number of threads and workers. A piece can be repeated if its worker was killed.
+bit, for any number of threads and workers. If a worker was killed, another worker can process the
+same piece again.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from chasles.contract import requires
 Threads = int | Literal["all"]
 
 _PIECES_A_TASK = 64
-"""Number of pieces per task of a worker. A task takes a few seconds. Tasks of this duration need
-little communication, and little work is lost if a worker is killed."""
+"""Number of pieces of a sample set that a worker processes in one task. A task takes a few seconds.
+Tasks of this duration need little communication, and little work is lost if a worker is killed."""
 _TASKS_A_WORKER = 2
 """Number of queued tasks per worker. With a queued task, a worker never waits for its next task.
 More tasks would only fill the memory with results."""

@@ -6,8 +6,8 @@ ON_CURVE = 1e-11
 """Maximum residual [m, rad] of a configuration on a curve: a hundredth of the documented
 accuracy of motions."""
 IN_PLACE = 1e-12
-"""Distance [m] and angle [rad] between two poses that count as rounding errors. Beyond 1 m from the
-base, the distance is divided by the distance from the base."""
+"""If distance [m] and angle [rad] between two poses are at most this value, the poses count as
+equal. Farther than 1 m from the base, the distance is divided by the distance from the base."""
 STRAIGHT = 1e-9
 """Three points count as collinear if the sine of the angle between their connecting lines is at
 most 1e-9. A circle through such points has a radius of at least a billion times their distance.

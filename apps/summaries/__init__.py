@@ -1,4 +1,4 @@
-"""Short `repr` texts of the results of all applications."""
+"""Functions that return short `repr` texts for result objects."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ class Ghosts:
 
 
 class Display:
-    """Computes the content of a view of a robot.
+    """Computes the objects and texts that the 3D view of a robot shows.
 
     Attributes:
         robot: The robot.

@@ -325,8 +325,8 @@ class LiveView:
             self._show_limits(displayed)
             for slider, unit, q in zip(self._sliders, self._units, displayed.q, strict=True):
                 slider.value = float(np.clip(q, unit.lower, unit.upper) * unit.factor)
-            # While the user drags the handle, the view does not move the handle. After release, the
-            # handle returns to the tool.
+            # While the user drags the tool handle, the view does not move this handle. When the
+            # user releases the handle, the handle returns to the pose of the tool.
             if not self.is_dragged:
                 self._tool.wxyz = quaternions(displayed.tool)
                 self._tool.position = displayed.tool[:3, 3]

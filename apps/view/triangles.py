@@ -44,8 +44,8 @@ def tube(a: FloatArray, b: FloatArray, radius: float) -> Triangles:
     """Return a closed cylinder between two points.
 
     Args:
-        a: (3,) center of one end [m].
-        b: (3,) center of the other end [m].
+        a: (3,) center of the first end face [m].
+        b: (3,) center of the second end face [m].
         radius: Radius [m].
     """
     x, y = _across(b - a)
@@ -107,10 +107,10 @@ def box_on(center: FloatArray, axis: FloatArray, size: FloatArray) -> Triangles:
 
 
 def plate(corners: FloatArray, thickness: float) -> Triangles:
-    """Return a convex plate.
+    """Return a plate whose outline is a convex polygon.
 
     Args:
-        corners: (k, 3) three or more corners in order [m].
+        corners: (k, 3) three or more corners of the polygon, in order [m].
         thickness: Thickness of the plate [m].
     """
     center = corners.mean(0)

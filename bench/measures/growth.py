@@ -26,7 +26,7 @@ chain."""
 
 
 def run(plan: Plan) -> list[Ratio]:
-    """Compare the cost per joint of each chain with the shortest chain."""
+    """Compare the time of fk per joint for long chains and for the shortest chain."""
     works: dict[str, dict] = {"scalar": {}, "batch": {}}
     with _folder() as folder:
         for joints in CHAINS:

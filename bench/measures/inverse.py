@@ -38,9 +38,9 @@ CALIBRATED, ROUNDS = 1000, 4
 CALIBRATED_BAR_US, CALIBRATED_BATCH_US = 50.0, 2.0
 BATCH = 100_000
 PEERS_BATCH = 2_000
-"""Batch size for other libraries.
+"""Number of poses in a batch that other libraries solve.
 
-The time per pose of the other libraries does not depend on the batch size.
+The time of these libraries per pose does not depend on the number of poses.
 """
 GENERAL = "jaco2"
 

@@ -62,7 +62,7 @@ def one_robot(
     rounds: int,
     rows: list[tuple[object, ...]],
 ) -> list[Ratio | Limit]:
-    """Return missed poses, times and ratios of a robot, and append table rows."""
+    """Return missed poses, call times and time ratios for a robot, and append table rows."""
     solvers: dict[str, Callable] = {OWN: task.solve, **dict([peer] if peer else [])}
     poses = [pose.copy() for pose in task.T]
     taken: dict[str, list[np.ndarray]] = {name: [] for name in solvers}
@@ -108,7 +108,11 @@ def times_of(robot: str, rounds: list[np.ndarray]) -> list[Limit]:
 
 
 def ratios(task: NumericTask, taken: dict[str, list[np.ndarray]], peer: str) -> list[Ratio]:
-    """Return the time ratios (median call, mean call, batch)."""
+    """Return how many times slower the other library is than chasles.
+
+    The results compare the median time of a call, the mean time of a call, and the time of a
+    batch.
+    """
     robot = task.robot.name
     found = []
     for word, of in (("median", np.median), ("mean", np.mean)):

@@ -104,7 +104,7 @@ def process(robot: chasles.Robot) -> MotionSequence:
 
 
 def _lined() -> float:
-    """Return the time per sample of a line for the Robotics Toolbox [s]."""
+    """Return the time [s] of the Robotics Toolbox per pose on a straight tool path."""
     model = rtb.models.DH.UR5()
     poses = rtb.ctraj(model.fkine(HOME), model.fkine(HOME + AWAY), LINED)
 

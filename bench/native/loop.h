@@ -1,7 +1,8 @@
 /* Benchmark loop over joint vectors for fk() and fk_jacobian() of the including file.
  *
- * With step 0, every call writes to the same location, without memory traffic. With step 1, each
- * result has its own location. The macro KEEP makes the compiler assume that each result is used.
+ * If `step` is 0, each call overwrites the result of the last call, without memory traffic. If
+ * `step` is 1, the results of all calls are stored one after the other in an array. The macro KEEP
+ * makes the compiler assume that each result is used.
  */
 #define KEEP(pointer) __asm__ volatile("" : : "r"(pointer) : "memory")
 #define EXPORT __attribute__((visibility("default")))

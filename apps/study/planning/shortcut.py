@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 
 def shortcut(space: Space, plan: Plan, *, attempts: int = 200, rng: Rng = 0) -> Plan:
-    """Return a free path that is not longer than the path of a plan.
+    """Return a plan with a shorter collision-free path, or with the same path.
 
     Args:
         space: The space.

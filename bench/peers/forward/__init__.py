@@ -2,9 +2,9 @@
 
 The module of a library has at least one of the functions `calls`, `loops` and `batches`:
 
-    `calls(arm)`:    Returns Python calls for one pose, as a list of Call.
-    `loops(arm)`:    Returns compiled functions in a C loop, as a list of Loop.
-    `batches(arm)`:  Returns calls for many poses, as a list of Batch.
+    `calls(arm)`:    Returns a list of Call. A Call computes one pose from Python.
+    `loops(arm)`:    Returns a list of Loop. A Loop is a C loop that calls compiled functions.
+    `batches(arm)`:  Returns a list of Batch. A Batch computes many poses in one call.
 
 A module raises ImportError if its package is not installed.
 """

@@ -1,4 +1,4 @@
-"""wrenfold: C++ generated during the run from the same equations."""
+"""wrenfold generates C++ from the equations in `formulas.py` during the benchmark."""
 
 from wrenfold import code_generation, sym, type_annotations
 from wrenfold.code_generation import OutputArg
