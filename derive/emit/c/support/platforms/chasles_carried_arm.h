@@ -20,9 +20,9 @@
  *   of degree up to 24 in the third, which is sampled.
  *
  * The equations have no product of displacements. Two displacements and an angle have a 3 x 3
- * determinant of degree 3 in the angle. A displacement with two angles is eliminated linearly if
- * its coefficients are constant, and by a 4 x 4 Dixon determinant otherwise. Newton's iteration
- * refines all unknowns.
+ * determinant of degree 3 in the angle. If one displacement and two angles are unknown, the
+ * displacement is eliminated: linearly if its coefficients are constant, otherwise by a 4 x 4 Dixon
+ * determinant. Newton's iteration refines all unknowns.
  */
 #ifndef CHASLES_CARRIED_ARM_H
 #define CHASLES_CARRIED_ARM_H

@@ -204,7 +204,7 @@ static void chasles_arm_touch(const chasles_arm_equations *equations,
         chasles_arm_try(equations, vertex + side * apart, found);
 }
 
-/* Solves between two angles between which the determinant is monotonic. */
+/* Finds the zero of the determinant between two angles. The determinant is monotonic there. */
 static void chasles_arm_between(const chasles_arm_equations *equations, double low, double at_low,
                                 double high, double at_high, chasles_arm_solutions *found)
 {

@@ -22,10 +22,10 @@ typedef struct {
     void (*fk)(const double *q, double *T);
     int slots, coordinates;
     int joints, before;  /* number of joints, and of joints before the legs */
-    int unknown, slides; /* number of unknowns, and of prismatic unknowns; these are first */
+    int unknown, slides; /* number of unknowns; number of prismatic unknowns, which come first */
     int dixon;           /* whether the last unknown follows from Dixon's resultant */
     int solutions;       /* maximum number of solutions */
-    int places[CHASLES_ARM_JOINTS]; /* joint of each map */
+    int places[CHASLES_ARM_JOINTS]; /* index of the joint of each map */
     int ranks[CHASLES_ARM_JOINTS];  /* unknown of each map, or -1 - index of its given value */
     int kinds[CHASLES_ARM_JOINTS];  /* 1 if the joint of a map is prismatic, otherwise 0 */
     double size;                    /* length of the mechanism (meter) */
@@ -157,8 +157,8 @@ static double chasles_arm_error(const chasles_arm_equations *equations, const do
     return most;
 }
 
-/* Writes the step of Newton's iteration, or of the Gauss-Newton iteration with fewer unknowns than
- * equations. Returns the distance from a singularity, 0 at a singularity. */
+/* Writes the step of Newton's iteration. If there are fewer unknowns than equations, writes the
+ * Gauss-Newton step. Returns the distance from a singularity. */
 static double chasles_arm_step(int unknown, const double *errors,
                                const double (*slopes)[CHASLES_ARM_UNKNOWN], double *step)
 {
@@ -347,7 +347,8 @@ static int chasles_arm_outer(const chasles_arm_pair *pair, chasles_circle_roots 
     return 1;
 }
 
-/* Adds the prismatic unknowns, in which the equations are linear, and inserts the solution. */
+/* Solves the linear equations for the prismatic unknowns, and adds the complete solution to the
+ * solutions found so far. */
 static void chasles_arm_finish(const chasles_arm_equations *equations, double *x,
                                chasles_arm_solutions *found)
 {
@@ -408,7 +409,8 @@ static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_ar
     }
 }
 
-/* Writes the equations without the only prismatic unknown, whose coefficients are constant. */
+/* Eliminates the only prismatic unknown, which has constant coefficients, and writes the remaining
+ * equations. */
 static void chasles_arm_without_slide(const chasles_arm_equations *equations,
                                       chasles_arm_pair *pair)
 {

@@ -13,8 +13,8 @@
 /* A polynomial is zero if it is below this fraction of the product of its factors' sizes: the
  * joints then have a self-motion. */
 #define CHASLES_ARM_VANISHED 1e-13
-/* Maximum distance of a ball from its plane, relative to the size of the mechanism, if the pose
- * determines all unknown joints. */
+/* Solutions are accepted up to this distance of a ball joint from its plane, relative to the size
+ * of the mechanism. This value is used if the pose determines all unknown joints. */
 #define CHASLES_ARM_CLOSED 1e-12
 /* Maximum distance of a ball from its plane, relative to the size of the mechanism, if a pose has
  * more conditions than unknown joints. At a larger distance, there is no solution nearby. */
@@ -22,13 +22,14 @@
 /* Distance, in the same unit, up to which the iteration is tried. Most candidates of an elimination
  * are much nearer or much farther. */
 #define CHASLES_ARM_TRIED 0.1
-/* Distance at which the iteration ends. */
+/* The iteration ends if the distance of each ball joint from its plane is at most this value. */
 #define CHASLES_ARM_POLISHED 1e-16
 /* Maximum change of an unknown per step [rad, or fraction of the size]; a larger change may reach
  * another solution. */
 #define CHASLES_ARM_STEP 0.3
-/* Two solutions are equal if their unknowns differ by less than this value. Near a double root, the
- * residual changes with the square of the difference, so that smaller differences are not resolved.
+/* Two solutions are equal if their unknown joints differ by less than this value (rad, or relative
+ * to the size). Near a double root, the residual changes with the square of the difference, so that
+ * smaller differences are not resolved.
  */
 #define CHASLES_ARM_SAME 1e-6
 

@@ -35,8 +35,8 @@ typedef struct {
 
 /* The equations of the three balls for a tool pose. `e` contains the right-hand sides, and `first`
  * is the index of the first ball. `c` and `s` are the cosine and sine of the angle between the
- * direction of the first ball and the normal of its plane. The first axis of `base` is this normal.
- * The first axis of `platform` is the direction of the first ball. */
+ * direction of the first ball and the normal of its plane. The first axis of `base` is the normal
+ * of this plane. The first axis of `platform` is the direction of the first ball. */
 typedef struct {
     double e[3], c, s, base[3][3], platform[3][3];
     int first;
@@ -202,8 +202,9 @@ static int chasles_wrist_polished(const chasles_carried_wrist_arm *arm,
     return error <= CHASLES_WRIST_CLOSED;
 }
 
-/* Iterates from angles alpha and beta and inserts a new rotation. The trace, which is largest for
- * the smallest rotation angle, sorts the rotations. Returns the number of rotations. */
+/* Iterates from the angles alpha and beta. If the resulting platform rotation is new, it is
+ * inserted into the list. The trace, which is largest for the smallest rotation angle, sorts the
+ * rotations. Returns the number of rotations. */
 static int chasles_wrist_added(const chasles_carried_wrist_arm *arm,
                                const chasles_wrist_equations *equations, const double (*axes)[3],
                                double beta, chasles_wrist_rotation *found, int count)
@@ -232,7 +233,7 @@ static int chasles_wrist_added(const chasles_carried_wrist_arm *arm,
     return count + 1;
 }
 
-/* Writes the rotations of the platform. Returns the number of rotations. */
+/* Writes all possible rotations of the platform. Returns their number. */
 static int chasles_wrist_rotations(const chasles_carried_wrist_arm *arm,
                                    const chasles_wrist_equations *equations,
                                    chasles_wrist_rotation *found)

@@ -2,12 +2,12 @@
  * every branch of the nominal arm to the true arm. This file is part of chasles and is the same for
  * every robot.
  *
- * This file is included once for each robot, which defines the following macros.
+ * The C code of each robot defines the following macros and includes this file.
  *
  *   POLISH_NAME(name)          is the name of a function of the robot.
  *   POLISH_N, POLISH_SLOTS     are the numbers of coordinates and of nominal solution slots.
  *   POLISH_RESULTS             is the number of nominal slots and extra slots together.
- *   POLISH_INPUTS              is the number of doubles in all inputs, of which the pose is first.
+ *   POLISH_INPUTS              is the number of doubles in all inputs. The pose is the first input.
  *   POLISH_NOMINAL(in, out)    computes q, residual and margin of each slot of the nominal arm.
  *   POLISH_POSE(q, at)         computes the pose and the Jacobian of the true arm (meter, base
  *                              axes), in SIMD lanes.

@@ -104,8 +104,8 @@ static double chasles_polish_left_out(const chasles_circle_series *series, int d
 /* States whether the known solutions are complete, according to one elimination order. */
 typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_polish_verdict;
 
-/* The solutions are complete if the quotient has no real or nearly real root, and incomplete if it
- * has a real root. */
+/* If the quotient has no real or nearly real root, the solutions are complete. If the quotient has
+ * a real root, they are incomplete. */
 static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series *series, int degree)
 {
     const double radius = 0.5 * CHASLES_TURN / CHASLES_WIDE_CELLS;
@@ -171,8 +171,9 @@ static int chasles_polish_may_be_all(const double *root, int count)
     return 1;
 }
 
-/* Returns whether the known roots are exact, according to the error estimate of the quotient. An
- * error of a known root adds the error times the quotient's value at this root to the estimate. */
+/* Returns whether the error estimate shows that the known roots are exact roots of the determinant.
+ * An error of a known root adds the error times the quotient's value at this root to the estimate.
+ */
 static int chasles_polish_shows_roots(const chasles_circle_series *series, int degree,
                                       const double *root, int count)
 {

@@ -7,12 +7,12 @@
  * component lack - slope s - bend s^2 / 2 along u, to second order. If the discriminant slope^2 + 2
  * bend lack is positive, the component along u is 0 at two values of s. One of these values of s is
  * on each side of the fold point. If the discriminant is negative, the component along u is 0
- * nowhere. The two values of s give starts for the two branches of the true arm, even if the
- * nominal arm has no solution.
+ * nowhere. The configurations at the two values of s are start values for the two branches of the
+ * true arm, even if the nominal arm has no solution.
  */
-/* Fold points, one per SIMD lane. `c` is a configuration near the fold point, and `along` is the
- * direction v. The coefficient `lack` is never negative. `step` is the Newton step orthogonal to v,
- * and `step2` is its square. */
+/* Data of fold points. Each SIMD lane contains one fold point. `c` is a configuration near the fold
+ * point, and `along` is the direction v. The coefficient `lack` is never negative. `step` is the
+ * Newton step orthogonal to v, and `step2` is the squared length of this step. */
 typedef struct {
     POLISH_NAME(configurations) c;
     lanes along[POLISH_N], u[6], lack, slope, bend, step[POLISH_N], step2;

@@ -5,7 +5,7 @@
  * Near a singularity, even a small deviation of the true arm moves solutions far away. The search
  * uses poses on a straight line through the target T, called the pose line. Each pose of the pose
  * line is T displaced by -mu u, with a constant twist u. At the ends of the pose line, the nominal
- * arm is away from its singularity. There, Newton's iteration finds the true solutions. From a
+ * arm is away from its singularity, so that Newton's iteration finds the true solutions. From a
  * true solution at an end pose, the search follows a curve of configurations. At every
  * configuration of the curve, the pose error relative to T is mu u. A curve passes through fold
  * points, and crosses mu = 0 at solutions of the target T.
@@ -146,8 +146,8 @@ static LANES_TARGET void POLISH_NAME(add)(POLISH_NAME(search) * s, const double 
         POLISH_NAME(follow)(s);
 }
 
-/* Computes a twist of about the length `size` (radian, or relative to the arm length), linear part
- * first; its direction depends on the index. */
+/* Computes a twist, linear part first. Its length is about `size` (radian, or relative to the arm
+ * length). The argument `direction` selects one of six directions. */
 static void POLISH_NAME(direction)(int direction, double size, double *u)
 {
     /* The six axes of an icosahedron and their opposites, which are evenly distributed. */

@@ -17,8 +17,8 @@
  * copies of a double solution differ by 1e-8. */
 #define POLISH_SAME 1e-6
 /* Two solutions whose residual stays above POLISH_SETTLED are equal if their coordinates differ by
- * less than this value [m, rad]. Two solutions coincide at the boundary of the reachable set.
- * There, a residual of 1e-9 causes coordinate errors of about 3e-5. */
+ * less than this value [m, rad]. Two solutions coincide at the boundary of the reachable set. At
+ * the boundary, a residual of 1e-9 causes coordinate errors of about 3e-5. */
 #define POLISH_SAME_AT_BORDER 1e-4
 /* Largest entry of R R^T - 1 for a valid rotation R; it is about 1e-15 for poses in double
  * precision, and 1e-7 in single precision. */
@@ -28,8 +28,8 @@
 #define POLISH_HALF_TURN 1e-3
 /* Maximum coordinate change per step [m, rad]; a larger change may reach another branch. */
 #define POLISH_STEP 0.3
-/* Maximum length [m, rad] of a step whose equations are reused, and the number of steps that reuse
- * these equations. Each step that reuses equations reduces the error by about this factor. */
+/* If a step is shorter than POLISH_SHORT [m, rad], the next POLISH_MAX_AGAIN steps reuse its
+ * equations. Each of these steps reduces the error by about the factor POLISH_SHORT. */
 #define POLISH_SHORT 1e-3
 #define POLISH_MAX_AGAIN 3
 /* Curvature bound of the reachable set of an arm with fewer than six joints, relative to the
@@ -74,16 +74,16 @@
 /* Maximum residual [m, rad] of a pose that the nominal arm reaches, due to rounding near a
  * singularity. */
 #define POLISH_FOLD 1e-7
-/* This value times the axis deviation is compared with the square root of a pivot of J J^T. If the
- * square root is smaller, the true arm may be singular, and its solution branches may be anywhere.
- * For small axis deviations, the limit is 0.01 rad, because few poses are so near a singularity. */
+/* Let s be the square root of a pivot of J J^T. If s is smaller than POLISH_UNSURE axis deviations,
+ * the true arm may be singular, and its solution branches may be anywhere. For small axis
+ * deviations, s is compared with 0.01 rad, because few poses are so near a singularity. */
 #define POLISH_UNSURE \
     (POLISH_DEVIATION > 2.5e-3 ? 4.0 : POLISH_DEVIATION < 2.5e-4 ? 40.0 : 0.01 / POLISH_DEVIATION)
-/* Upper limit for the product of deviation and first step (radian), divided by the cubed smallest
- * singular value. Below this limit, a branch has only one solution. All 1469 poses with a second
- * solution exceeded this limit in a test of six arms, with errors of 1 to 5 mm and mrad. If no
- * three axes nearly intersect, the limit is larger. In a test of 300,000 poses of six arms, 3 poses
- * with a second solution were below the larger limit. */
+/* A branch has only one solution if e s / sigma^3 is below this limit. Here, e is the axis
+ * deviation, s the first step (radian), and sigma the smallest singular value. All 1469 poses with
+ * a second solution exceeded this limit in a test of six arms, with errors of 1 to 5 mm and mrad.
+ * If no three axes nearly intersect, the limit is larger. In a test of 300,000 poses of six arms, 3
+ * poses with a second solution were below the larger limit. */
 #define POLISH_SWERVED (POLISH_MEETS ? 310.0 : 1300.0)
 /* Displacement of surrounding poses as a multiple of the axis deviation. This displacement exceeds
  * the difference between the nominal and the true arm. */
@@ -122,14 +122,14 @@
 /* Largest curvature [1/rad] at a fold point of a nominal arm with a self-motion, divided by the
  * axis deviation. The axis deviation causes this curvature. */
 #define POLISH_FLAT 8.0
-/* Curvature limit [1/rad] at fold points without a solution, as a multiple of the axis deviation.
- * If the squared slope is above POLISH_TILTED, the configuration nearest to the pose is far from
- * the fold point. The curvature at the fold point may be different. */
+/* If a branch near a fold point has no solution, its curvature [1/rad] is compared with this
+ * multiple of the axis deviation. If the squared slope exceeds POLISH_TILTED, the nearest
+ * configuration is far from the fold point, where the curvature may be different. */
 #define POLISH_FLAT_MISSED 40.0
 #define POLISH_TILTED 0.1
-/* Within two limits, the second-order equation gives the number of solutions near a fold point.
- * POLISH_LONGEST limits the distance [rad] of the solutions from the fold point. POLISH_SIDEWAYS
- * limits the step orthogonal to v. */
+/* The second-order equation gives the number of solutions near a fold point. POLISH_LONGEST limits
+ * the distance [rad] of the solutions from the fold point. POLISH_SIDEWAYS limits the step
+ * orthogonal to v. */
 #define POLISH_LONGEST 0.5
 #define POLISH_SIDEWAYS 0.1
 /* Assumed minimum ratio of a second step to the square of the first step. */
@@ -137,14 +137,15 @@
 /* Minimum fraction of the squared error that is along the unreachable direction at a fold point. At
  * an exact fold point, the whole error is along the unreachable direction. */
 #define POLISH_ASIDE 0.01
-/* Maximum relative error of the terms in the discriminant of the second-order equation. */
+/* Maximum relative error of each term in the discriminant of the second-order equation. If an error
+ * is larger, the sign of the discriminant is uncertain. */
 #define POLISH_CLEAR 0.3
 /* Bounds for a branch whose nominal solution has a large residual and is near a second singularity.
  * POLISH_SECOND limits the square root of a pivot (rad), and POLISH_FARTHEST limits the residual.
  * The product of this square root and the residual is at most POLISH_AMPLIFIED times the axis
- * deviation (m, rad). The nearer the second singularity is, the farther the axis deviation moves
- * the fold point. If the residual is at most ten axis deviations, the square root of the pivot is
- * compared with POLISH_NEARER axis deviations instead. */
+ * deviation (m, rad). An axis deviation moves the fold point farther if the second singularity is
+ * nearer. If the residual is at most ten axis deviations, the square root of the pivot is compared
+ * with POLISH_NEARER axis deviations instead. */
 #define POLISH_SECOND 0.02
 #define POLISH_FARTHEST POLISH_DEVIATIONS(60.0)
 #define POLISH_AMPLIFIED (0.25 * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0))
