@@ -21,7 +21,7 @@ from .records import INLINE, NOT_STORED, Digest, Name, Sizes, Vector, one_of
 from .roles import TASKS, Kind, Role, TaskName
 
 SUPPORT = "support"
-"""Name of the folder of C headers that robots in the same parent folder share."""
+"""Name of a folder with C headers. All robots with the same parent folder use this folder."""
 FORMAT = 2
 """The format version of the manifest, stored in its field `chasles`."""
 

@@ -241,7 +241,11 @@ def _small(tilt_x: Any, tilt_y: Any, x: Any, y: Any) -> Any:
 
 
 def _shortened(step: AxisStep, turn: sp.Expr, shift: sp.Expr) -> tuple[AxisStep, Placement]:
-    """Moves the remaining motion on the tool axis to the last joint if both axes are parallel."""
+    """Adds the motion on the tool axis to the last step, and returns the motion that remains.
+
+    A translation is added if the tool axis and the last joint axis are parallel. If the two axes
+    coincide, a rotation is added, too.
+    """
     if step.alpha != 0:
         return step, along_z(turn, shift)
     moved = replace(step, shift=step.shift + shift)

@@ -31,7 +31,7 @@ TABLES: dict[str, Convention] = {"dh": dh, "mdh": mdh, "poe": poe}
 _LONG = 1e3
 """A table is ill-conditioned if its longest length exceeds the robot's size by this factor."""
 _VISIBLE = 1e-12
-"""Maximum pose error (meter, radian) without a note."""
+"""Maximum pose error (meter, radian) that a conversion does not report in a note."""
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,8 @@ class RobotFile(CoordinateFile):
 
     joint_fields: ClassVar[tuple[str, ...]] = (*JOINT_FIELDS, "mimic")
     of_lines: ClassVar[Mapping[str, Convention]] = {AUTO: poe}
-    """Special convention names, and the convention in which the joints are read."""
+    """Values of the file's field ``convention`` that are not names of conventions, such as "auto".
+    Each value is mapped to the convention that reads the joints."""
 
     def __init__(
         self,

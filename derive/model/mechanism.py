@@ -77,8 +77,8 @@ class Strut:
     """A straight member between two bodies: a rod of constant length, or a cylinder.
 
     Attributes:
-        name: Unique name among joints, closures and struts. The coordinate of a cylinder has the
-            same name.
+        name: Unique name among joints, closures and struts. The name of a cylinder is also the name
+            of its coordinate.
         a: The frame at the first end of the strut.
         b: The frame at the second end of the strut.
         length: Length of a rod, or of a cylinder at coordinate zero (meter).

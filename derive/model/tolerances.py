@@ -181,11 +181,12 @@ SAMPLED_RANGE = 0.3
 Configurations at 0.3 rad are away from a singular reference, and Newton's method still closes the
 loops."""
 NEIGHBOURHOOD = 0.02
-"""Distance of sampled configurations from the reference (radian, or relative to the robot size).
+"""Maximum offset of joint values from the reference (radian, or relative to the size). From each
+offset configuration, Newton's method closes the loops.
 
-At larger distances, Newton's method may find another assembly mode with other degrees of freedom.
-At a distance of 0.02, singular values that vanish at the reference are detected. A singular value
-that grows with the square of the distance is 4e-4 at the distance 0.02."""
+At larger offsets, Newton's method may find another assembly mode with other degrees of freedom. A
+singular value may be 0 at the reference only. If this singular value grows with the square of the
+offset, its value is 4e-4 at the offset 0.02, which counts as nonzero."""
 NUMERICALLY_CLOSED = 1e-7
 """Maximum closure error (radian, or relative to the size) of a closed loop in a numerical search. A
 search with finite differences ends about 1e-10 from closure. At a dead point, the closure error
@@ -236,7 +237,8 @@ PATH_ON = 1e-7
 """Maximum size of the second Newton correction. The second correction is about the square of the
 first correction."""
 SHORTEST_PATH_STEP = 1e-9
-"""Minimum step length. With shorter steps, a path ends at a singular pose or at infinity."""
+"""Minimum step of the path parameter, which grows from 0 to 1 along a path. A path that requires a
+shorter step leads to a singular pose or to infinity, so path tracking stops."""
 POSES_ARE_ONE = 1e-8
 """Maximum 1 - |<x, y>| of equal poses x and y. Each pose is accurate to 1e-12. The expression 1 -
 |<x, y>| is quadratic in the difference of x and y."""
@@ -273,8 +275,8 @@ CONVERGENCE_UNLIKELY = 0.85
 CONVERGENCE_CLEAR = 0.95
 """Limits for the fraction of configurations that Newton's method recovers from the nearest nominal
 solution. For a recovered fraction between 0.85 and 0.95, Newton's method is also started from all
-nominal solutions. For 70 arms, starts from all nominal solutions changed the recovered fraction by
--0.03 to 0.05."""
+nominal solutions. In a test of 70 arms, the fraction for starts from all nominal solutions differed
+by -0.03 to 0.05 from the fraction for starts from the nearest nominal solution."""
 MIN_NEARBY = 0.5
 """Minimum fraction of random configurations near a nominal branch that Newton's method must
 recover. The recovered fraction is nearly 1 for suitable nominal arms. The fraction is 0 if the

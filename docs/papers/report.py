@@ -367,7 +367,7 @@ def _same(value: Value, ours: Value, printed: Printed) -> bool:
     """Tests whether our value agrees with a printed text, or with a computed value."""
     if isinstance(ours, Finding):
         if not isinstance(value, str) or decimal(value) is not None:
-            raise Refuted(f"item {printed.item} compares a finding with {value} instead of words")
+            raise Refuted(f"item {printed.item}: expected a statement in words, got {value}")
         return ours.holds
     if isinstance(value, tuple):
         return len(value) == len(ours) and all(

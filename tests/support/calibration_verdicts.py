@@ -19,8 +19,8 @@ TOO_FEW = "do not determine"
 MAX_NOISE = 3.0
 """Maximum noise of correct measurements, relative to the stated noise.
 
-With two redundant values, more than three times the stated noise has a probability below 1e-6. If
-the measurements contain only one redundant value, the noise is not tested.
+The noise is tested only with three or more redundant values. With three redundant values, correct
+measurements with normal errors exceed this limit with a probability of 6e-6.
 """
 MIN_SURPLUS = 2
 

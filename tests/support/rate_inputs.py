@@ -30,7 +30,10 @@ WITH_RATES = [
 
 
 def sampling_limits(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the limits (n,) of the rates, or `HELD` for three cranks without limits."""
+    """Returns the lower and upper limits (n,) for random coordinates.
+
+    For a robot without limits, which must be planar_3rrr, the limits are `HELD`.
+    """
     if np.isfinite(robot.lower).all() and np.isfinite(robot.upper).all():
         return robot.lower, robot.upper
     return HELD[0], HELD[1]

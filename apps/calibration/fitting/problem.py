@@ -331,14 +331,14 @@ class Problem:
         )
 
     def prior_jacobian(self) -> FloatArray:
-        """Return the (t, k) derivative of the deviations with respect to the scaled variables."""
+        """Return the (t, k) derivative of `strays` with respect to the k scaled variables."""
         rows = np.flatnonzero(self.known)
         found = np.zeros((len(rows), len(self.x0)))
         found[np.arange(len(rows)), rows] = SMALL / self.known[rows]
         return found
 
     def strays(self, x: FloatArray) -> FloatArray:
-        """Return the (t,) deviations of parameters from nominal, in standard deviations."""
+        """Return (parameter - nominal value) / standard deviation for t parameters."""
         at = np.flatnonzero(self.known)
         return np.asarray((x[at] - nominal(self.robot)[self.sought[at]]) / self.known[at])
 

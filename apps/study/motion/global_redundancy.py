@@ -268,7 +268,10 @@ class _Search:
         return found
 
     def _features(self, q: FloatArray) -> FloatArray:
-        """Return vectors (k, f) for distances of configurations (k, n).
+        """Return a vector (f,) for each of k configurations (k, n).
+
+        The squared distance of two vectors is the cost of the motion between two configurations.
+
 
         A revolute coordinate without limits becomes a point on the unit circle.
         """

@@ -248,10 +248,12 @@ def _angles(
 def _crossings(
     center: FloatArray, radius: float | FloatArray, centers: FloatArray, radii: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the angles (2, ..., k) of intersections of a circle with k circles.
+    """Return the intersections of one circle with k circles as angles (radian).
 
-    The first index selects the circle. The angles are NaN without an intersection. Tangent circles
-    do not count as crossing, because rounding errors could create or remove their intersections.
+    The result is a pair: the angles on the one circle, and the angles on the k circles. Each array
+    has the shape (2, ..., k), because two circles have up to two intersections. The angles are NaN
+    if two circles do not intersect. Tangent circles do not count as crossing, because rounding
+    errors could create or remove their intersections.
     """
     step = centers - center
     d = np.hypot(step[:, 0], step[:, 1])

@@ -146,8 +146,9 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
             following axes are parallel and horizontal. Joints that do not move the point, such as a
             roll about the tool, are ignored.
         point: "tool" for the tool origin, or "wrist" for an intersection of consecutive axes, such
-            as the center of a spherical wrist. The wrist is the last intersection that an arm of
-            type A or B moves.
+            as the center of a spherical wrist. For "wrist", the joints before the two intersecting
+            axes must form an arm of type A or B. If several intersections fulfill this condition,
+            the wrist is the intersection nearest to the tool.
 
     Raises:
         InputValueError: The arm has neither type A nor type B.

@@ -23,7 +23,8 @@ def shortcut(space: Space, plan: Plan, *, attempts: int = 200, rng: Rng = 0) -> 
     Args:
         space: The space.
         plan: A plan. A plan without a path is returned unchanged.
-        attempts: Number of attempts to connect two random points of the path.
+        attempts: Number of attempts to replace the path between two random points by a straight
+            segment.
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy.
 
     Raises:

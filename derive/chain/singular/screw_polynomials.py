@@ -148,8 +148,8 @@ class ScrewRing:
 
         Args:
             polynomial: A polynomial as an element of the ring.
-            sums: Angle sums, keyed by the index of a coordinate. The cosine and sine of an angle
-                sum replace the cosine and sine of the coordinate with its index.
+            sums: Angle sums, keyed by coordinate index. The cosine and sine of coordinate k are
+                replaced by the cosine and sine of the angle sum with key k.
         """
         known = dict(self.meanings)
         for k, q in enumerate(self.q):

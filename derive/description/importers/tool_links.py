@@ -22,7 +22,7 @@ from .end_parts import EndPart, TreePath, arms_of, freedom, has_a_word, named_pa
 from .kinematic_tree import KinematicTree, TreeJoint
 
 SENSOR_WORDS = ("camera", "optical", "sensor", "imu", "laser", "lidar", "collision")
-"""Words in the names of links that cannot be tools."""
+"""Words in link names. A link whose name contains one of these words is a sensor, not a tool."""
 MAX_LINKS = 500
 """Maximum number of links. In a tree with more than 500 links, the tip is not inferred."""
 MAX_OTHERS = 6

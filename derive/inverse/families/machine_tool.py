@@ -4,11 +4,12 @@ Gantries and single joints also have this structure. At most three prismatic joi
 other. The orientation determines the revolute joints. The position error that remains determines
 the prismatic joints.
 
-There are up to two revolute joints. Three revolute joints need three prismatic joints, or axes that
-intersect in one point. If the first and the third axis become parallel, the orientation determines
-only the sum of angles 1 and 3. With three prismatic joints, the tool reaches the position for any
-angle 1. If fixed joints rotate the directions of the three prismatic joints into one plane, the
-position determines angle 1. The axes need not intersect or be perpendicular.
+An arm of this family has at most two revolute joints, with two exceptions. Three revolute joints
+are possible if the arm also has three prismatic joints. Three consecutive revolute joints are
+possible if their axes intersect in one point. If the first and the third axis become parallel, the
+orientation determines only the sum of angles 1 and 3. With three prismatic joints, the tool reaches
+the position for any angle 1. If fixed joints rotate the directions of the three prismatic joints
+into one plane, the position determines angle 1. The axes need not intersect or be perpendicular.
 
 Maximum number of solutions: 1 for a pose, 2 for a pose with three revolute joints, 2 for a position
 and a direction. For an unreachable pose, the steps return a nearby pose.

@@ -4,8 +4,8 @@ Axes 1 and 2 are parallel. Axes 3 and 4 are parallel to each other and perpendic
 5 is perpendicular to axis 4. The axes of a universal joint need not intersect. The legs of a rotary
 delta (R-U-U) have this structure if their rods have printed universal joints.
 
-In a linear delta, joint 1 is prismatic and perpendicular to axis 2 (P-U-U). For a prismatic joint
-1, the end of the rod moves on a circle about axis 2.
+In a linear delta (P-U-U), joint 1 is prismatic, and its direction is perpendicular to axis 2. Joint
+1 moves axis 2, and joint 2 moves the end of the rod on a circle about axis 2.
 
 Joints 1 and 2 do not change components along their axes. Therefore, the direction of axis 5
 determines the sum of angles 3 and 4. The position of a point on axis 5 determines angle 3. If the
@@ -72,7 +72,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     )
     remaining(work, (third, fourth), total)
     # 3, 4. If joint 1 is revolute, its arm, the rod and the wrist form a triangle. If joint 1 is
-    # prismatic, the end of the rod moves on a circle.
+    # prismatic, the end of the rod moves on a circle about axis 2.
     turned = added(terms, third.p, rotated(terms, third.h, bent, rod))
     end = added(terms, turned, hand)
     if first.turns:

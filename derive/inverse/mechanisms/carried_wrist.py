@@ -108,7 +108,9 @@ class CarriedWrist:
         return _center(self.axes)
 
     def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
-        """Returns the platform pose as an argument, and the coordinates of all joints.
+        """Returns the arguments, and all joint coordinates as functions of the arguments.
+
+        The only argument is the platform pose.
 
         Args:
             work: Table that receives the signs and the solution steps.

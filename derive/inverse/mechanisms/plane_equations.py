@@ -82,7 +82,11 @@ class PlaneEquations:
 
     @cached_property
     def maps(self) -> tuple[JointMap, ...]:
-        """The joints before the legs, from the legs to the base, then from the tool to the legs."""
+        """The inverse joint poses in the order of their product.
+
+        The joints before the legs come first, in the order from the legs to the base. Then come the
+        joints on the platform, in the order from the tool to the platform.
+        """
         base = self.h.robot.base if self.carried.before else ()
         before = _groups(self.carried.before, base, ())
         behind = _groups(self.carried.behind, (), self.h.robot.tool)

@@ -93,8 +93,8 @@ class Work:
         signs: The symbols of the signs (1 or -1), in the order of the solution slots.
         settled: Indices of the signs that are not needed and always 1.
         choices: Number of signs so far.
-        sides: For the sign of a loop branch, the name of the loop and the name of the branch for
-            each value.
+        sides: For each sign that selects a loop branch, a pair: the name of the loop, and the names
+            of the branches. The names of the branches are keyed by the value 1 or -1 of the sign.
         steps: The solution steps in order.
         vectors: The named vectors.
     """

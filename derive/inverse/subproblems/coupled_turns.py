@@ -14,12 +14,12 @@ Let ``w = sin^2(theta / 2)``, so that ``cos = 1 - 2 w``. The equation becomes ``
 0``. Here, ``a = 4 (D - E)``, ``b = 2 B + a`` and ``e = h.p - h.v``.
 
 Up to two roots lie in [0, 1]. Each root gives two angles of opposite sign. A root that would be a
-difference of similar numbers is computed from the product of both roots. In the same way, ``1 - w``
-is computed from a product. The discriminant is ``-4 a (x - h.v)`` with the extreme component ``x =
-h.p - b^2 / 4 a``. The solution uses the differences of three components from h.v: h.p, the
-component at theta = pi, and x. A component of 1 differs from h.v by half the squared length of ``h
-- v``. A component of -1 differs from h.v by half the squared length of ``h + v``. A difference that
-is computed from the squared length keeps all digits, also for a straight or folded wrist.
+difference of similar numbers is computed from the product of both roots. ``1 - w`` is also computed
+from a product. The discriminant is ``-4 a (x - h.v)`` with the extreme component ``x = h.p - b^2 /
+4 a``. Three components may be 1 or -1: h.p, the component at theta = pi, and x. If a component is
+1, its difference from h.v is computed as half the squared length of ``h - v``. If a component is
+-1, its difference from h.v is minus half the squared length of ``h + v``. Therefore, the solutions
+of a straight or folded wrist are as accurate as all other solutions.
 
 Boundary: two solutions coincide at a double root, and at w = 0 or w = 1. Solutions that differ only
 by rounding errors are merged, as in subproblem 4.

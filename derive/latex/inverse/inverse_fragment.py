@@ -37,7 +37,8 @@ def written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) -> 
     Args:
         page: The symbols of the chain.
         found: Its inverse.
-        actuators: Printed symbols of actuated coordinates that steps determine, keyed by name.
+        actuators: Printed symbols of actuated coordinates, keyed by coordinate name. Only
+            coordinates that a solution step determines are needed.
     """
     classification = found.classification
     if found.general is not None:

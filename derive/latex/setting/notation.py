@@ -18,8 +18,8 @@ from . import names
 from .shorter import reduced
 
 Order = tuple[int, tuple[object, ...]]
-"""Class of a factor, and rank of the factor in the class. Class and rank determine the position of
-the factor in a product.
+"""Sort key of a factor in a printed product. The first entry is the kind of the factor, such as
+``LENGTH``. The second entry sorts factors of one kind.
 """
 CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = range(7)
 

@@ -165,7 +165,11 @@ class AtReference:
         self._parts = Values()
 
     def hints_of(self, names: Sequence[str]) -> dict[str, float]:
-        """Returns the stated or default values of joints near the reference."""
+        """Returns values of joints near the reference, keyed by joint name.
+
+        If a value is given for any of the joints, only the given values are returned. If no value
+        is given, default values are returned.
+        """
         for hints in (self.given, self.assumed):
             found = {name: hints[name] for name in names if name in hints}
             if found:

@@ -55,7 +55,7 @@ def _collapsed(
     count: int,
     translations: list[sp.Expr],
 ) -> Group:
-    """Returns the segments of a chain. A translation replaces at most one segment."""
+    """Replaces at most one segment of a chain by a translation."""
     stations = group.stations
     for first in range(1, len(stations)):
         for last in range(len(stations) - 1, first, -1):

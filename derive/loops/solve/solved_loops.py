@@ -41,8 +41,8 @@ class SolvedLoops(LoopModel):
         numbers: The constraints in double precision near the reference.
         at_reference: The value of each entry of z at the closed reference.
         q_at_reference: The actuated coordinates (n,) at the reference (radian or meter).
-        spare: Number of redundant actuators. Redundant actuators do not determine the main chain,
-            unless the loops close in the least-squares sense.
+        spare: Number of redundant actuators. A robot with redundant actuators has the function
+            ``fk`` only if its loops close in the least-squares sense.
         missing: Number of branches that are missing in each function, by function name.
     """
 

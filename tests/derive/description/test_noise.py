@@ -154,8 +154,9 @@ def test_random_angles_are_rarely_snapped(places):
     dice = random.Random(places)
     angles = [R(f"{dice.uniform(-6, 6):.{places}f}") for _ in range(250)]
     taken = [angle for angle in angles if exact_angle(angle) != angle]
-    # The true value of a rounded angle lies in a range of one and a half units in the last place.
-    # Few random angles are fractions of pi by chance.
+    # The true value of a rounded or truncated angle lies in an interval. The length of this
+    # interval is 1.5 units of the last decimal place. Few random angles are fractions of pi by
+    # chance.
     assert len(taken) <= 2 * CHANCE * len(angles)
     assert places < 6 or not taken
 

@@ -44,7 +44,10 @@ def case_of(joints, seed):
 
 
 def verdict(joints, value, seed=0):
-    """Counts missed poses, wrong solutions and lost configurations without iteration."""
+    """Counts missed poses, wrong solutions and lost configurations of the closed-form inverse.
+
+    The solutions are not refined by iteration.
+    """
     case = case_of(joints, seed)
     q = case.random(np.random.default_rng(seed), POSES)
     q[:, joints.index(FIXED)] = value

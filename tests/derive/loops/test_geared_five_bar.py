@@ -122,7 +122,7 @@ def test_joint_named_offset_is_refused():
 
 
 def test_calibrated_file_of_geared_linkage_moves_like_its_parameters(tmp_path):
-    """A model of the written file, closed by Newton's method, has the poses of ``fk_p``."""
+    """A NumPy model of the calibrated file computes the tool poses that ``fk_p`` computes."""
     write(read_text(TEXT), tmp_path / "r", functions=("fk",), parametric=True, languages=("c",))
     with compiled_quickly():
         robot = chasles.load(tmp_path / "r")

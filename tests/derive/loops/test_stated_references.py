@@ -1,4 +1,4 @@
-"""References that omit joints of a loop select its branch."""
+"""A reference configuration selects a loop branch even if it omits some joints of the loop."""
 
 import cmath
 

@@ -162,7 +162,8 @@ class PoseSet:
     Attributes:
         name: The name of the pose set in the benchmark.
         q: Coordinates (m, n).
-        regular: Whether the inverse must recover the coordinates, except at singularities.
+        regular: Whether a test counts the rows of q that the inverse does not return. Singular
+            configurations do not count.
     """
 
     name: str

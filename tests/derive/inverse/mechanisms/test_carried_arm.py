@@ -1,4 +1,6 @@
-"""Joints before and on a platform whose legs keep ball joints in planes.
+"""Inverse of arms with joints before and on a platform with legs.
+
+Each leg keeps one ball joint of the platform in a plane.
 
 The generating coordinates come from Newton's method on a NumPy model.
 """

@@ -22,8 +22,9 @@ typedef struct {
     double q[CHASLES_SLOTS][6], residual[CHASLES_SLOTS], J[CHASLES_SLOTS][36];
 } chasles_general_found;
 
-/* Returns the index of the most singular solution, which may be replaced by an isolated solution.
- * Returns -1 if the new solution is more singular than all stored solutions. */
+/* Returns the index of the stored solution whose Jacobian is nearest to a singular matrix. The new
+ * solution, with the Jacobian J, replaces this stored solution. Returns -1 if J is at least as near
+ * to a singular matrix as the Jacobians of all stored solutions. */
 static int chasles_general_room(const chasles_general_six *six, const chasles_general_found *found,
                                 const double *J)
 {

@@ -3,12 +3,13 @@
  * robot.
  *
  * For a nearly singular Jacobian, v is the joint direction with the smallest pose change, and u is
- * the twist direction that the joints can hardly reach. At q + s v, the twist to the pose has the
- * component lack - slope s - bend s^2 / 2 along u, to second order. If the discriminant slope^2 + 2
- * bend lack is positive, the component along u is 0 at two values of s. One of these values of s is
- * on each side of the fold point. If the discriminant is negative, the component along u is 0
- * nowhere. The configurations at the two values of s are start values for the two branches of the
- * true arm, even if the nominal arm has no solution.
+ * the twist direction that the joints can hardly reach. The pose error is the twist from the tool
+ * pose at q + s v to the target pose. To second order, the component of the pose error along u is
+ * e(s) = lack - slope s - bend s^2 / 2. The names lack, slope and bend denote the coefficients of
+ * the quadratic polynomial e(s). If the discriminant slope^2 + 2 bend lack is positive, e(s) has
+ * two real roots, one on each side of the fold point. If the discriminant is negative, e(s) has no
+ * real root. The two roots s give starts for the two branches of the true arm, even if the nominal
+ * arm has no solution.
  */
 /* Data of fold points. Each SIMD lane contains one fold point. `c` is a configuration near the fold
  * point, and `along` is the direction v. The coefficient `lack` is never negative. `step` is the
