@@ -110,9 +110,10 @@ typedef struct {
     double imaginary[CHASLES_MAX_ROOTS]; /* half the distance of two close roots, or 0 */
 } chasles_circle_roots;
 
-/* Computes Taylor series of a polynomial at several angles. The argument of a series is the
- * distance from the angle of the series, divided by a radius. The factor weight[k][m] is (m
- * radius)^k / k! with the sign of the derivative. */
+/* Computes the Taylor series of a trigonometric polynomial about each of several angles x0. `c` and
+ * `s` are the cosines and sines of the angles x0. The variable of a series is (x - x0) / radius.
+ * The factor weight[k][m] of the k-th derivative of cos(m x) or sin(m x) is (m radius)^k / k!, with
+ * the sign of the k-th derivative. */
 CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series, int degree,
                                           const double (*weight)[CHASLES_DEGREE + 1],
                                           const double *c, const double *s, chasles_vector *t)

@@ -1,5 +1,5 @@
-/* Assembly modes of an inverse through iterated loops. This file is part of chasles and is the same
- * for every robot.
+/* Rejects inverse solutions in another assembly mode, for platforms whose loops are closed by
+ * iteration. This file is part of chasles and is the same for every robot.
  *
  * The legs of a platform reach a pose with the coordinates q; fk(q) is the pose on the reference
  * branch of the loops. The pose of the legs equals the pose of fk unless the two poses belong to

@@ -4,7 +4,7 @@
 #ifndef CHASLES_CLOSURE_TOLERANCES_H
 #define CHASLES_CLOSURE_TOLERANCES_H
 
-/* Largest residual of closed loops, a thousand times the rounding error of the equations. */
+/* Largest residual at which loops count as closed. Rounding errors are a thousand times smaller. */
 #define CLOSURE_CLOSED 1e-12
 /* Step size at which the iteration counts as converged, because the next step would be about its
  * square. */

@@ -299,8 +299,8 @@ static void chasles_joint_pose(const chasles_double_joints *joints, const double
         pose[4 + i] = at[0][i] - chasles_joint_dot(R[i], b[0]);
 }
 
-/* Computes the real pose for a zero of the polynomial, which is the angle of the first joint.
- * Returns whether the pose exists. */
+/* Computes the real platform pose for an angle of the first joint. The angle is a zero of the
+ * polynomial. Returns whether the pose exists. */
 static int chasles_joint_real(const chasles_double_joints *joints, double angle, double (*x)[3])
 {
     chasles_joint_pair pairs[2];

@@ -22,8 +22,9 @@ typedef struct {
     double q[CHASLES_SLOTS][6], residual[CHASLES_SLOTS], J[CHASLES_SLOTS][36];
 } chasles_general_found;
 
-/* Returns the index of the most singular solution, which may be replaced by an isolated solution.
- * Returns -1 if the new solution is more singular than all stored solutions. */
+/* Returns the index of the stored solution whose Jacobian is nearest to a singular matrix. The new
+ * solution, with the Jacobian J, replaces this stored solution. Returns -1 if J is at least as near
+ * to a singular matrix as the Jacobians of all stored solutions. */
 static int chasles_general_room(const chasles_general_six *six, const chasles_general_found *found,
                                 const double *J)
 {
@@ -61,7 +62,8 @@ static int chasles_general_keep(const chasles_general_six *six, chasles_general_
     if (!(iterate->left <= CHASLES_SOLVED))
         return -1;
     int own = chasles_general_same(six, found, iterate->q, 0);
-    /* In a continuum of solutions, a refined solution may equal two stored solutions. */
+    /* If there is a continuum of solutions, a refined solution may be equal to two stored
+     * solutions. */
     if (own < found->count &&
         (found->residual[own] <= iterate->left ||
          chasles_general_same(six, found, iterate->q, own + 1) < found->count))
@@ -334,7 +336,7 @@ typedef struct {
 static void chasles_general_nearest(const chasles_general_six *six, const double *T,
                                     chasles_general_found *found, chasles_general_rest *rest)
 {
-    /* The starts are multiples of square roots modulo 1, which are evenly distributed. Angles start
+    /* Multiples of square roots, modulo 1, give evenly distributed start values. Angles start
      * within (-pi, pi). Displacements of prismatic joints start within (-pi, pi) times the arm
      * length. */
     static const double roots[6] = {1.41421356, 1.73205081, 2.23606798,

@@ -43,8 +43,8 @@
 /* If the residual [m, rad] is above this value, the pose may be unreachable, and slow iterations
  * are abandoned. */
 #define CHASLES_NEAR 1e-4
-/* This value is added to pivots that may be zero. The rows of the matrix are of order 1, and
- * rounding errors are about 1e-16. */
+/* This value is added to pivots that may be zero. Matrix entries are about 1, with rounding errors
+ * of about 1e-16. */
 #define CHASLES_PIVOT_FLOOR 1e-30
 /* Maximum error of the determinant relative to its largest coefficient; six digits are then
  * correct. */
@@ -90,7 +90,7 @@
 
 /* An elimination order, which is the order of the joints in the equations. */
 typedef struct {
-    int joint[6]; /* joint indices: two of the pair, suppressed joint, v, w, last joint */
+    int joint[6]; /* indices of the pair, the suppressed joint, v, w, and the last joint */
     int sense;    /* 1 if the loop is numbered from base to tool, -1 from tool to base */
     int halved;   /* 0 if joint v has the half angle, 1 if joint w has the half angle */
 } chasles_general_order;

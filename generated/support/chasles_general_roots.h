@@ -234,7 +234,7 @@ static void chasles_general_sampled(const void *source, chasles_circle_part *par
         chasles_general_factored(system, &c, &s, R, &determinant);
         memcpy(values + from, &determinant, sizeof determinant);
     }
-    /* The terms are first Chebyshev polynomials, then powers of z. */
+    /* The Chebyshev polynomials are converted to powers of z. */
     memset(part->t, 0, sizeof part->t);
     terms[0][0] = terms[1][1] = 1.0;
     part->noise = 0.0;

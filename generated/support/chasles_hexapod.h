@@ -29,7 +29,7 @@ typedef struct {
     int axis[3];    /* axes of the three rotation angles in theta, in order */
     int moves;      /* whether the actuators move the rod ends */
     int paths;      /* number of complex poses, and number of solution slots */
-    int joined;     /* side of the double joints (0 none, 1 platform, 2 other side) */
+    int joined;     /* which side has joints shared by two rods (0 none, 1 platform, 2 base) */
     int pairs[6];   /* the rods, in pairs whose rods share a joint */
     double b[6][3]; /* rod ends on the platform, relative to the size */
     chasles_hexapod_number a[6][3], c[6];

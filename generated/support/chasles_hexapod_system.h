@@ -141,7 +141,8 @@ static void chasles_hexapod_placed(const chasles_hexapod_path *path, const chasl
     }
 }
 
-/* Computes half the gradient of a rod equation at (e, g), without the term g.g. */
+/* Computes half the gradient of a rod equation at (e, g). The term g.g of the equation is omitted.
+ */
 static inline void chasles_hexapod_gradient(const chasles_hexapod_lanes *M,
                                             const chasles_hexapod_lanes *S,
                                             const chasles_hexapod_lanes *x,

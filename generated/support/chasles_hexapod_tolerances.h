@@ -40,8 +40,8 @@
  */
 #define CHASLES_RODS_POLISHED 1e-15
 /* Two assembly modes are equal if they differ by less than this value (relative to the platform
- * size, and rad). Near a double solution, rod lengths change with the squared distance, so smaller
- * differences are not resolved. */
+ * size, and rad). Near a double solution, rod lengths change with the square of the difference,
+ * so that smaller differences are not resolved. */
 #define CHASLES_ONE_MODE 1e-6
 /* A path end is at infinity if |e.e| is at most this value, where e are the Euler parameters of the
  * pose. No rotation has e.e = 0. */
@@ -60,8 +60,8 @@
  * angle between two sides of the joint triangle. If a distance, radius or sine is smaller, the
  * circles of the joints are not computed. */
 #define CHASLES_JOINTS_APART 1e-6
-/* Maximum magnitude of a negative sin^2 that counts as 0. If the magnitude is larger, the angle is
- * not real. */
+/* A negative value of sin^2 counts as 0 if its magnitude is at most this value. Otherwise, the
+ * angle is not real. */
 #define CHASLES_JOINT_UNREAL 1e-4
 /* Maximum difference [rad] between a zero of the polynomial and the angle of its refined pose. */
 #define CHASLES_JOINT_TURN 0.05

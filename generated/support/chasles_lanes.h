@@ -122,8 +122,8 @@ static const double lanes_arctangent[] = {
 #undef lanes_mask
 #undef lanes_part
 #undef lanes_where
-/* GCC tunes the code for Haswell. Two interleaved vectors then spill the fewest registers (GCC 12).
- * Tuning for Skylake or Zen makes the code a third slower.
+/* GCC tunes the code for Haswell, so that code with two interleaved vectors needs the fewest stores
+ * of registers (GCC 12). Tuning for Skylake or Zen makes the code a third slower.
  *
  * LANES_MAX and LANES_MIN return the second argument if an argument is NaN. LANES_MINUS is the sign
  * bit in lanes with a true condition, otherwise 0. */

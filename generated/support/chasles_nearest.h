@@ -22,7 +22,8 @@
 #define CHASLES_MAX_SLOTS 64   /* maximum number of solution slots of an inverse */
 #define CHASLES_MAX_JOINTS 64  /* maximum number of coordinates of a robot */
 
-/* Negative results that state why no solution slot is returned. */
+/* A function returns one of these negative numbers instead of a solution slot. The number states
+ * why no solution slot is returned. */
 #define CHASLES_OUT_OF_REACH (-1)   /* no solution reaches the pose */
 #define CHASLES_OUTSIDE_LIMITS (-2) /* all solutions of the pose are outside the limits */
 #define CHASLES_NOT_FINITE (-3)     /* the seed or every residual is NaN, or the seed is infinite */
@@ -115,8 +116,8 @@ static inline int chasles_least(int slots, const double *distance)
     return least < chasles_rounded(INFINITY) ? (int)(least & CHASLES_ROUNDING) : -1;
 }
 
-/* Sets q to NaN, and writes the smallest residual and its margin. Returns the reason why there is
- * no solution. */
+/* Sets q to NaN. Writes the smallest residual of all slots, and the margin of the slot with this
+ * residual. Returns the reason why there is no solution. */
 static inline int chasles_none(const chasles_slots *of, const double *q_seed, double *q,
                                double *residual, double *margin)
 {

@@ -20,8 +20,8 @@ typedef struct {
 
 /* Selects in each SIMD lane the solution that is nearest to the seed. The limits are ignored.
  * `found` receives the n coordinates of this solution, shifted by full turns to the values nearest
- * to the seed, its residual and its margin. `least` receives the distance of the solution. The slot
- * number replaces the last bits of this distance. `is_inside` becomes 1 in lanes whose solution is
+ * to the seed, its residual and its margin. `least` receives the distance of this solution from the
+ * seed, with the slot number in its last bits. `is_inside` becomes 1 in lanes whose solution is
  * within the limits, otherwise 0.
  *
  * `slots` contains SIMD vectors: n coordinates for each of the k solution slots, then k residuals
