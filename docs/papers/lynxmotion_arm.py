@@ -457,7 +457,7 @@ def detour(printed: dict[str, Printed]) -> list[Row]:
         not_printed(
             printed["blocked"],
             clearance(lines()),
-            "a negative distance states by how much the straight line penetrates the sphere",
+            "our value is negative, because the straight line penetrates the sphere",
         ),
         not_printed(
             printed["clearance"],
