@@ -269,9 +269,9 @@ def project(
         unchanged, a matrix that is not finite as NaN.
 
     Raises:
-            InputValueError: If the deviation of a matrix exceeds the tolerance. The message states
-                the index of the matrix and the reason. The error is also raised if the tolerance is
-                not positive.
+        InputValueError: If the deviation of a matrix exceeds the tolerance. The message states
+            the index of the matrix and the reason. The error is also raised if the tolerance is
+            not positive.
         InputTypeError: If T or the tolerance does not hold real numbers.
     """
     if real_array(caller, "tolerance", tolerance).shape or not tolerance > 0:
