@@ -40,7 +40,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     work.step(
         [a1],
         "subproblem 1",
-        f"the wanted pose determines the position of axis {a2.name}",
+        f"the target pose determines the position of axis {a2.name}",
         sp1(terms, a1.h, subtracted(terms, a2.p, a1.p), subtracted(terms, wanted, fore)),
     )
     remaining(work, (a1, a2), q12)

@@ -80,7 +80,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     total = work.step(
         turning,
         "subproblem 1",
-        "all turn the tool as one",
+        "the sum of these angles rotates the tool",
         sp1(terms, first.h, e, target.turned(terms, e)),
     )
     if telescopic is not None:
@@ -95,7 +95,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         work.step(
             [first],
             "subproblem 1",
-            f"the wanted pose determines the position of axis {turning[1].name}",
+            f"the target pose determines the position of axis {turning[1].name}",
             sp1(terms, first.h, subtracted(terms, elbow, first.p), subtracted(terms, W, fore)),
         )
     remaining(work, turning, total)

@@ -55,7 +55,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     work.step(
         [a2],
         "subproblem 1",
-        f"the wanted pose determines the position of axis {a3.name}",
+        f"the target pose determines the position of axis {a3.name}",
         sp1(terms, a2.h, subtracted(terms, a3.p, a2.p), subtracted(terms, U, fore)),
     )
     remaining(work, (a2, a3), q23)

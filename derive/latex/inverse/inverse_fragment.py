@@ -299,9 +299,8 @@ def _residual() -> str:
     return (
         "The residual of a solution is the larger of the distance (m) and $2 \\sin(\\alpha / 2)$,"
         " with the angle $\\alpha$ between the pose by forward kinematics and the target pose; a"
-        " residual up to $10^{-9}$ is valid. Every step uses the results of earlier steps, in a"
-        " degenerate case the value chosen there: independently computed angles would not be"
-        " consistent."
+        " residual up to $10^{-9}$ is valid. Each step uses the results of earlier steps. If an"
+        " earlier step is degenerate, later steps use the value that was chosen there."
     )
 
 
