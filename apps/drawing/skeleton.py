@@ -26,7 +26,7 @@ def skeleton(robot: Robot) -> Skeleton:
         robot: The robot, as `load` returns it.
 
     Raises:
-        ManifestError: The robot was derived by an earlier version, without bodies.
+        ManifestError: An earlier version of chasles derived the robot. Derive it again.
     """
     check_type("skeleton: robot", robot, Robot)
     facts: SkeletonFacts | None = robot.manifest.skeleton

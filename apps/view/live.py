@@ -85,7 +85,7 @@ class LiveView:
 
         Raises:
             InputValueError: viser is not installed, or the port is not free.
-            ManifestError: The robot was derived by an earlier version, without bodies.
+            ManifestError: An earlier version of chasles derived the robot. Derive it again.
         """
         check_type("LiveView: robot", robot, Robot)
         viser = _viser()

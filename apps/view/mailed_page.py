@@ -50,7 +50,7 @@ def write_html(robot: Robot, path: str | os.PathLike[str]) -> None:
         path: The file to write.
 
     Raises:
-        ManifestError: The robot was derived by an earlier version, without bodies.
+        ManifestError: An earlier version of chasles derived the robot. Derive it again.
     """
     check_type("write_html: robot", robot, Robot)
     parts = {name: (_HERE / file).read_text(encoding="utf-8") for name, file in _PARTS.items()}

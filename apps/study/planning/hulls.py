@@ -247,7 +247,7 @@ def hulls_of(robot: Robot) -> Hulls:
         robot: The robot.
 
     Raises:
-        ManifestError: The robot was derived by an earlier version, without bodies.
+        ManifestError: An earlier version of chasles derived the robot. Derive it again.
     """
     bones = skeleton(robot)
     made = []

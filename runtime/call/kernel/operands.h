@@ -1,6 +1,6 @@
 /* Kernel, one compiled function with the shapes of its operands (inputs and outputs).
  *
- * A Function and its ufunc share the kernel. The ufunc keeps the kernel alive in a capsule. */
+ * A Function object and its NumPy ufunc use the same kernel, which a capsule keeps alive. */
 #pragma once
 
 #include <stdint.h>

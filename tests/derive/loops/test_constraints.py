@@ -252,7 +252,7 @@ def open_ends(c, loop, z, poses):
         given = {p.symbol: p.value for p in c.mechanism.parameters}
         length = float(loop_joint.length.subs(given)) + z.get(loop_joint.name, 0)
         return abs(np.linalg.norm(T[:3, 3]) - length)
-    # A planar pin joint may connect opposite axes.
+    # In a planar loop, the two pin axes of a closure may point in opposite directions.
     turn = abs(abs(T[2, 2]) - 1) if loop.kind == "planar" else np.linalg.norm(T[:2, 2])
     return {
         "pin": np.linalg.norm(T[:3, 3]) + turn,
