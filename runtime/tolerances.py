@@ -81,8 +81,8 @@ POLISHED = 1e-14
 SETTLED = 1e-12
 """Below this residual (meter, radian), a step without improvement ends the iteration."""
 MAX_DAMPING = 1e6
-"""Maximum ratio of the damping lambda^2 to the squared error; at larger ratios, the steps are too
-short."""
+"""Maximum ratio of the damping lambda^2 to the squared error; if the ratio exceeds this value, the
+steps are too short."""
 MIN_DAMPING = 1e-14
 """Minimum lambda^2: J J^T may be singular, and its rounding error is 1e-16."""
 POLISH_STEP = 0.3

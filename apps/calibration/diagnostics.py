@@ -26,8 +26,8 @@ NOISY = 10.0
 MIN_SPREAD = 1e-6
 """If the tool positions spread less than this [m], the measured motion is a pure rotation."""
 MANY = 0.2
-"""Maximum fraction of outliers. If more measurements are outliers, the whole table is
-suspicious."""
+"""Maximum fraction of outliers. If a greater part of the measurements are outliers, the whole table
+may be wrong."""
 STILL = math.radians(5)
 """Minimum range of a revolute joint [rad] for which the joint's parameters are identifiable. The
 range of a prismatic joint is relative to the spread of the tool positions."""

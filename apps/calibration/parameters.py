@@ -21,7 +21,7 @@ def nominal(robot: Robot) -> FloatArray:
 FRAMES = frozenset({"base", "tool"})
 """Names of two parameter groups: corrections of the base frame and of the tool frame."""
 GEOMETRY = "geometry"
-"""Name for all lengths, angles and offsets of a robot."""
+"""Name of the group that contains all lengths, angles and offsets of a robot."""
 _WHOLE = frozenset({"axis", "loop"})
 """Groups that "geometry" includes. The group "axis" contains offsets, and "loop" contains rod
 lengths."""

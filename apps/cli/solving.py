@@ -56,7 +56,7 @@ _PLAIN = re.compile(r"[-+.,e\d\s]+", re.IGNORECASE)
 """Numbers without units."""
 _FAR = 20.0
 """Maximum plausible ratio of the target's distance to the nearest reachable pose's distance, both
-from the base. If the ratio is larger, the target is probably in millimeters."""
+from the base. If the ratio exceeds this value, the target is probably in millimeters."""
 _QUATERNIONS = {"wxyz": ("w", *_XYZ), "xyzw": (*_XYZ, "w")}
 
 

@@ -26,8 +26,8 @@ _HALF_GROUND = 2.6
 _LATER = 1e-6
 """Depth offset that draws a detail of a symbol on top of the symbol, in drawing units."""
 _EDGE_ON = 0.25
-"""Minimum length of a projected unit vector. If the projection is shorter, the vector is drawn as
-if it points along the line of sight."""
+"""Minimum length of a projected unit vector. A unit vector whose projection is shorter than this
+value is drawn as if it points along the line of sight."""
 _SYMBOLS = ("revolute", "helical", "pin", "weld", "ball", "universal", "carriage", "sleeve")
 _LEVELS = {"hatch": -3, "ground": -3, "guide": -2, "plate": -1, "link": 0, "rod": 1, "ram": 0}
 _SYMBOL = 4

@@ -117,7 +117,7 @@ def reachable_positions(
         AttributeError: The robot has no `ik`.
         InputValueError: `resolution` is not 32 times a power of two, or a number is not finite. The
             error is also raised if q_seed is None and the robot has no reference configuration.
-        OutOfReachError: The tool reaches no cell near its position at q_seed.
+        OutOfReachError: No cell near the tool position at q_seed is reachable.
         ShapeError: The orientation is not (3, 3), or q_seed is not (n,).
     """
     check_type("reachable_positions: robot", robot, Robot)

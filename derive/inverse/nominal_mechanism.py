@@ -46,7 +46,8 @@ In some loops, only one of five trials can be closed.
 """
 STEPS = 8
 CONVERGED = 1e-12
-"""Newton's method has converged if its last step is smaller (radian, or relative length)."""
+"""Newton's method has converged if its last step is below this value (radian, or relative
+length)."""
 
 
 @dataclass(frozen=True)

@@ -83,9 +83,9 @@
 #define LM_LONGEST_STEP 1.0
 #define LM_SHORTEST_STEP 1e-15
 
-/* Minimum relative reduction of the squared error per step; smaller reductions end the attempt.
- * With HASTY, an attempt ends after a few steps. With PATIENT, an attempt continues to the minimum
- * error. */
+/* Minimum relative reduction of the squared error per step; reductions below this value end the
+ * attempt. With HASTY, an attempt ends after a few steps. With PATIENT, an attempt continues to the
+ * minimum error. */
 #define LM_HASTY_GAIN 0.2
 #define LM_PATIENT_GAIN 1e-12
 
@@ -130,11 +130,12 @@
 #define TRACK_RAISE_DAMPING 2
 #define TRACK_LOWER_DAMPING 1.05
 
-/* Minimum predicted reduction relative to the squared error; smaller reductions are rounding. */
+/* Minimum predicted reduction relative to the squared error; reductions below this value are
+ * rounding errors. */
 #define TRACK_NO_DECREASE 1e-12
 
-/* Maximum scalar product of two orthogonal rows, divided by the square of the longer row. A smaller
- * product is negligible compared with the damping. */
+/* Maximum scalar product of two orthogonal rows, divided by the square of the longer row. A product
+ * below this value is negligible compared with the damping. */
 #define BOX_ORTHOGONAL 1e-13
 
 /* Null-space damping relative to the threshold e, which keeps the bounded problem positive

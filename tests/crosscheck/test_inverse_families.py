@@ -63,7 +63,7 @@ angles.
 
 The position problem of these arms is a quadratic equation. Two structures of three joints have no
 position inverse. For all structures with a position inverse, the position inverse is tested. Some
-structures with a position inverse lead to a quartic equation.
+structures with the function `ik_position` lead to a quartic equation.
 """
 EVERYWHERE = [
     *((arm + WRIST, "spherical wrist", right) for arm, right in WRISTED.items()),

@@ -19,7 +19,7 @@ from . import lie
 Matrix: TypeAlias = ImmutableDenseMatrix
 
 # For inputs of order one, the rounding error of float64 is about 1e-15. For products of poses and
-# for rotations by pi, the error is up to 10,000 times 1e-15. All tests use this tolerance.
+# for rotations by pi, the error is up to 1e-11. All tests use this tolerance.
 LAW_TOLERANCE = mpmath.mpf("1e-12")
 
 DIGITS = 40

@@ -32,8 +32,8 @@ negative."""
 _MIN_FACTOR = 0.1
 """Factor by which a good step changes the damping."""
 _MAX_DAMPING = 1e12
-"""Maximum damping relative to the initial damping. With more damping, the steps are so small that
-they change the sum of squares only by rounding errors."""
+"""Maximum damping relative to the initial damping. If the damping exceeds this value, steps change
+the sum of squares only by rounding errors."""
 
 
 class Errors(NamedTuple):

@@ -46,8 +46,8 @@ MIN_NOISE = 1e-3
 """Minimum noise relative to the stated standard deviations, smaller than the noise of any
 device."""
 _MIN_DEVIATION = 0.01
-"""Minimum robust standard deviation, relative to the stated standard deviation. For exact
-measurements, smaller residuals come from rounding and do not indicate outliers."""
+"""Minimum robust standard deviation, relative to the stated standard deviation. If measurements are
+exact, residuals below this value come from rounding and do not indicate outliers."""
 CHANCE = float(scipy.special.ndtr(-OUTLYING))
 """One-sided probability of an error beyond the outlier limit."""
 _EFFICIENCY = 0.37
@@ -61,7 +61,7 @@ _LOG_NOISE = np.linspace(math.log(MIN_NOISE), math.log(1e6), 200)
 """Search grid for the logarithm of the noise, log s."""
 _FULL = 1e-13
 """Minimum ratio of the smallest to the largest diagonal entry of the QR factor R. If the ratio is
-smaller, the measurements do not determine all variables."""
+below this value, the measurements do not determine all variables."""
 
 
 class Undetermined(Exception):

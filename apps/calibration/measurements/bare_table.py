@@ -26,7 +26,7 @@ _LARGEST = 720.0
 """Maximum absolute value in a column of joint angles [deg]. Positions in millimeters usually have
 larger values."""
 _MIN = 3
-"""With fewer rows, no distance is tested for being constant."""
+"""If a table has fewer rows than this number, no distance is tested for being constant."""
 
 
 def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[str]) -> list[str]:

@@ -99,7 +99,8 @@ class Meridian:
         """Return the border as curves of points (k, 2) in (rho, z) [m].
 
         The points of the plane at u = 0 are nearest to the axis. If the region crosses u = 0, the
-        border includes straight lines at the distance of u = 0 from the axis.
+        border includes straight lines. Their distance from the axis is the distance of the points
+        with u = 0.
         """
         found = [np.column_stack([np.hypot(u, self.offset), v]) for u, v in self._pieces()]
         return found + (self._nearest() if self.offset else [])

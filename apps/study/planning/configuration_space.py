@@ -1,11 +1,11 @@
 """Configuration space of a robot among obstacles.
 
 Segments between configurations are checked continuously, not at samples. A segment is free if the
-clearance exceeds the largest motion of any robot point on the segment. If the clearance is smaller,
-the segment is halved, and both halves are checked. A segment with a length below the resolution
-counts as blocked. `loop_bounds.py` bounds the joint motion caused by loops. `hulls.py` bounds the
-body motion caused by joints. A segment near a dead point or a parallel singularity counts as
-blocked. Therefore no segment connects different assembly modes.
+clearance exceeds the largest motion of any robot point on the segment. Otherwise, the segment is
+halved, and each half is checked. A segment with a length below the resolution counts as blocked.
+`loop_bounds.py` bounds the joint motion caused by loops. `hulls.py` bounds the body motion caused
+by joints. A segment near a dead point or a parallel singularity counts as blocked. Therefore no
+segment connects different assembly modes.
 
 Source:
     F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and
@@ -44,9 +44,9 @@ _RESOLUTION = 1e-3
 class ConfigurationSpace:
     """The configurations within limits, with a test for contacts of bodies and obstacles.
 
-    The shapes of bodies, rods and cylinders are the rounded lines and plates of the robot's
-    drawing. Contact between bodies that a joint connects is ignored. Contact between two bodies is
-    also ignored if they touch in every one of many random configurations.
+    The drawing of the robot defines the shapes of bodies, rods and cylinders: lines and plates with
+    rounded edges. Contact between bodies that a joint connects is ignored. Contact between two
+    bodies is also ignored if they touch in every one of many random configurations.
 
     Attributes:
         robot: The robot.

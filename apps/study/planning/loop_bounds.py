@@ -56,7 +56,7 @@ _ROOM = 2.0
 _FITS = 1e-9
 """Maximum relative difference between a loop equation and its fitted polynomial.
 
-A larger difference is not a rounding error.
+A difference above this value is not a rounding error.
 """
 _ROUNDS = 30
 """Maximum number of iterations for the ranges of the joint values."""
@@ -65,8 +65,8 @@ _WIDER = 1 + 1e-6
 _ROUNDING = 1e-12
 """Minimum half width of the box [rad or m]. Values of motionless joints have rounding errors."""
 _CONDITION = 1e10
-"""Maximum condition number of the loop equations. If the condition number is larger, the actuators
-do not determine the joints."""
+"""Maximum condition number of the loop equations. If the condition number exceeds this value, the
+actuators do not determine the joints."""
 _CLOSED = 1e-9
 """Maximum closure error of loops [rad or m] at the ends of a segment."""
 

@@ -16,7 +16,8 @@ FloatArray = NDArray[np.float64]
 STATIONS, STEPS, LAST_STEPS = 4, 2, 4
 """Number of points on a line, of Newton steps per point, and of Newton steps at the end.
 
-If more Newton steps are needed, as near a singularity, the result counts as not converged.
+If Newton's method needs more steps than this number, as near a singularity, the result counts as
+not converged.
 """
 
 

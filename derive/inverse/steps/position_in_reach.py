@@ -1,10 +1,10 @@
 """Joint values for tasks that leave a joint free at special values of the fixed joints.
 
-The height of a point along a revolute axis a determines a joint. The angle between this joint and a
-may depend on fixed joints. A revolute joint parallel to a does not change the height. A prismatic
-joint perpendicular to a does not change the height either. Then the joint may have any value at
-which the other joints reach the target in the plane perpendicular to a. The functions of this
-module select such a joint value.
+The height of a point along a revolute axis h determines the value of a joint. The angle between the
+axis of this joint and h may depend on fixed joints. A revolute joint parallel to h does not change
+the height. A prismatic joint perpendicular to h does not change the height either. In these cases,
+the joint may have any value at which the other joints reach the target in the plane perpendicular
+to h. The functions of this module select such a joint value.
 """
 
 from collections.abc import Callable

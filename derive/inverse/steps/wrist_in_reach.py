@@ -54,7 +54,7 @@ def with_angle_to_axis(
     best: tuple[Vector, sp.Expr],
     sign: sp.Expr,
 ) -> None:
-    """Selects the arbitrary angles of joints 1 to 3.
+    """Selects values for undetermined angles of joints 1 to 3.
 
     The angles are selected by the angle between axis 4 and a direction.
 

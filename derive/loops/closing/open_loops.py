@@ -36,7 +36,8 @@ DOUBLINGS, HALVINGS = 12, 16
 FARTHEST = 8.0
 """Longest tested length, relative to the size of the mechanism."""
 FIRST_STEP = 0.05
-"""First step of the search for the end of an interval (radian, or relative to the size)."""
+"""Size of the first step in the search for the end of an interval (radian, or relative to the robot
+size)."""
 ASIDE = 0.2
 """Distance of a start configuration from a dead point (radian, or relative to the size)."""
 

@@ -412,7 +412,7 @@ class Clusters:
     # --- values of joints ---
 
     def values(self) -> dict[str, sp.Expr]:
-        """Returns the values of all joints in rigid groups."""
+        """Returns the values of all joints that connect bodies of one rigid group."""
         found = dict(self.known)
         for edge in self.linkage.edges:
             cluster = self.cluster(edge.a)

@@ -28,7 +28,7 @@ typedef struct {
                  double *const *outputs, const ptrdiff_t *output_steps);
     const chasles_kernel *entry; /* the kernel's functions in `library` */
     int n_inputs, n_outputs, n_operands;
-    PosesOf poses;                  /* for an inverse: the test of the poses in the first input */
+    PosesOf poses;                  /* how an inverse tests whether its poses are rigid */
     double unit;                    /* [m] the length that is equivalent to one radian */
     const chasles_kernel *fk;       /* computes residuals if the unit is not 1 m, otherwise NULL */
     Operand operands[MAX_OPERANDS]; /* inputs, then outputs */

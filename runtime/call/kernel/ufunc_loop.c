@@ -70,7 +70,7 @@ static int needs_buffer(const Kernel *kernel, int i, char **args, const npy_intp
     return 0;
 }
 
-/* Runs the code for many poses on dense rows, whose strides are multiples of a double. */
+/* Runs the code for many poses. Rows are dense, and strides are multiples of 8 bytes. */
 static void run_rows(const Kernel *kernel, npy_intp n, char **args, const npy_intp *steps)
 {
     ptrdiff_t in_doubles[MAX_OPERANDS];

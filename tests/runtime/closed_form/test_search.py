@@ -1,4 +1,4 @@
-"""A search starts at least-squares solutions if the closed form misses a pose.
+"""If the closed form misses a pose, Newton's method starts from least-squares configurations.
 
 The arm comes from the benchmarks. At some values of the prismatic joint, other axes intersect, and
 the closed form misses poses.

@@ -1,4 +1,5 @@
-"""Continues closed configurations from the reference to other coordinates."""
+"""Computes configurations with closed loops step by step, from the reference coordinates to other
+coordinates."""
 
 import numpy as np
 

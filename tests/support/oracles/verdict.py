@@ -38,8 +38,9 @@ class Verdict:
             results.
         wrong: Number of targets with a solution that is claimed as exact but does not reach the
             target.
-        lost: Number of targets whose generating coordinates are regular, but not among the
-        solutions. None for sets of singular coordinates.
+        lost: Number of targets for which the solutions do not contain the coordinates that
+            generated the target. Singular coordinates are not counted. None for sets of singular
+            coordinates.
         worst: Largest residual of the solutions that reach their target [m or rad].
     """
 

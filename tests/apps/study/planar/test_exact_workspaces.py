@@ -13,7 +13,8 @@ from chasles.study.planar.arc_regions import ArcRegion, swept
 from chasles.study.planar.meridian import meridian, swept_volume
 
 NEAR = 0.01
-"""Distance [m] from the workspace boundary. Many configurations reach a point farther inside."""
+"""Distance [m] from the workspace boundary. Many configurations reach a point that is far from the
+border."""
 
 
 def chains(count, seed=0):

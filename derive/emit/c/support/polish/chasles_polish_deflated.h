@@ -24,7 +24,7 @@
 /* Number of cells into which the circle is divided. */
 #define CHASLES_WIDE_CELLS 48
 /* Number of bisections of a cell, which reduce its width to about 1e-4 rad. A root whose imaginary
- * part is smaller counts as real. */
+ * part is below this width counts as real. */
 #define CHASLES_WIDE_HALVINGS 9
 
 /* Computes samples of the quotient, the determinant divided by the products of sines. Returns the

@@ -42,12 +42,12 @@
 #define POLISH_DAMPING 0.1
 /* Minimum damping; squared singular values have errors of 1e-16. */
 #define POLISH_MIN_DAMPING 1e-15
-/* Maximum ratio of the damping to the squared error; if more damping were required, the minimum
- * residual is reached. */
+/* Maximum ratio of the damping to the squared error; if the iteration needs more damping than this,
+ * it has reached the minimum residual. */
 #define POLISH_MAX_DAMPING 1e6
 /* Maximum number of halved steps near a dead point (77 observed), and the minimum fraction of a
- * step. If only a smaller fraction of the step reduces the error, the residual is minimal or the
- * loops cannot be closed further. */
+ * step. If even a step with the fraction POLISH_MIN_PART does not reduce the error, the residual is
+ * minimal, or the loops cannot be closed. */
 #define POLISH_MAX_HALVED 150
 #define POLISH_MIN_PART 1e-4
 /* The iteration continues only if the squared error after a step is at most this fraction of the
@@ -82,8 +82,8 @@
 /* A branch has only one solution if e s / sigma^3 is below this limit. Here, e is the axis
  * deviation, s the first step (radian), and sigma the smallest singular value. All 1469 poses with
  * a second solution exceeded this limit in a test of six arms, with errors of 1 to 5 mm and mrad.
- * If no three axes nearly intersect, the limit is larger. In a test of 300,000 poses of six arms, 3
- * poses with a second solution were below the larger limit. */
+ * If no three axes nearly intersect in one point, the limit is 1300 instead of 310. In a test of
+ * 300,000 poses of six arms, 3 poses with a second solution were below the larger limit. */
 #define POLISH_SWERVED (POLISH_MEETS ? 310.0 : 1300.0)
 /* Displacement of surrounding poses as a multiple of the axis deviation. This displacement exceeds
  * the difference between the nominal and the true arm. */
@@ -143,9 +143,9 @@
 /* Bounds for a branch whose nominal solution has a large residual and is near a second singularity.
  * POLISH_SECOND limits the square root of a pivot (rad), and POLISH_FARTHEST limits the residual.
  * The product of this square root and the residual is at most POLISH_AMPLIFIED times the axis
- * deviation (m, rad). An axis deviation moves the fold point farther if the second singularity is
- * nearer. If the residual is at most ten axis deviations, the square root of the pivot is compared
- * with POLISH_NEARER axis deviations instead. */
+ * deviation (m, rad). The displacement of the fold point by an axis deviation grows as the distance
+ * from the second singularity decreases. If the residual is at most ten axis deviations, the square
+ * root of the pivot is compared with POLISH_NEARER axis deviations instead. */
 #define POLISH_SECOND 0.02
 #define POLISH_FARTHEST POLISH_DEVIATIONS(60.0)
 #define POLISH_AMPLIFIED (0.25 * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0))
