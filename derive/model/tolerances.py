@@ -134,8 +134,8 @@ dead point, rounding errors grow to about 1e-8. If a joint is not on an existing
 error is about as large as the links."""
 LOOPS_AGREE = 1e-6
 """Maximum loop residual (relative, or a cosine) for a set of fixed joint values. If the main chain
-has redundant joints, consistent values give residuals of 1e-8 near a dead point. Inconsistent
-values, set by hand, give far larger residuals."""
+has redundant joints, consistent values give residuals of 1e-8 near a dead point. If values are
+inconsistent because they were set by hand, residuals exceed this value by far."""
 OFF_AXIS = 1e-12
 """Maximum squared distance at the reference of a point on an axis (square meter)."""
 ZERO_COMPONENT = 1e-25
@@ -144,12 +144,12 @@ evaluated with 40 digits, so 15 digits remain for rounding errors."""
 CLOSED_LOOP = 1e-12
 """Maximum residual of a closed loop in double precision (meter, or sine of an angle)."""
 NEARLY_DEAD = 1e-3
-"""Loops of pin joints near a dead point are solved last: loops with a smaller sin^2 of the
-transmission angle at the reference. Two degrees from a dead point, a length error of 0.1 mm moves
-joints by milliradians."""
+"""Loops of pin joints are solved last if sin^2 of the transmission angle at the reference is below
+this value. Such loops are near a dead point. Two degrees from a dead point, a length error of 0.1
+mm moves joints by milliradians."""
 CLEAR_LEG = 0.25
 """Minimum sin^2 of the transmission angle, at the reference, of the leg whose equation determines a
-joint. If sin^2 is smaller, the equation of another leg determines the joint. The minimum
+joint. If sin^2 is below this value, the equation of another leg determines the joint. The minimum
 transmission angle is 30 degrees."""
 VANISHED = 1e-12
 """Maximum length of a vector that may be exactly zero, relative to the longest vector. Rounding
@@ -160,8 +160,8 @@ angle). The last step of Newton's method is 1e-14. Redundant equations are solve
 least-squares sense."""
 ZERO_SINGULAR_VALUE = 1e-9
 """Singular values below this fraction of the largest one are zero (no unit). Rounding errors of a
-Jacobian are far smaller (1e-15). Away from singularities, the smallest singular value is about 1e-3
-of the largest."""
+Jacobian are about 1e-15. Away from singularities, the smallest singular value is about 1e-3 of the
+largest."""
 REPEATED_EQUATION = 1e-4
 """Bound for singular values of redundant equations in nearly closed loops, relative to the largest
 one. At a residual of 1e-12, a configuration may be 1e-6 from closure. At a distance of 1e-6 from
@@ -174,8 +174,8 @@ REPEATED_AS_BUILT = 0.02
 redundant equations seem independent. If axes are 2 mrad out of parallel, the singular value of a
 redundant equation is about 0.002."""
 WORTHWHILE_STEP = 0.9
-"""Maximum fraction of the residual that remains after a full Newton step. If a larger fraction
-remains, the Newton step is shortened."""
+"""Maximum fraction of the residual that remains after a full Newton step. If the remaining fraction
+exceeds this value, the Newton step is shortened."""
 SAMPLED_RANGE = 0.3
 """Distance of random configurations from the reference (radian, or relative to the size).
 Configurations at 0.3 rad are away from a singular reference, and Newton's method still closes the
@@ -207,8 +207,8 @@ SAME_POINT = 1e-9
 Closed loops have errors of 1e-12. The eye resolves 1e-4 of the size of a robot."""
 MOVED_REFERENCE = 0.3
 """Minimum reported difference (radian, or relative) between a description and its closed reference.
-If an author estimates joint values, their errors are about 10 degrees. Another assembly mode is
-usually farther away."""
+If an author estimates joint values, their errors are about 10 degrees. The joint values of another
+assembly mode usually differ by more than 0.3."""
 PIN_ACROSS = 0.1
 """Maximum cosine of the angle between a pin and its strut that count as perpendicular. In real
 robots, the cosine of the angle between a pin and its strut is a few hundredths. If a strut frame
@@ -231,8 +231,8 @@ still resolve micrometers."""
 # --- loops: paths of complex unit poses in Study's coordinates ---
 
 PATH_NEAR = 1e-4
-"""Maximum size of the first Newton correction after each step along a path. After a larger
-correction, the step may have reached another path."""
+"""Maximum size of the first Newton correction after each step along a path. If the correction
+exceeds this value, the step may have reached another path."""
 PATH_ON = 1e-7
 """Maximum size of the second Newton correction. The second correction is about the square of the
 first correction."""
@@ -285,8 +285,8 @@ RECOVERED = 1e-6
 """Maximum distance (radian, or relative to the arm length) of a recovered configuration. Away
 from singularities, the error after eight steps is 1e-14."""
 MAX_REFINING_STEP = 0.3
-"""Maximum change of a coordinate per Newton step (meter or radian). If a step is larger, Newton's
-method may find a solution on another branch."""
+"""Maximum change of a coordinate per Newton step (meter or radian). If a step exceeds this value,
+Newton's method may find a solution on another branch."""
 LOST = 1e-5
 """Maximum error of a reached pose (radian, or meter for arms of at least a meter). Errors below
 1e-5 may be rounding errors, and are refined at run time."""
@@ -337,7 +337,7 @@ MIN_CONIC = sp.Rational(1, 10**20)
 errors of 1e-16."""
 NEARLY_LINEAR = sp.Integer(10) ** 10
 """Maximum sum P + Q of two coefficients for the closed form of the resolvent cubic of a quartic. If
-P + Q is larger, the resolvent is linear up to 1e-5, and the closed form loses digits."""
+P + Q exceeds this value, the resolvent is linear up to 1e-5, and the closed form loses digits."""
 OUTERMOST_ROOT = 1 + sp.Rational(1, 10**9)
 """Maximum accepted root tau. Rounding may move a root slightly out of [-1, 1]."""
 MEETING_ROOTS = sp.Rational(1, 10**14)
@@ -361,10 +361,12 @@ FARTHEST_POINT = sp.Integer(10) ** 6
 """Upper bound of the magnitude of the vector X in subproblem 6. If subproblem 6 has a solution, the
 magnitude of X is at most sqrt(2)."""
 ELLIPSES_DAMPING = sp.Rational(1, 10**14)
-"""A Newton step on two angles is damped if the squared ratio of the singular values is smaller."""
+"""A Newton step on two angles is damped if the squared ratio of the singular values is below this
+value."""
 LOOP_DAMPING = sp.Rational(1, 10**10)
-"""A Newton step on three angles is damped if the squared ratio of the singular values is smaller.
-If the Jacobian has rank 1, a squared ratio below 1e-10 can consist of rounding errors alone."""
+"""A Newton step on three angles is damped if the squared ratio of the singular values is below this
+value. If the Jacobian has rank 1, a squared ratio below 1e-10 can consist of rounding errors
+alone."""
 NEARLY_REAL = sp.Rational(1, 10**7)
 """Most negative margin at which solutions are refined. For margins below -1e-7, Newton's method
 finds other solutions."""
@@ -386,16 +388,16 @@ SINGLE_SOLUTION = 1e-12
 """Maximum ratio of the second smallest to the largest singular value for which the second smallest
 one counts as zero. With two small singular values, the six equations have no unique solution."""
 POOR_SEPARATION = 1e-5
-"""Minimum separation of the solutions (:attr:`.Choice.separation`). If the solutions of an arm
-have a smaller separation, the solver fixes other joints of the arm. The solutions of arms with six
-regular joints and a prismatic joint have separations of at least 1e-4. If the prismatic joint is
-parallel to two of the axes, the separation of the solutions is 7e-7."""
+"""Minimum separation of the solutions (:attr:`.Choice.separation`). If the separation is below this
+value, the solver fixes other joints of the arm. The solutions of arms with six regular joints and a
+prismatic joint have separations of at least 1e-4. If the prismatic joint is parallel to two of the
+axes, the separation of the solutions is 7e-7."""
 ASKED_SEPARATION = 5e-3
 """Minimum separation of the solutions (:attr:`.Choice.separation`) for which the general solver is
-practical. If the separation is larger, the general solver may run at every pose of an arm that
-nearly has a closed-form structure. A calibrated Panda with a fixed joint has a solution separation
-of 2e-2. An iiwa has a solution separation of at most 2e-3, and the general solver takes five times
-as long."""
+practical. If the separation exceeds this value, the general solver may run at every pose of an arm
+that nearly has a closed-form structure. A calibrated Panda with a fixed joint has a solution
+separation of 2e-2. An iiwa has a solution separation of at most 2e-3, and the general solver takes
+five times as long."""
 ASKED_MOVE = 0.05
 """Maximum median joint change (radian) between nominal and true solutions for which the general
 solver is not needed. If the median joint change exceeds 0.05 rad and the solutions are well
@@ -439,7 +441,7 @@ FLOOR_EXPONENT = 0.12
 """Exponent that maps the lower bounds 1e-150 and 1e-300 to 1e-18 and 1e-36 for single precision.
 The square of 1e-18, and 1e-36 itself, are normal numbers in single precision."""
 LARGEST_SINGLE = 1e38
-"""In single precision, 1e38 replaces every larger constant. Constants above 1e38 only detect
+"""In single precision, 1e38 replaces every constant above 1e38. Constants above 1e38 only detect
 infinite inputs."""
 SOLVED_SINGLE = 2e-5
 """Largest residual (meter or radian) of a solution in single precision. SOLVED_SINGLE is the limit

@@ -10,7 +10,7 @@ from ...model.tolerances import MEASURED_STRUCTURE
 from .lines import Lines
 
 SMALL_ANGLE = 0.1
-"""Smaller angles (radian) are printed in milliradians, larger angles in degrees."""
+"""Angles below this value (radian) are printed in milliradians, other angles in degrees."""
 _MILLI = 1e3
 _PAIR = 2
 

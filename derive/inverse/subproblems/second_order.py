@@ -6,8 +6,9 @@ product of the two angles.
 
 Derivation: let g be the equation with the larger gradient n. On the parabola ``x = -(g + tau^2 d.(G
 d) / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|``, g vanishes to second order. On this parabola,
-h is quadratic in tau. The root nearer to 0 is used. At a double root, the second gradient vanishes
-and Newton's method only halves the error per step. The second-order step still converges quickly.
+h is quadratic in tau. Of the two roots, the root nearer to 0 is used. At a double root, the second
+gradient vanishes and Newton's method only halves the error per step. The second-order step still
+converges quickly.
 
 Source: elementary.
 """

@@ -16,7 +16,7 @@ _DIRECTIONS = [
 ]
 """Possible label directions, in thousandths."""
 _NEAR, _STEPS = 8, (0, 8, 18, 30, 44, 60, 80, 100)
-"""Minimum distance of a label from its point, and larger distances to try."""
+"""Minimum distance of a label from its point, and the additional distances that are tried."""
 _AFAR = 40
 """Distance from which a leader line connects a label to its point."""
 _AWAY = 1.2
@@ -26,8 +26,9 @@ _GAP = 6
 _CROSSED = 3
 """A label may cover part of a line. The constant is the cost per length of the covered part."""
 _LEVEL, _STEEP = 380, 380
-"""A label whose direction has a larger horizontal component (per mille) is anchored at its left or
-right side, and with a larger vertical component at its top or bottom.
+"""If the horizontal component of a label's direction exceeds the first value (per mille), the label
+is anchored at its left or right side. If the vertical component exceeds the second value, the label
+is anchored at its top or bottom.
 """
 
 Line = tuple[Point, Point, int]

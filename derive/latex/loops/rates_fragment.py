@@ -16,8 +16,8 @@ from .members import dotted
 from .printed_steps import PrintedLoopStep, PrintedRate
 
 MAX_TERMS = 8
-"""Maximum number of terms in a printed rate. In a longer rate, symbols replace the rates of
-intermediate results."""
+"""Maximum number of terms in a printed rate. In a rate with more terms than this number, symbols
+replace the rates of intermediate results."""
 MAX_EXPANDED = 500
 """Maximum number of terms for which the expansion of a rate is tried."""
 BRACKET = 0.75 * LINE

@@ -35,7 +35,8 @@ OMITTED = 0.01
 or relative to the size).
 """
 LITTLE = 0.5
-"""If a smaller fraction of configurations closes, the check prints a remark."""
+"""If the loops close at a smaller fraction of the configurations than this value, the check prints
+a remark."""
 
 
 def limits_of(h: SolvedLoops) -> tuple[str, ...]:

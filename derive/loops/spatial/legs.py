@@ -102,7 +102,7 @@ def _is_attached(legs: Legs, strut: Strut) -> bool:
 
 
 def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
-    """Whether no other leg that determines the same joint is farther from its dead point.
+    """Whether this leg is farther from its dead point than all other legs that determine the joint.
 
     In a chain with more joints than degrees of freedom, several rods may determine the same joint.
     A rod that is almost aligned with its crank can pass its dead point. After the dead point, the
