@@ -1,8 +1,8 @@
 """Closure equations of loops with variable geometry, and the wrench of each equation.
 
-An equation compares end b of a closure or strut with end a in the axes of a. If the body at end b
-moves, the rate of the residual is the power of a wrench on this body. If the body at end a moves,
-the rate is minus the power of this wrench, even for an open loop.
+An equation compares end b of a closure or strut with end a in the axes of the body at end a. If the
+body at end b moves, the rate of the residual is the power of a wrench on this body. If the body at
+end a moves, the rate is minus the power of this wrench, even for an open loop.
 
 :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations. A strut has one equation, the
 distance between its ends.

@@ -39,7 +39,8 @@ class PinEdge:
         at_a: The common point in the frame of body a.
         b: The other body.
         at_b: The common point in the frame of body b.
-        rotor: The orientation of b in the axes of a at joint value zero, as a unit complex number.
+        rotor: The orientation of body b in the axes of body a at joint value zero, as a unit
+            complex number.
         sense: 1, or -1 if the joint axis is opposite to the normal of the plane.
     """
 
@@ -59,11 +60,11 @@ class SlideEdge:
     Attributes:
         name: Name of the joint, cylinder or closure.
         a: The body with the guide. The body b slides along the guide.
-        at_a: A point of the guide in the axes of a.
+        at_a: A point of the guide in the axes of body a.
         direction: The unit direction of the guide in the frame of body a.
         b: The other body.
         at_b: The point of b that lies at ``at_a + value * direction`` on a.
-        rotor: The orientation of b in the axes of a.
+        rotor: The orientation of body b in the axes of body a.
     """
 
     name: str
@@ -79,7 +80,7 @@ class SlideEdge:
 class WeldEdge:
     """Two bodies that are fixed to each other.
 
-    The orientation and origin of b are in the axes of a.
+    The orientation and origin of body b are in the axes of body a.
     """
 
     name: str
