@@ -66,7 +66,7 @@ def files_read_here(request):
 
 @pytest.fixture(scope="module", autouse=True)
 def articles_printed_here(request):
-    """Prints articles in the test process, whose fork takes 0.1 s."""
+    """Prints articles in the test process, because a fork of the test process takes 0.1 s."""
     with nullcontext() if request.path.name in ABOUT_PRINTING else printing_here():
         yield
 

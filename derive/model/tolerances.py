@@ -351,8 +351,8 @@ error. If the slope is not negative, the conic at t = 0 consists of two real lin
 MIN_SLOPE = sp.Rational(1, 10**10)
 """Maximum slope of the cubic at a triple root that rounding errors have split."""
 GREATEST_T = sp.Rational(3, 2)
-"""The root t of the resolvent cubic is at most 1. Near a triple root, Newton's method is limited to
-this value."""
+"""The root t of the resolvent cubic is at most 1. Near a triple root, Newton's method may give
+larger values, which are replaced by this value."""
 MIN_T = sp.Rational(1, 10**8)
 """Minimum t for which alpha is large enough to divide p by alpha."""
 DEPENDENT_ROWS = sp.Rational(1, 10**13)

@@ -123,7 +123,9 @@ def cylinder_norm(by_chain: FloatArray) -> FloatArray:
 
 @cache
 def integrated(norm: Callable[[FloatArray], FloatArray]) -> Process:
-    """Returns the motion of the well manipulator. In its last stage, the rates have minimum norm.
+    """Returns the motion of the well manipulator.
+
+    In the last stage of the process, the joint rates have minimum norm.
 
     Args:
         norm: Computes the (4, 4) weight matrix of the arm rates from the (7, 7) derivatives of the

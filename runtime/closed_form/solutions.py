@@ -146,12 +146,12 @@ class Solutions(Fields):
 
         The number of solution slots is multiplied by the range of each joint in turns, rounded up.
         The solution slots of a branch are consecutive, in ascending order, and the last joint
-        varies fastest. If a joint value and this value plus full turns are equal to both limits,
-        only the upper limit is listed. Joints without limits keep their value. Joints with one
-        limit are moved within this limit by the fewest turns. Since each winding is a separate
-        solution, distances from a seed ignore full turns only for joints without limits. In a
-        coupled robot, a full turn of a joint may move several coordinates. For coupled joints, only
-        one combination of full turns within the limits is listed.
+        varies fastest. If the two limits differ by full turns and a solution is at a limit, only
+        the upper limit is listed. Joints without limits keep their value. Joints with one limit are
+        moved within this limit by the fewest turns. Since each winding is a separate solution,
+        distances from a seed ignore full turns only for joints without limits. In a coupled robot,
+        a full turn of a joint may move several coordinates. For coupled joints, only one
+        combination of full turns within the limits is listed.
 
         A joint that exceeds a limit by rounding (1e-12 rad, or `unit_length`) is set to the limit.
 

@@ -107,8 +107,9 @@
  * In the function joint_rates, d equals e. Then the damped inverse is s / e^2, at most 1 / e, so
  * that rates are bounded. */
 
-/* Default of e and d for joint_rates, dimensionless. Rates are then at most 25 times the twist. The
- * value is 1/4 of the median smallest singular value at random configurations of six-axis arms.
+/* The function joint_rates uses this value for e and d by default, dimensionless. Joint rates are
+ * then at most 25 times the twist. The value is 1/4 of the median smallest singular value at random
+ * configurations of six-axis arms.
  */
 #define RATES_DAMPING_THRESHOLD 0.04
 

@@ -144,7 +144,10 @@ class StationPositions(Measurements):
         return Start(of_base[0], x, measurements, float(misfit))
 
     def _from_frame(self, T: FloatArray, start: Start) -> Start:
-        """Estimate the targets from station 1. Then estimate the frames of all other stations."""
+        """Estimate the positions of the targets from the measurements at station 1.
+
+        Then estimate the frames of all other stations.
+        """
         first = self.station == 0
         targets = targets_at(T[first], self.points[first])
         placed = points_on_tool(T, targets)

@@ -79,8 +79,8 @@ class Task:
         name: The name of the generated function, for example ``ik_position``.
         solved: A function that solves the task for a robot.
         applies: A function that returns whether the task applies to a robot.
-        reads_base: Whether the task starts at the base of the chain even if the task of the tool
-            pose starts at the tool.
+        reads_base: Whether this task numbers the axes from the base, even if the inverse of the
+            tool pose numbers the axes from the tool.
     """
 
     name: str
