@@ -43,7 +43,7 @@ _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
 coordinates.
 """
 _UNGUARDED = ("margin", "branches", "near", *PARAMETRIC_ROLES.values())
-"""Roles of functions whose results no margin function checks."""
+"""Roles of functions without a margin function that checks their results."""
 
 
 @dataclass(frozen=True)

@@ -117,7 +117,8 @@ class SolvedLoops(LoopModel):
         requested = [all(steps) for steps in unguarded]
         if not any(requested):
             return tuple(entries)
-        # All entries share one NaN term. Each further NaN term would cost another square root.
+        # All entries contain the same term, which is NaN if the loops do not close. Each further
+        # NaN term would cost another square root.
         conditions = []
         for k, solution in enumerate(solutions):
             indices = {

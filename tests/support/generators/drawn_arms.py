@@ -1,8 +1,8 @@
 """Random serial arms with two to eight joints and round numbers, in every convention.
 
 Lengths are multiples of 0.1 m, and angles are multiples of 30 or 45 degrees. Many lengths and
-angles are 0, as in real arms. All joints of an arm have one convention. Random joints are
-prismatic. Each seed determines one arm.
+angles are 0, as in real arms. All joints of an arm have one convention. Some randomly selected
+joints are prismatic. Each seed determines one arm.
 """
 
 import random

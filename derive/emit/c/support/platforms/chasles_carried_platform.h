@@ -11,8 +11,8 @@
 #include "chasles_circle_roots.h"
 #include "chasles_closure_modes.h"
 
-/* Number of samples of a polynomial, which divides CHASLES_CELLS, and maximum degree of a
- * polynomial. */
+/* Number of samples and maximum degree of a polynomial. The number of samples divides
+ * CHASLES_CELLS. */
 #define CHASLES_CARRIED_SAMPLES 16
 #define CHASLES_CARRIED_DEGREE 4
 #define CHASLES_CARRIED_EVERY (CHASLES_CELLS / CHASLES_CARRIED_SAMPLES)
