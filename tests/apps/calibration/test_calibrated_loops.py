@@ -199,8 +199,8 @@ def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):
     robot = compiled(read(path), tmp_path / "rocker", functions, ["c"])
     q = np.linspace(-3, 3, 60)[:, None]
     noise = se3.exp(np.random.default_rng(0).normal(size=(60, 6)) * np.repeat(SIGMA, 3))
-    # The link lengths are ground 0.35, crank 0.1, coupler 0.3 and rocker 0.25. An axis shift moves
-    # the link before the axis only.
+    # The link lengths are ground 0.35, crank 0.1, coupler 0.3 and rocker 0.25. A shift of a joint
+    # axis moves only the link before this axis.
     sizes = {"crank_shift_x": -0.35, "coupler_shift_x": -0.25}
     sizes |= {"rocker_pin_a_x": 0.05, "rocker_pin_b_x": 0.25}
     measured = Poses(robot.fk(q) @ noise, SIGMA)

@@ -126,7 +126,7 @@ def test_solution_near_dead_point_is_found(built):
 
 
 def test_solution_far_from_its_nominal_start_is_found(built):
-    """Near a dead point, length errors of 0.5 mm move the tool by more than ten times as much."""
+    """Near a dead point, length errors of 0.5 mm move the tool by more than 5 mm."""
     robot, _ = built
     q = np.array([2.29786829, 0.16273365, 2.7802815, -2.92592716, 0.09005807, -0.25962023])
     assert robot.margin(q).min() < 0.02

@@ -1,4 +1,4 @@
-"""Loops that cannot close minimize the sum of squared gaps."""
+"""If loops cannot close, the configuration minimizes the sum of their squared closure errors."""
 
 from dataclasses import replace
 

@@ -1,8 +1,9 @@
 """Random planar platforms with revolute and prismatic leg joints, as files and numerically.
 
 A leg has three joints. One joint is actuated, and one joint closes the loop. The base carries the
-joints before the closure. The platform carries the joints after the closure. Legs with two passive
-prismatic joints are excluded, because such a leg constrains only the platform angle.
+joints before the closure. In each leg, the joints after the closure are mounted on the platform.
+Legs with two passive prismatic joints are excluded, because such a leg constrains only the platform
+angle.
 """
 
 from dataclasses import dataclass
