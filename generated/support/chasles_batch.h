@@ -84,7 +84,8 @@ static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
     lanes work[LANES_MAX_WORK] __attribute__((aligned(4096)));
     lanes_stream streams[LANES_MAX_ARGUMENTS];
     const int *sizes = shape->sizes + shape->inputs;
-    /* The arrays follow each other. Page-aligned arrays would compete for a few cache lines. */
+    /* The arrays are adjacent in memory. Page-aligned arrays would compete for a few cache lines.
+     */
     lanes *in = work, *out = in;
     for (int i = 0; i < shape->inputs; i++) {
         out += shape->sizes[i];

@@ -18,8 +18,8 @@
 #define CLOSURE_CAREFUL 0.05
 /* If the first step is larger than this value, the start was too far away. */
 #define CLOSURE_FARTHEST 0.5
-/* Minimum stride as a fraction of the path (12 halvings); if a smaller stride is required, a
- * singularity is near. */
+/* Minimum step as a fraction of the path (12 halvings). If the iteration needs steps below this
+ * value, a singularity is near. */
 #define CLOSURE_SHORTEST 0.000244140625
 /* Maximum number of steps of one iteration; with quadratic contraction, 6 steps are enough. */
 #define CLOSURE_STEPS 8

@@ -109,8 +109,8 @@ static unsigned chasles_general_finish(const chasles_general_six *six, const dou
                                        chasles_general_found *found)
 {
     chasles_general_polish(six, T, CHASLES_STEPS, iterate);
-    /* Near a double solution, a step only halves the error, so recognizing duplicates requires more
-     * steps. */
+    /* Near a double solution, each step only halves the error, so that many steps are necessary to
+     * recognize duplicates. */
     if (iterate->left <= CHASLES_SOLVED && !iterate->is_over)
         chasles_general_polish(six, T, 2 * CHASLES_STEPS, iterate);
     const int own = chasles_general_keep(six, found, iterate);

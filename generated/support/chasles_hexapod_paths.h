@@ -57,7 +57,7 @@ static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x, const cha
     }
 }
 
-/* Computes the path tangent at x. The scalar product of the tangent and `of` is zero. */
+/* Computes the path tangent at x. The tangent is orthogonal to the vector `of`. */
 static void chasles_hexapod_tangent(const chasles_hexapod_path *path,
                                     const chasles_hexapod_place *place,
                                     const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,

@@ -40,8 +40,8 @@
  */
 #define CHASLES_RODS_POLISHED 1e-15
 /* Two assembly modes are equal if they differ by less than this value (relative to the platform
- * size, and rad). Near a double solution, rod lengths change with the square of the difference,
- * so that smaller differences are not resolved. */
+ * size, and rad). Near a double solution, a difference of 1e-6 changes the rod lengths only by
+ * about 1e-12. */
 #define CHASLES_ONE_MODE 1e-6
 /* A path end is at infinity if |e.e| is at most this value, where e are the Euler parameters of the
  * pose. No rotation has e.e = 0. */
@@ -57,8 +57,8 @@
  * polynomial is treated as zero. */
 #define CHASLES_JOINT_VANISHED 1e-9
 /* Minimum distance of two rod ends, minimum squared radius of a circle, and minimum sine of the
- * angle between two sides of the joint triangle. If a distance, radius or sine is smaller, the
- * circles of the joints are not computed. */
+ * angle between two sides of the joint triangle. If a distance, radius or sine is below this value,
+ * the circles of the joints are not computed. */
 #define CHASLES_JOINTS_APART 1e-6
 /* A negative value of sin^2 counts as 0 if its magnitude is at most this value. Otherwise, the
  * angle is not real. */
