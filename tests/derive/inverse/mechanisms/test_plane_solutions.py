@@ -57,6 +57,7 @@ ARMS = {
     "three angles": ("", "rrr"),
     "turntable and two angles": (SPIN, "rr"),
     "slide and two angles": ("", "srr"),
+    "turntable, angle and slide": (SPIN, "rs"),
     "turntable and two slides": (SPIN, "ss"),
     "rail, slide and angle": (RAIL, "sr"),
     "three slides": ("", "sss"),
