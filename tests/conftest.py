@@ -44,7 +44,7 @@ MISSING = ("missing program", "missing package")
 
 @pytest.fixture(scope="module", autouse=True)
 def vectors(request):
-    """Compiles vector code of robots where this code is a property of the tests."""
+    """Compiles robots with vector code for the modules that test vector code."""
     with compiled_with_vectors() if ABOUT_VECTORS & {*request.path.parts} else nullcontext():
         yield
 

@@ -192,7 +192,7 @@ def _steps_table(pairs: Sequence[Neighbours], home: Any, convention: Convention)
 
 
 def axis_steps(pairs: Sequence[Neighbours], home: Any) -> tuple[tuple[AxisStep, ...], Placement]:
-    """Returns the steps between the axes, and the motion that remains on the tool axis."""
+    """Returns a table row for each joint axis, and the motion from the last row to the tool."""
     own = original = mpmath.eye(4)
     steps = []
     for pair in pairs:

@@ -42,8 +42,9 @@ LARGE_CLEANING = 5e-4
 exceeds the repeatability of an arm."""
 NOISE_GAP = 1000
 """A number is read as a rounded decimal if the unit of the decimal's last place is at least this
-many times the deviation. Three zeros or nines then follow the last place of the decimal. One in 500
-random numbers has three zeros or three nines after a chosen decimal place."""
+many times the deviation. In the file, at least three zeros or nines then follow the digits of the
+rounded decimal. One in 500 random numbers has three zeros or three nines after a chosen decimal
+place."""
 CONTINUOUS_MODEL = 0.02
 """Minimum displacement of an axis for a parameter change of norm 1 (radian, or relative to the arm
 length). For a displacement below 0.02, the parameters change at least fifty times as much as the

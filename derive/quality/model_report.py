@@ -51,8 +51,8 @@ def model_report(
     """Reports which conventions suit the joints of a robot.
 
     Args:
-        description: A serial robot or a robot with loops. For loops, the report covers the main
-            chain.
+        description: A serial robot or a robot with loops. If the robot has loops, the report
+            describes only the main chain.
         conventions: The conventions to compare. Conventions that cannot represent an axis are
             omitted.
         rng: Seed or generator of the random configurations for the rank. With None, each call uses

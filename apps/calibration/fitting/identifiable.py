@@ -53,8 +53,8 @@ def identifiable(
     """Select the identifiable columns of a derivative.
 
     Args:
-        kept: (M, u) columns of the variables that are always identified, in standard deviations per
-            1 mm or 1 mrad.
+        kept: (M, u) columns of the Jacobian for the variables that are always identified, in
+            standard deviations per 1 mm or 1 mrad.
         columns: (M, p) columns of the candidates.
         names: Names of the candidates.
         kept_names: Names of the variables that are always identified.

@@ -25,8 +25,8 @@ from ...model.placements import Placement, Rotation, Translation, rotation, tran
 FREE = {"prismatic": (3, 4)}
 """Components of the twist (v, omega) that move the axis, by joint type."""
 OF_A_LINE = (0, 1, 3, 4)
-"""Components of the twist for joints that are not prismatic: shifts along x and y, and rotations
-about x and y."""
+"""Indices of the twist components that move the axis of a revolute or helical joint: shifts along x
+and y, and rotations about x and y."""
 POSE = 6
 """Number of parameters of a full pose."""
 _BEFORE = sp.symbols("theta_before d_before", real=True)

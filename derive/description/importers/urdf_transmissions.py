@@ -27,7 +27,8 @@ SIMPLE, DIFFERENTIAL, FOUR_BAR = (
     "FourBarLinkageTransmission",
 )
 ACTUATORS: Mapping[str, int] = {SIMPLE: 1, DIFFERENTIAL: 2, FOUR_BAR: 2}
-"""Number of actuators for each type of transmission. The number of joints is equal."""
+"""Number of actuators for each type of transmission. A transmission has as many joints as
+actuators."""
 REDUCTION_TAGS = ("mechanical_reduction", "mechanicalReduction")
 """Names of the XML element with the reduction, in <ros2_control> and in <robot>."""
 Ratios = tuple[tuple[str, sp.Expr], ...]

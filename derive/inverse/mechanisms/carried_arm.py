@@ -263,7 +263,8 @@ def _found(h: SolvedLoops) -> CarriedArm | str:
     equations = PlaneEquations(h, carried)
     count = equations.rank()
     obstacles = []
-    # The joints at the tool come first, so that rails and turntables are fixed.
+    # The search starts with the joints near the tool as unknowns. So rails and turntables are
+    # fixed.
     for unknown in combinations(range(len(names))[::-1], count):
         if equations.rank(unknown) == count:
             order = _order(equations, unknown)

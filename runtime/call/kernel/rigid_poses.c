@@ -139,7 +139,7 @@ static void solve_projected(const Kernel *kernel, npy_intp n, const double *cons
     }
 }
 
-/* Runs an inverse on n rows with the code for many poses. Poses become rigid before. */
+/* Runs an inverse on n rows with the code for many poses. First, poses are made rigid. */
 static void solve_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
                        const ptrdiff_t *input_steps, double *const *outputs,
                        const ptrdiff_t *output_steps)

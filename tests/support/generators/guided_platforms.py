@@ -20,7 +20,8 @@ GUIDES = {
     "4-UPS/SP": (X, Y, Z, "up"),
     "5-UPS/UPU": (X, Y, "up", Y, X),
 }
-"""Joints of the chain by kind of platform. A tuple is the axis of a revolute joint."""
+"""For each kind of platform, the joints of the chain that guides it. A tuple is the axis of a
+revolute joint."""
 SLIDES = {"up": Z, "ahead": X}
 """Axes of the prismatic joints by name."""
 

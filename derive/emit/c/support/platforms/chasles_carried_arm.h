@@ -18,11 +18,10 @@
  *   trigonometric polynomial of degree 3 in the second;
  * - three angles: the 8 x 8 Dixon determinant of the first two angles is a trigonometric polynomial
  *   of degree up to 24 in the third, which is sampled.
- *
- * The equations have no product of displacements. Two displacements and an angle have a 3 x 3
- * determinant of degree 3 in the angle. If one displacement and two angles are unknown, the
- * displacement is eliminated: linearly if its coefficients are constant, otherwise by a 4 x 4 Dixon
- * determinant. Newton's iteration refines all unknowns.
+ * The equations contain no product of displacements. If two displacements and an angle are unknown,
+ * a 3 x 3 determinant is zero. The determinant has degree 3 in the angle. If one displacement and
+ * two angles are unknown, the displacement is eliminated: linearly if its coefficients are
+ * constant, otherwise by a 4 x 4 Dixon determinant. Newton's iteration refines all unknowns.
  */
 #ifndef CHASLES_CARRIED_ARM_H
 #define CHASLES_CARRIED_ARM_H

@@ -114,7 +114,7 @@
 /* Maximum number of directions in which surrounding poses and straight lines of poses are
  * computed. */
 #define POLISH_DIRECTIONS 6
-/* Maximum number of directions of pose lines for a branch with a known solution. */
+/* If the solution of a branch is known, the search uses at most this number of pose lines. */
 #define POLISH_FEW_DIRECTIONS 2
 
 /* Offset [rad] from a fold point at which its curvature is measured. */
