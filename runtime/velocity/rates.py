@@ -334,8 +334,8 @@ class VelocityMethods(ManipulabilityMethods):
 
         Args:
             q: (..., n) coordinates.
-            wrench: (..., 6) force and torque on the tool [N, N m], force first. Reference point and
-                axes are those of the Jacobian of the chosen representation.
+            wrench: (..., 6) force and torque on the tool [N, N m], force first. The Jacobian of the
+                chosen representation has the same reference point and axes.
             representation: "mixed": at the tip, in base axes; "body": at the tip, in tip axes;
                 "space": at the base origin, in base axes.
 

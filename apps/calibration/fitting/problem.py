@@ -277,7 +277,7 @@ class Problem:
         return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.geometry(x)))
 
     def unknowns(self, x: FloatArray) -> FloatArray:
-        """Return the measurement unknowns, some of which are entries of the variables x."""
+        """Return the measurement unknowns: fixed values, and entries of the variables x."""
         found = self.fixed_unknowns.copy()
         found[self.open_unknowns] = x[len(self.sought) :]
         return found
