@@ -111,12 +111,13 @@ def test_latex_page_prints_as_documented(capsys):
     assert capsys.readouterr().out in examples("how-to/latex.md", "")
 
 
-def test_extend_page_examples_run(tmp_path):
+def test_extend_page_examples_run(tmp_path, capsys):
     (tmp_path / "arm.toml").write_text(
         'name = "arm"\nconvention = "mine"\njoints = [{ a = 0.3 }, { a = 0.2, d = 0.1 }]\n'
     )
     names = run("how-to/extend.md")
     assert names["robot"].joints[0].before
+    assert "Structure: a column with a lift." in capsys.readouterr().out
 
 
 def test_robot_files_page_examples_run():

@@ -1,13 +1,11 @@
 """The site has valid links, short pages and short sentences."""
 
-import importlib.util
 import os
 import re
 
 import pytest
 
-import chasles.derive
-from tests.support.pages import DOCS, PAGES, ROOT, anchors, links, prose, text
+from tests.support.pages import DOCS, PAGES, ROOT, anchors, links, prose
 
 NAVIGATION = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:\n")[2]
 README = "../README.md"
@@ -16,16 +14,6 @@ LONG = ("reference/", "explanation/", "papers", "performance.md", "architecture.
 they are read from top to bottom."""
 MAX_WORDS = 1500
 MAX_SENTENCE = 35
-
-
-API = re.compile(r"^::: (\S+)", re.MULTILINE)
-
-
-def test_api_pages_name_what_the_package_has():
-    names = {name for page in PAGES for name in API.findall(text(page))}
-    compiler = {name for name in names if name.startswith("chasles.derive.")}
-    assert compiler == {f"chasles.derive.{name}" for name in chasles.derive.__all__}
-    assert all(importlib.util.find_spec(name) for name in names - compiler)
 
 
 def test_navigation_has_every_page_once():

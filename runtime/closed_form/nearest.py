@@ -7,7 +7,7 @@ options, partial poses, fixed joints, and poses that need refinement.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal
@@ -91,8 +91,6 @@ class Chosen:
 
 class NearestMethods(RobotFacts):
     """Robot methods for one solution near a seed."""
-
-    manipulability: Callable[..., Any]
 
     @needs(when=has_inverse)
     def ik_nearest(
@@ -322,7 +320,7 @@ class NearestMethods(RobotFacts):
     def _parameters(self, info: FunctionInfo) -> tuple[Redundancy, ...]:
         return self.redundancy if len(info.inputs) > 1 else ()
 
-    def _objective(self, redundancy: NearestRedundancy, moves: Moves) -> Objective:
+    def _objective(self: Any, redundancy: NearestRedundancy, moves: Moves) -> Objective:
         if redundancy == "nearest":
             return lambda q, seeds: -moves.distance(q, seeds)
         if redundancy == "manipulability":
