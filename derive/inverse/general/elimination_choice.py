@@ -1,11 +1,11 @@
 """Selects the elimination orders and the fixed joints of a general arm.
 
 Many elimination orders are unsuitable if consecutive axes intersect or are parallel. An elimination
-order is unsuitable if det M is zero for every suppressed angle, or if the suppressed angle is equal
-in several solutions. Therefore, all elimination orders are rated at random configurations. A
-suitable order makes det M a trigonometric polynomial of degree 8 in the suppressed angle. Two
-singular values must be clearly positive: the second smallest of M at the solution, and the smallest
-of A.
+order is unsuitable if det M is zero for every suppressed angle. It is also unsuitable if several
+solutions have the same suppressed angle. Therefore, all elimination orders are rated at random
+configurations. A suitable order makes det M a trigonometric polynomial of degree 8 in the
+suppressed angle. Two singular values must be clearly positive: the second smallest of M at the
+solution, and the smallest of A.
 """
 
 from collections.abc import Mapping, Sequence
@@ -38,8 +38,7 @@ from .raghavan_roth import (
 SAMPLES = 32
 """Number of angles at which the determinant is sampled."""
 DEGREE = 8
-"""Degree of the determinant in the suppressed angle. A determinant of degree 8 has up to 16
-zeros."""
+"""Degree of the determinant in the suppressed angle."""
 CONFIGURATIONS = 12
 """Number of configurations at which an elimination order is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
@@ -47,10 +46,8 @@ GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
 90 degrees."""
 KEPT, MAX_KEPT = 3, 4
 """Number of elimination orders of an arm. If one elimination order fails at a pose, the solver
-tries the next elimination order.
-
-An arm gets a fourth elimination order only if this order works where the first three fail.
-"""
+tries the next elimination order. An arm gets a fourth elimination order only if this order works
+where the first three fail."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 MAX_JOINTS = len(PRIMES)
 """Maximum number of joints of an arm, including fixed joints. The C tables have space for this
@@ -66,7 +63,8 @@ class Rating:
         separations: For each configuration, the second smallest singular value of M divided by the
             largest. NaN if the degree of det M is not 8.
         pairs: For each configuration, the smallest singular value of the matrix A divided by the
-            largest. The equations of matrix A determine the angles of joints 1 and 2.
+            largest. The matrix A is the coefficient matrix of the equations for the angles of
+            joints 1 and 2.
     """
 
     order: EliminationOrder
@@ -75,7 +73,7 @@ class Rating:
 
     @property
     def least(self) -> tuple[float, ...]:
-        """For each configuration, the smaller entry of `separations` and `pairs`, or NaN."""
+        """For each configuration, the smaller of the two singular value ratios, or NaN."""
         return tuple(map(float, np.minimum(self.separations, self.pairs)))
 
     @property
@@ -114,36 +112,43 @@ class Choice:
 
     @property
     def good(self) -> float:
-        """Fraction of configurations at which some elimination order is suitable."""
+        """Fraction of configurations at which at least one elimination order is suitable."""
         found = frozenset[int]().union(*(rating.good_at for rating in self.ratings))
         return len(found) / len(self.ratings[0].separations)
 
     @property
     def separation(self) -> float:
-        """How well the best elimination order separates the solutions. See :attr:`Rating.key`."""
+        """Describe how well the best elimination order separates the solutions.
+
+        See :attr:`Rating.key`.
+        """
         return self.ratings[0].key[1]
 
     @property
     def orders(self) -> tuple[EliminationOrder, ...]:
-        """The elimination orders, with the indices of six joints."""
+        """The elimination orders; each order lists the indices of six joints."""
         return tuple(rating.order for rating in self.ratings)
 
 
 def choose(robot: SerialRobot) -> Choice | None:
-    """Returns the elimination orders of an arm, or None if no elimination order is suitable.
+    """Return the elimination orders of an arm, or None if no elimination order is suitable.
 
-    A seven-joint arm may be nearly singular if its prismatic joint is fixed. For a nearly singular
-    seven-joint arm, each joint is a candidate for the fixed joint.
+    If no set of :func:`sets_to_fix` is suitable, all sets of joints are tried. For example, two of
+    five parallel joints must be fixed. All sets are also tried if a seven-joint arm is nearly
+    singular after its prismatic joint is fixed.
 
     Args:
         robot: The description.
     """
+    surplus = len(robot.moving) - JOINTS
+    if not 0 <= surplus <= MAX_JOINTS - JOINTS:
+        return None
     found = _best(robot, sets_to_fix(robot))
-    is_poor = found is None or found.separation < POOR_SEPARATION
-    if not (slides_of(robot) and is_poor and len(robot.moving) == JOINTS + 1):
-        return found
-    sets = [(k,) for k in range(len(robot.moving)) if is_fit(robot, (k,))]
-    return _best(robot, sets)
+    is_poor = found is not None and found.separation < POOR_SEPARATION
+    if found is None or (slides_of(robot) and is_poor and surplus == 1):
+        sets = combinations(range(len(robot.moving)), surplus)
+        return _best(robot, [given for given in sets if is_fit(robot, given)]) or found
+    return found
 
 
 def _best(robot: SerialRobot, sets: Sequence[tuple[int, ...]]) -> Choice | None:
@@ -151,17 +156,16 @@ def _best(robot: SerialRobot, sets: Sequence[tuple[int, ...]]) -> Choice | None:
         return None
     constants, slides = numbers(robot), slides_of(robot)
     found = [choice for given in sets if (choice := choice_at(constants, given, slides))]
-    # Joints near the tool come first, because an operator sets them most easily.
     return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
 
 
 def slides_of(robot: SerialRobot) -> frozenset[int]:
-    """Returns the indices of the prismatic joints."""
+    """Return the indices of the prismatic joints."""
     return frozenset(k for k, joint in enumerate(robot.moving) if joint.kind == "prismatic")
 
 
 def sets_to_fix(robot: SerialRobot) -> list[tuple[int, ...]]:
-    """Returns the sets of joints to fix. Six joints stay free.
+    """Return the sets of joints to try as fixed joints. Exactly six joints remain.
 
     Prismatic joints and the revolute joints at the base (as in a torso) are fixed first. The last
     joint to fix may be any remaining revolute joint. If the arm has fewer than six revolute joints,
@@ -170,8 +174,6 @@ def sets_to_fix(robot: SerialRobot) -> list[tuple[int, ...]]:
     slides = sorted(slides_of(robot))
     turns = [k for k in range(len(robot.moving)) if k not in slides]
     surplus = len(turns) - JOINTS
-    if len(robot.moving) < JOINTS or len(robot.moving) > MAX_JOINTS:
-        return []
     if surplus < 0:
         sets = [(*given,) for given in combinations(slides, len(slides) + surplus)]
         return [given for given in sets if is_fit(robot, given)]
@@ -187,7 +189,7 @@ def choice_at(
     slides: frozenset[int] = frozenset(),
     apart: Sequence[float] = (),
 ) -> Choice | None:
-    """Returns the elimination orders for a set of fixed joints. None if no order is suitable.
+    """Return the elimination orders for a set of fixed joints. None if no order is suitable.
 
     Args:
         constants: The placements before, between and after the joints.
@@ -202,10 +204,11 @@ def choice_at(
 
 
 def without(constants: Sequence[Array], motions: Mapping[int, Array]) -> list[Array]:
-    """Returns the placements between the free joints.
+    """Return the constant transformations between the free joints.
 
     Args:
-        constants: The placements before, between and after all joints.
+        constants: The constant transforms (4, 4) before the first joint, between adjacent joints,
+            and after the last joint.
         motions: The motion (4, 4) of each fixed joint.
     """
     left = [constants[0]]
@@ -223,11 +226,11 @@ def _ratings(
     slides: frozenset[int],
     apart: Sequence[float],
 ) -> tuple[Rating, ...]:
-    """Returns the best elimination orders.
+    """Return the best elimination orders.
 
-    If ``apart`` is not empty, some elimination orders are preferred. In a preferred elimination
-    order, the suppressed joint has a different value in each solution. Each order suppresses a
-    different joint, because solutions may agree in one joint and differ in another.
+    If ``apart`` is not empty, the preferred elimination orders suppress a joint (the hidden
+    variable) that has a clearly different value in each solution. Each order suppresses a different
+    joint, because solutions may agree in one joint and differ in another.
     """
 
     def separates(rating: Rating) -> tuple[bool, bool]:
@@ -296,27 +299,27 @@ def _solved(values: Sequence[float], given: tuple[int, ...]) -> list[float]:
 
 
 def slides_left(slides: frozenset[int], joints: int, given: tuple[int, ...]) -> frozenset[int]:
-    """Returns the indices of the prismatic joints among the free joints."""
+    """Return the indices of the prismatic joints among the free joints."""
     left = [k for k in range(joints) if k not in given]
     return frozenset(place for place, k in enumerate(left) if k in slides)
 
 
 def _scaled(poses: Sequence[Array], size: float) -> list[Array]:
-    """Returns poses whose positions are divided by the arm length ``size``."""
+    """Return poses whose positions are divided by the arm length ``size``."""
     return [np.vstack([np.hstack([T[:3, :3], T[:3, 3:] / size]), T[3:]]) for T in poses]
 
 
 def length(constants: Sequence[Array]) -> float:
-    """Returns the sum of the distances between joint frames (meter), or 1 if the sum is 0."""
+    """Return the sum of the distances between joint frames (meter), or 1 if the sum is 0."""
     return sum(float(np.linalg.norm(E[:3, 3])) for E in constants[1:]) or 1.0
 
 
 def _pairs(found: LineEquations) -> tuple[float, ...]:
-    """Returns the smallest singular value of A divided by the largest, for each pose.
+    """Return the smallest singular value of A divided by the largest, for each pose.
 
     The equations of the matrix A determine joints 1 and 2. A is singular if the axes of joints 1
-    and 2 are parallel to a third axis. With a singular A, each solution of the other joints leads
-    to two solutions of joints 1 and 2. If joints 1 and 2 are prismatic, the equations contain no
+    and 2 are parallel to a third axis. If A is singular, each solution of the other joints leads to
+    two solutions of joints 1 and 2. If joints 1 and 2 are prismatic, the equations contain no
     square of a displacement.
     """
     A = found.left[..., 1:]
@@ -329,14 +332,14 @@ def _pairs(found: LineEquations) -> tuple[float, ...]:
 
 
 def _separations(found: LineEquations, order: EliminationOrder, q: Array) -> tuple[float, ...]:
-    """Returns the second smallest singular value of M divided by the largest.
+    """Return the second smallest singular value of M divided by the largest.
 
     The result is NaN if the elimination order is unsuitable.
 
     Args:
         found: The coefficients (C, 14, 9) and (C, 3, 14, 9) of the equations.
         order: The elimination order of the equations.
-        q: Joint values (C, 6). The function reads only the angle of the suppressed joint.
+        q: Joint values (C, 6).
     """
     M = suppressed(found, order.halved)
     turns = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
@@ -354,10 +357,9 @@ def _at(angle: Array, M: Array) -> Array:
 
 
 def configurations(joints: int, given: tuple[int, ...]) -> list[list[float]]:
-    """Returns quasi-random configurations from multiples of square roots of primes, modulo 1.
+    """Return quasi-random configurations from multiples of square roots of primes, modulo 1.
 
-    In some configurations, the angles of the fixed joints are multiples of 90 degrees. If the fixed
-    joints are at multiples of 90 degrees, the free joints often fit a known family.
+    In some configurations, the angles of the fixed joints are multiples of 90 degrees.
     """
     if not given:
         return [_spread(joints, k) for k in range(CONFIGURATIONS)]

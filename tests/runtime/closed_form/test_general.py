@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import read
+from chasles.derive import read, read_text
 from chasles.derive.inverse.general.elimination_choice import choose, length
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.tolerances import SOLVED
@@ -18,9 +18,9 @@ from tests.support.derivations import description
 
 DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
 NAMES = ("jaco2", "crx10")
-"""A shipped robot as installed, and an arm that this test derives."""
+"""A robot that is installed with the package, and an arm that this test derives."""
 NARROW = "-march=x86-64"
-"""Compiler flag for narrower vectors than installed robots use."""
+"""Compiler flag for SIMD vectors that are narrower than those of the installed kernels."""
 CLOSED = 5e-14
 """Largest pose error (meter, radian) after Newton's method, away from singularities."""
 SAME = 1e-6
@@ -52,7 +52,7 @@ def included(solutions, q):
 
 
 def errors(T, A):
-    """Returns position error and rotation vector from pose A to T, (..., 6), in base axes."""
+    """Return position error and rotation vector from pose A to T, (..., 6), in base axes."""
     E = T[..., :3, :3] @ np.swapaxes(A[..., :3, :3], -1, -2)
     w = [E[..., 2, 1] - E[..., 1, 2], E[..., 0, 2] - E[..., 2, 0], E[..., 1, 0] - E[..., 0, 1]]
     axis = np.stack(w, -1) / 2
@@ -94,7 +94,6 @@ def test_solutions_do_not_depend_on_simd_width(tmp_path):
         solve(T[k], q[k], residual[k], margin[k])
     solutions = robot.ik(T)
     assert ((residual <= SOLVED).sum(-1) == solutions.count).all()
-    # Solutions with the same value of the suppressed joint may be swapped.
     apart = np.abs(wrapped(solutions.q[:, :, None] - q[:, None])).max(-1)
     apart[residual[:, None].repeat(16, 1) > SOLVED] = np.inf
     other = apart.argmin(-1)
@@ -134,7 +133,7 @@ def test_solution_count_matches_multi_start_newton(robot):
 
 
 def everywhere(robot, T, random):
-    """Finds solutions by Newton's method from 3,000 random configurations."""
+    """Find solutions by Newton's method from 3,000 random configurations."""
     q = random.uniform(-np.pi, np.pi, (3000, 6))
     for k in range(40):
         at, J = robot.fk_jacobian_mixed(q)
@@ -217,3 +216,22 @@ def test_c_and_runtime_share_solution_tolerance():
     header = chasles.load("jaco2").manifest.sources()["chasles_general_equations.h"]
     (value,) = re.findall(r"#define CHASLES_SOLVED (\S+)", header)
     assert float(value) == SOLVED
+
+
+def test_inner_joints_are_fixed_if_five_axes_are_parallel(tmp_path):
+    rows = [(0.3, 0.1, 80)] + [(0.1 * k, 0.2 + 0.03 * k, 0) for k in range(4)]
+    rows += [(0.05, 0.1, 70), (0.1, 0.07, -60), (0.2, 0.05, 0)]
+    joints = ", ".join(f"{{ d = {d:.2f}, a = {a:.2f}, alpha = {twist} }}" for d, a, twist in rows)
+    arm = read_text(f"""
+name = "five_parallel"
+convention = "dh"
+units = {{ length = "m", angle = "deg" }}
+joints = [{joints}]
+""")
+    robot = compiled(arm, tmp_path / arm.name, ["fk", "ik"], ["c"])
+    fixed = [entry.index for entry in robot.redundancy]
+    assert len(fixed) == 2
+    assert set(fixed) < {1, 2, 3, 4, 5}
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (100, 8))
+    found = robot.ik(robot.fk(q), fixed={robot.coordinate_names[k]: q[:, k] for k in fixed})
+    assert included(found, q).all()
