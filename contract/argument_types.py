@@ -8,7 +8,7 @@ from .errors import InputTypeError
 
 
 def check_type(name: str, value: Any, *kinds: type) -> None:
-    """Raises an error if an argument does not have the expected class.
+    """Raise an error if an argument does not have the expected class.
 
     Args:
         name: Names of the function and the argument, for the error.
@@ -25,7 +25,7 @@ def check_type(name: str, value: Any, *kinds: type) -> None:
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:
-    """Returns the three known names that are most similar to an unknown name."""
+    """Return the three known names that are most similar to an unknown name."""
     from difflib import get_close_matches  # noqa: PLC0415 - only an error needs difflib
 
     return ", ".join(get_close_matches(name, [*known], n=3, cutoff=0.0))

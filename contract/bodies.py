@@ -22,11 +22,12 @@ class Shape:
     """A line, a plate or a joint symbol on a body.
 
     Attributes:
-        kind: "link" (a line through the points) or "plate" (the hull of the points). The kinds
-            "revolute", "helical", "universal" and "ball" are joint symbols with one point. For a
-            joint that closes a loop, the symbol is "pin", "ball" or "weld". A prismatic joint has a
-            "guide" (from end to end) with a "carriage", or a "sleeve" with a "ram" (up to the ram's
-            end). A strut is drawn as "barrel" and "piston", or as a "rod" between its end points.
+        kind: "link" (a line through the points) or "plate" (the hull of the points). A shape of
+            kind "revolute", "helical", "universal" or "ball" is the symbol of a joint at one point.
+            For a joint that closes a loop, the symbol is "pin", "ball" or "weld". A prismatic joint
+            is drawn as a "guide" between the ends of its travel and a "carriage", or as a "sleeve"
+            and a "ram". The points of a ram are its two ends. A strut is drawn as "barrel" and
+            "piston", or as a "rod" between its end points.
         name: Name of the joint, closure or strut. The name of a link or plate is the name of its
             body.
         points: The points in the body's frame, (points, 3) [m].
@@ -114,11 +115,12 @@ class Body:
         name: Name of the body.
         parent: Index of the body that carries this body's joint, or None for the ground and for
             bodies of struts.
-        placement: The first three rows of the pose in the parent, at joint value 0.
+        placement: The first three rows of the body's pose in the frame of the parent, at joint
+            value 0.
         joint: The joint that carries the body, or None for the ground and for bodies of struts.
         span: The end points of a strut body, or None for other bodies.
-        shapes: The shapes in the frame of the body. If several bodies are fixed to each other, the
-            first body has all shapes.
+        shapes: The shapes in the frame of the body. If several bodies are rigidly connected, the
+            first body contains all of their shapes.
     """
 
     name: str
@@ -158,7 +160,7 @@ class SkeletonFacts:
 
 
 def check_bodies(found: SkeletonFacts, coordinates: int, place: Place) -> None:
-    """Checks the indices of bodies and coordinates, and that each body has a joint or end points.
+    """Check the indices of bodies and coordinates, and that each body has a joint or end points.
 
     Args:
         found: The bodies.

@@ -35,8 +35,7 @@ class DescriptionError(ChaslesError, ValueError):
         line: Line number, starting at 1, or None if no line is known.
         field: Dotted path of the field, or "" for the description as a whole.
         value: The value found, or None if no value was found.
-        expected: Text that describes a valid value, or "" if only the message describes a valid
-            value.
+        expected: A description of valid values, or "" if only the message describes valid values.
     """
 
     def __init__(
@@ -63,8 +62,9 @@ class LoopError(DescriptionError):
             `closure_error` is the length error: the difference between the strut length and the
             distance between the strut ends, at the configuration with the smallest difference. The
             value is None if no distance was found.
-        remedies: Each remedy names a length, angle or coordinate, and the interval of its values
-            for which the loop closes. The remedy that needs the smallest change comes first.
+        remedies: Changes that close the loop. Each remedy names a length, angle or coordinate, and
+            the interval of values for which the loop closes. The remedy that needs the smallest
+            change comes first.
     """
 
     def __init__(
@@ -86,7 +86,10 @@ class OutOfReachError(ChaslesError, ValueError):
 
 
 class SingularityError(OutOfReachError):
-    """The result is not defined at this pose, such as rates at a dead point."""
+    """The result is not defined at this pose.
+
+    For example, rates are not defined at a dead point.
+    """
 
 
 class UnknownRobotError(ChaslesError, LookupError):
@@ -125,4 +128,4 @@ class ManifestError(KernelError, ValueError):
 
 
 class MismatchError(KernelError):
-    """Generated files, a robot or a compiled library do not match the recorded content."""
+    """Generated files, a robot or a compiled library differ from the recorded content."""

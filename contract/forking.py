@@ -17,11 +17,10 @@ Result = TypeVar("Result")
 
 @contextmanager
 def run_in_fork(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
-    """Runs a function in a forked process, with a copy of this process's state.
+    """Run a function in a forked process, with a copy of this process's state.
 
-    On systems other than Linux, or while other threads run, there is no fork. This process then
-    runs the function when the result is requested. A fork during other threads could copy a locked
-    lock, and no thread of the forked process would release the lock.
+    On systems other than Linux, or while other threads run, no process is forked. The calling
+    process then runs the function when the result is requested.
 
     Args:
         work: The function to run. The result of the function must be plain data.
@@ -40,7 +39,7 @@ def run_in_fork(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
 
 @contextmanager
 def forked(work: Callable[[], object]) -> Iterator[Connection]:
-    """Runs a function in a forked process until the end of the ``with`` block.
+    """Run a function in a forked process, which ends with the ``with`` block.
 
     Yields:
         The connection from which :func:`received` reads the result or the error.
@@ -66,7 +65,7 @@ def _send(work: Callable[[], object], sender: Connection) -> None:
 
 
 def outcome_of(work: Callable[[], object]) -> tuple[bool, object]:
-    """Returns (whether work succeeds, result or error)."""
+    """Call a function and return (True, its result) or (False, its error)."""
     try:
         return True, work()
     except BaseException as error:
@@ -74,7 +73,7 @@ def outcome_of(work: Callable[[], object]) -> tuple[bool, object]:
 
 
 def received(receiver: Connection) -> Any:
-    """Receives the result of a function in a forked process, or raises the error of the function.
+    """Receive the result of a function in a forked process, or raise the error of the function.
 
     Raises:
         EOFError: The process ended without a result.
@@ -86,7 +85,7 @@ def received(receiver: Connection) -> Any:
 
 
 def _picklable(error: BaseException) -> BaseException:
-    """Returns the error. An error that cannot be pickled becomes a RuntimeError."""
+    """Return the error. An error that cannot be pickled becomes a RuntimeError."""
     text = "".join(traceback.format_exception(error))
     # The cause and the context of the error may be errors of lxml, which cannot be pickled. With
     # dask, pickle includes the cause and the context, so they are removed.

@@ -7,7 +7,7 @@ _ROUNDING = 1e-12
 
 
 def keeps_full_turns(index: int, rows: Sequence[Sequence[float]], is_angle: Sequence[bool]) -> bool:
-    """Returns whether a full turn of a variable turns all coupled joints by full turns.
+    """Return whether a full turn of a variable turns all coupled joints by full turns.
 
     Args:
         index: Index of the variable.

@@ -9,7 +9,7 @@ from typing import Any, BinaryIO
 from .errors import InputTypeError
 
 _FLAGS = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
-"""Without O_NONBLOCK, opening a named pipe waits for a writer. Windows has O_BINARY."""
+"""Without O_NONBLOCK, the process waits when it opens a named pipe. Windows has O_BINARY."""
 
 MAX_FILE = 1 << 28
 """Maximum size of a table or a generated file in bytes."""
@@ -24,7 +24,7 @@ FOLDERS_UP = 5
 
 
 def as_path(name: str, path: Any) -> Path:
-    """Returns an argument as a path.
+    """Return an argument as a path.
 
     Args:
         name: Name of the argument, for the error.
@@ -39,7 +39,7 @@ def as_path(name: str, path: Any) -> Path:
 
 
 def input_folder(file: Path) -> Path:
-    """Returns the folder of the files that a description may include.
+    """Return the folder of the files that a description may include.
 
     The folder is the ROS package that contains the description. If no ROS package contains the
     description, the folder of the description is returned.
@@ -54,7 +54,7 @@ def is_inside(file: Path, folder: Path) -> bool:
 
 
 def open_input(path: str | os.PathLike[str]) -> BinaryIO:
-    """Opens a regular file for reading.
+    """Open a file for reading, and reject folders, pipes and devices.
 
     Raises:
         OSError: The file cannot be opened, or is a folder, a pipe or a device.
@@ -69,7 +69,7 @@ def open_input(path: str | os.PathLike[str]) -> BinaryIO:
 
 
 def read_input(path: str | os.PathLike[str], max_bytes: int = MAX_FILE) -> bytes:
-    """Reads a regular file.
+    """Read a regular file.
 
     Args:
         path: The file.

@@ -38,12 +38,11 @@ class IsolatedWorkError(RuntimeError):
 
 
 def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
-    """Runs a function in a separate process that cannot write files, and returns the result.
+    """Run a function in a separate process that cannot write files, and return the result.
 
     On Linux, the separate process is a fork of the calling process. If other threads held a lock at
     the fork, a library in the process may wait for the lock forever. The time limit then ends the
-    process. On other systems, a new Python interpreter starts, which takes one second. ``work``
-    must then be picklable.
+    process. On other systems, a new Python interpreter starts, which takes one second.
 
     Args:
         work: The function to run. The function must return plain data.
@@ -95,7 +94,7 @@ def _started(work: Callable[[], Result], limits: Limits) -> Result:
 
 
 def main() -> None:
-    """Reads work from standard input, runs it, and writes its outcome to standard output."""
+    """Run a pickled function from standard input and write its outcome to standard output."""
     work, limits = pickle.loads(sys.stdin.buffer.read())
     output = os.fdopen(os.dup(1), "wb")
     # Output of libraries must not mix with the result.
@@ -114,7 +113,7 @@ def _limited(work: Callable[[], Result], limits: Limits) -> Result:
 
 
 def _lower(kind: int, limit: int) -> None:
-    """Sets a limit of this process, unless a lower limit is already set."""
+    """Set a limit of this process, unless a lower limit is already set."""
     _, hard = resource.getrlimit(kind)
     limit = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
     resource.setrlimit(kind, (limit, limit))

@@ -19,7 +19,7 @@ class LimitedVariable:
         index: Index of the joint or cylinder in the configuration vector `z`.
         lower: Lower limit [rad or m], or None.
         upper: Upper limit [rad or m], or None.
-        turns: Whether full turns of the joint keep the configuration.
+        turns: Whether a full turn of the joint leaves the configuration unchanged.
     """
 
     index: int

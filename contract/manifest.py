@@ -21,7 +21,7 @@ from .records import INLINE, NOT_STORED, Digest, Name, Sizes, Vector, one_of
 from .roles import TASKS, Kind, Role, TaskName
 
 SUPPORT = "support"
-"""Name of a folder with C headers. All robots with the same parent folder use this folder."""
+"""Name of a folder with C headers."""
 FORMAT = 2
 """The format version of the manifest, stored in its field `chasles`."""
 
@@ -74,7 +74,7 @@ class Reference:
 def full_turns(
     coordinates: Sequence[Coordinate], joints: Sequence[Coordinate], C: Sequence[Sequence[float]]
 ) -> tuple[bool, ...]:
-    """Returns, for each coordinate, whether a full turn leaves all joint poses unchanged."""
+    """Return, for each coordinate, whether a full turn leaves all joint poses unchanged."""
     return tuple(
         coordinate.unit == "rad"
         and all(
@@ -120,7 +120,7 @@ class GeometryParameter:
     """An element of the vector p of parametric functions.
 
     Attributes:
-        name: Name of the parameter of the description, or the name of a part and a quantity, such
+        name: Name of the parameter in the description, or a part name followed by a quantity, such
             as "elbow_alpha". A part is a joint, closure or strut, "base" or "tool".
         value: Nominal value.
         unit: "m", "rad", "m/rad" for a pitch or a ratio, "rad/m" for a ratio, "rad/(N m)" or "m/N"
@@ -170,7 +170,8 @@ class FunctionInfo:
         margin: Name of the margin function, or "" if every loop always closes. The margin function
             takes only the first input of the C function. The margin function returns how far each
             loop is from opening.
-        steps: For a margin function: name of the loop to which each entry of the result belongs.
+        steps: For a margin function, the names of the loops to which the entries of the result
+            belong.
     """
 
     name: Name
@@ -218,14 +219,14 @@ class CleanedNumber:
 
 @dataclass(frozen=True, slots=True)
 class Cleaning:
-    """The combined effect of all cleaned values.
+    """Noisy values that exact values replaced, and bounds of the resulting tool motion.
 
     Attributes:
-        position: Upper bound (m) of the tool displacement from cleaning within the joint limits.
-            The bound is 0.0 if no value was cleaned.
-        orientation: Upper bound (rad) of the tool rotation from cleaning. For a robot with loops,
-            the position and orientation bounds are maxima over random configurations. The notes of
-            the manifest state the number of configurations.
+        position: Upper bound (m) of the tool displacement that the replaced values cause within the
+            joint limits. The bound is 0.0 if no value was cleaned.
+        orientation: Upper bound (rad) of the tool rotation that the replaced values cause. For a
+            robot with loops, the position and orientation bounds are maxima over random
+            configurations. The notes of the manifest state the number of configurations.
         numbers: The cleaned values, in order from the base to the tool.
     """
 
@@ -290,7 +291,7 @@ class Load:
 
 @dataclass(frozen=True, slots=True)
 class ContractTolerances:
-    """Tolerances that belong to the generated code.
+    """Tolerances that the manifest of a generated robot contains.
 
     Attributes:
         dead_point: A loop is at a dead point if its margin function returns at most this value.
@@ -321,7 +322,8 @@ class Manifest:
         geometry: The elements of the vector p of the parametric functions, or () without such
             functions.
         robot_file: For a robot with loops: the text of a robot file with a placeholder for each
-            dimension. For an arm with masses: the masses and springs of a robot file. Otherwise "".
+            dimension. For an arm with masses, `robot_file` contains the masses and springs of a
+            robot file. Otherwise "".
         inverse: Solution method of the inverse, or the reason for a missing inverse.
         skeleton: The rigid bodies.
         load: The masses and the gravity of the description.
@@ -364,7 +366,7 @@ class Manifest:
         return self.kind in ("platform", "iterated")
 
     def with_role(self, role: str, domain: str, codomain: str = "") -> FunctionInfo | None:
-        """Returns the first function with a specified role, domain and codomain.
+        """Return the first function with a specified role, domain and codomain.
 
         Args:
             role: Name of the function's role, such as "pose".
@@ -394,8 +396,8 @@ class Manifest:
     def direct_parameters(self) -> tuple[str, ...]:
         """The names of the redundancy parameters that a direct call of the C inverse may set.
 
-        The tuple is empty for a serial robot with a fixed joint between free joints, because this
-        joint may make the inverse degenerate.
+        The tuple is empty if a redundancy parameter of a serial robot is the value of a joint
+        between other joints. Some values of this joint may make the inverse degenerate.
         """
         fixed = {item.index for item in self.redundancy}
         free = [k for k in range(len(self.coordinates)) if k not in fixed]
@@ -453,7 +455,7 @@ class Manifest:
         return tuple(file for file in self.files if file.endswith((".c", ".h")))
 
     def path_of(self, file: str) -> Path:
-        """Returns the path of a generated file.
+        """Return the path of a generated file.
 
         Robots installed with chasles share their support headers in the folder `support`.
         """
@@ -461,11 +463,11 @@ class Manifest:
         return shared if shared.is_file() and not own.exists() else own
 
     def sources(self) -> dict[str, str]:
-        """Returns the text of every C file and header, keyed by name."""
+        """Return the text of every C file and header, keyed by name."""
         return {file: self.read_source(file).decode() for file in self.c_files}
 
     def read_source(self, file: str) -> bytes:
-        """Returns the bytes of a generated file after checking its hash against the manifest.
+        """Return the bytes of a generated file after checking its hash against the manifest.
 
         Args:
             file: File name, such as "ur5e.c".

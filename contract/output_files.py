@@ -12,7 +12,7 @@ from .temporary_folders import temporary_folder
 
 
 def make_folder(path: Path) -> None:
-    """Creates a folder and its parent folders unless they exist.
+    """Create a folder and its parent folders unless they exist.
 
     Raises:
         InputValueError: The folder cannot be created.
@@ -27,7 +27,7 @@ def make_folder(path: Path) -> None:
 
 @contextmanager
 def output_file(path: str | os.PathLike[str], *, is_new: bool = False) -> Iterator[Path]:
-    """Yields the path of a temporary file. At the end, the file is renamed to the output path.
+    """Yield the path of a temporary file. At the end, the file is renamed to the output path.
 
     After an error, the file at the output path keeps its former content. A device or a pipe is
     written directly.
@@ -61,7 +61,7 @@ def output_file(path: str | os.PathLike[str], *, is_new: bool = False) -> Iterat
 
 
 def write_files(contents: Mapping[Path, bytes]) -> None:
-    """Writes several files. The last file moves to its path after all other files.
+    """Write several files. The last file moves to its path after all other files.
 
     If a file cannot be written, all paths keep their content.
 

@@ -23,12 +23,12 @@ from .roles import SOLUTIONS, TASK_COMPONENTS
 
 
 def manifest_entries(manifest: Manifest) -> dict[str, Any]:
-    """Returns the manifest as plain JSON data."""
+    """Return the manifest as plain JSON data."""
     return write(Manifest, manifest)
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """Reads and checks the manifest of a generated robot.
+    """Read and check the manifest of a generated robot.
 
     Args:
         folder: The robot's folder, which contains `manifest.json`.
@@ -131,7 +131,7 @@ def _check_unique(names: Sequence[str], place: Place) -> None:
 
 
 def _check_margin(function: FunctionInfo, margin: FunctionInfo | None, place: Place) -> None:
-    """Checks the input of a margin function, and that each entry of its result has a loop name."""
+    """Check the input of a margin function, and that each entry of its result has a loop name."""
     first = replace(function.inputs[0], unit="", meaning="")
     if function.margin:
         inputs = [replace(a, unit="", meaning="") for a in margin.inputs] if margin else []
@@ -144,7 +144,7 @@ def _check_margin(function: FunctionInfo, margin: FunctionInfo | None, place: Pl
 
 
 def _check_slots(function: FunctionInfo, n: int, place: Place) -> None:
-    """Checks the order and shape of outputs with solution slots."""
+    """Check the order and shape of outputs with solution slots."""
     role, outputs = function.role, function.outputs
     k = len(role.labels)
     if bool(k) != role.has_slots:

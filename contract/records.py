@@ -47,7 +47,7 @@ class Check:
 
 
 def one_of(choices: Collection[str]) -> Check:
-    """Returns a check that passes if a text is one of the allowed choices."""
+    """Return a check that passes if a text is one of the allowed choices."""
     return Check(" or ".join(f'"{choice}"' for choice in choices), lambda text: text in choices)
 
 
@@ -59,13 +59,13 @@ class Place:
     field: str = ""
 
     def __getitem__(self, key: str | int) -> Place:
-        """Returns the location of an entry of an object or list."""
+        """Return the location of an entry of an object or list."""
         if isinstance(key, int):
             return Place(self.file, f"{self.field}[{key}]")
         return Place(self.file, f"{self.field}.{key}" if self.field else key)
 
     def fail(self, value: object, expected: str) -> NoReturn:
-        """Raises a ManifestError with file, field, value and expected form."""
+        """Raise a ManifestError with file, field, value and expected form."""
         field = f"{self.field}: " if self.field else ""
         raise ManifestError(f"{self.file}: {field}got {value!r}, expected {expected}")
 
@@ -120,13 +120,13 @@ def _default(item: Field[Any]) -> Any:
 
 
 def read(record: type[Record], value: object, place: Place, **not_stored: Any) -> Record:
-    """Reads a record from plain JSON data.
+    """Read a record from plain JSON data.
 
     Args:
         record: The dataclass.
         value: A JSON object as a dictionary.
         place: The location of the value, for error messages.
-        not_stored: Values of the record's fields that are not stored in JSON.
+        not_stored: Values of the fields that the JSON object does not contain, keyed by field name.
 
     Raises:
         ManifestError: A key is unknown or missing, or a value does not match its annotation. The
@@ -184,7 +184,7 @@ Reader = Callable[[Any], Any]
 
 @functools.cache
 def _reader(kind: Any) -> Reader:
-    """Returns the cached reader of a type."""
+    """Return the cached reader of a type."""
     origin, parts = get_origin(kind), get_args(kind)
     if is_dataclass(kind):
         assert isinstance(kind, type)
@@ -217,7 +217,10 @@ def _record_reader(record: Any) -> Reader:
 
 
 def _fields_reader(record: Any) -> Reader:
-    """Returns the reader of a record's fields. The object may have further keys."""
+    """Return the function that reads all fields of a record from an object.
+
+    The object may have further keys.
+    """
     items = [
         (item, _fields_reader(item.kind) if item.inline else _reader(item.kind))
         for item in _items(record)
@@ -321,7 +324,7 @@ def _plain_reader(kind: type[Any]) -> Reader:
 
 
 def write(record: Any, value: Any) -> dict[str, Any]:
-    """Writes a record as plain JSON data.
+    """Write a record as plain JSON data.
 
     Args:
         record: The dataclass whose fields are written. If the class of ``value`` is a subclass of
@@ -355,6 +358,6 @@ def _write(kind: Any, value: Any) -> Any:
         return [_write(k, item) for k, item in zip(kinds, value, strict=True)]
     if origin is Mapping:
         return {key: _write(get_args(kind)[1], item) for key, item in value.items()}
-    # Adding 0.0 replaces -0.0 by 0.0. The sign of a zero would depend on the order of additions in
-    # the derivation.
+    # Adding 0.0 replaces -0.0 by 0.0, because the sign of a zero depends on the order of additions
+    # in the derivation.
     return float(value) + 0.0 if kind is float else value

@@ -19,7 +19,7 @@ KINDS = {
     "chain in closed form.",
     "iterated": "The loops are solved by iteration in both directions.",
 }
-"""The kinds of robots differ in how the tool pose follows from the coordinates."""
+"""Robot kinds, which differ in how the coordinates determine the tool pose."""
 
 SOLUTIONS = {
     "serial": "",
@@ -38,7 +38,7 @@ VECTORS = {
     "task": "a part of the tool's pose",
     "": "none of these",
 }
-"""Names and meanings of the coordinate vectors that functions take as first input or return."""
+"""Names and meanings of the coordinate vectors in the inputs and outputs of functions."""
 
 ROLES = {
     "pose": "pose of the tool",
@@ -86,7 +86,7 @@ INTERMEDIATE = {
 }
 """Roles of generated functions that are not part of a robot's interface.
 
-Methods of the robot call these functions. The robot has no attributes with their names.
+Methods of the robot call these functions.
 """
 
 TASK_COMPONENTS = {
@@ -97,11 +97,11 @@ TASK_COMPONENTS = {
     "pitch": 1,
     "heading": 1,
 }
-"""The components of a task with their number of entries. The component "position" is the tool
-position, and "plane" its x and y. The component "orientation" is the rotation matrix of the tool.
-The component "direction" is the third axis of the tool. The component "pitch" is the elevation of
-the third axis above the x-y plane of the base. The component "heading" is the angle of the first
-axis in the x-y plane."""
+"""The components of a task, and the number of entries in each component. The component "position"
+contains x, y and z of the tool, and the component "plane" contains x and y. The component
+"orientation" is the rotation matrix of the tool. The component "direction" is the third axis of the
+tool. The component "pitch" is the elevation of the third axis above the x-y plane of the base. The
+component "heading" is the angle of the first axis in the x-y plane."""
 
 
 TaskName = Literal[
@@ -115,7 +115,8 @@ TASKS: Mapping[TaskName, tuple[str, ...]] = {
     "orientation": ("orientation",),
     "planar": ("plane", "heading"),
 }
-"""The tasks of `ik_path` and `ik_nearest` with their components, or () for a complete pose."""
+"""The components of each task of `ik_path` and `ik_nearest`. The value () stands for a complete
+pose."""
 
 
 Kind = Annotated[str, one_of(KINDS)]
@@ -132,11 +133,10 @@ class Role:
     Attributes:
         name: One of :data:`ROLES`.
         domain: The vector of the first input, one of :data:`VECTORS`.
-        codomain: For a map between coordinate vectors, the output vector, one of :data:`VECTORS`.
-            A derivative of a map has the codomain of the map. A function that returns all branches
-            of a map also has the codomain of the map.
-        fixed: Indices in q of the coordinates that are inputs of an inverse after the pose. A fixed
-            coordinate is constant during the refinement.
+        codomain: For a map between coordinate vectors, the output vector, one of :data:`VECTORS`. A
+            derivative of a map has the codomain of the map.
+        fixed: Indices in q of the coordinates that an inverse takes as inputs after the pose. A
+            fixed coordinate is constant during the refinement.
         labels: The branch label of each solution slot, for an inverse or for all branches of loops.
         directions: Indices (0 to 5) of twist components (v, omega), one per column of the first
             matrix in a velocity relation.
@@ -166,15 +166,12 @@ class Role:
 
     @property
     def is_intermediate(self) -> bool:
-        """Whether the function is internal.
-
-        Robot methods call it, but it is no attribute of a robot.
-        """
+        """Whether the function is internal."""
         return self.name in INTERMEDIATE
 
     @property
     def is_inverse(self) -> bool:
-        """Whether the function returns solutions in slots, with residual and margin."""
+        """Whether the function returns solution slots with residuals and margins."""
         return self.name == "inverse"
 
     @property

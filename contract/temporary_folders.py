@@ -11,7 +11,7 @@ if sys.platform != "win32":
     import fcntl
 
 TEMPORARY = ".chasles-"
-"""Prefix of temporary folder names. The folder of CHASLES_CACHE may contain other files."""
+"""Prefix of temporary folder names."""
 _SUFFIX = "[0-9a-f]" * 16
 """Pattern of the 16 random hexadecimal digits at the end of temporary folder names.
 
@@ -23,10 +23,10 @@ _ABANDONED = 86400.0
 
 @contextmanager
 def temporary_folder(parent: Path, name: str = "") -> Iterator[Path]:
-    """Yields a temporary folder, which is removed at the end of the ``with`` block.
+    """Yield a temporary folder, which is removed at the end of the ``with`` block.
 
-    Folders that killed processes left in the same parent are removed first. Each process locks its
-    folders. The system releases the locks of a killed process.
+    The function first removes folders that ended processes left in the same parent folder. Each
+    process locks its folders. The system releases the locks of a killed process.
 
     Args:
         parent: The folder that contains the temporary folder.
@@ -45,7 +45,7 @@ def temporary_folder(parent: Path, name: str = "") -> Iterator[Path]:
 
 
 def remove_abandoned_folders(parent: Path) -> None:
-    """Removes the temporary folders that killed processes left in a folder."""
+    """Remove temporary folders of killed processes from a folder."""
     for left in parent.glob(f"{TEMPORARY}*{_SUFFIX}"):
         with suppress(OSError):
             _remove_unless_in_use(left)
@@ -78,7 +78,7 @@ def _remove_unless_in_use(folder: Path) -> None:
 
 
 def _lock(folder: Path) -> int | None:
-    """Returns an open and locked folder, or None if locks are not supported.
+    """Return an open and locked folder, or None if locks are not supported.
 
     Raises:
         BlockingIOError: Another process holds the lock.

@@ -19,12 +19,12 @@ def check(
     group: str | None = None,
     arguments: Sequence[str] = (),
 ) -> tuple[Finding, ...]:
-    """Reports the errors, warnings and notes of a robot description.
+    """Report the errors, warnings and notes of a robot description.
 
     In a robot file, all independent errors are found, because the check continues with a corrected
-    value after each error. The check ends early if an error has no corrected value, for example an
-    unknown convention. In other formats, the check finds the first error only. If the description
-    has no errors, the loops of the robot are solved at the reference.
+    value after each error. The check ends early if no corrected value exists, for example for an
+    unknown convention. If the description has no errors, the loops of the robot are solved at the
+    reference.
 
     Args:
         source: A file or the name of a robot; see :func:`~chasles.derive.read`.

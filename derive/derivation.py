@@ -43,7 +43,7 @@ _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
 coordinates.
 """
 _UNGUARDED = ("margin", "branches", "near", *PARAMETRIC_ROLES.values())
-"""Roles of functions without a margin function that checks their results."""
+"""Roles of functions to which the derivation assigns no loop margin function."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Derivation:
 
     @cached_property
     def skeleton(self) -> Skeleton:
-        """Returns the rigid bodies with their drawn shapes at the reference configuration."""
+        """Return the rigid bodies with their drawn shapes at the reference configuration."""
         robot, hybrid = self.robot, self.hybrid
         reference = hybrid.at_reference if hybrid else {c.name: 0.0 for c in robot.coordinates}
         if isinstance(robot, Mechanism):
@@ -90,7 +90,7 @@ class Derivation:
         return skeleton(RigidBodies(robot, self.terms, reference), actuated)
 
     def signature(self, name: str) -> SymbolicFunction | NativeSolverFunction:
-        """Returns the derived or handwritten function that has this name.
+        """Return the derived or handwritten function that has this name.
 
         Raises:
             KeyError: The derivation has no function with this name.
@@ -99,7 +99,7 @@ class Derivation:
         return by_hand if by_hand is not None else self.function(name)
 
     def function(self, name: str) -> SymbolicFunction:
-        """Returns the derived function that has this name.
+        """Return the derived function that has this name.
 
         Raises:
             KeyError: The derivation has no function with this name.
@@ -118,7 +118,7 @@ def derive(
     parametric: bool = False,
     families: tuple[Family, ...] = FAMILIES,
 ) -> Derivation:
-    """Derives the functions of a robot.
+    """Derive the functions of a robot.
 
     The result does not depend on the order of ``functions``.
 
@@ -182,7 +182,7 @@ def derive(
 def _with_needed(
     functions: Sequence[str] | None, needed: Mapping[str, Iterable[str]]
 ) -> Sequence[str] | None:
-    """Returns the requested functions and every function that they call."""
+    """Return the requested functions and every function that they call."""
     if functions is None:
         return None
     names = list(functions)
@@ -245,7 +245,7 @@ class _LoopMakers:
 
     Attributes:
         loops: The loops and their solution.
-        closure: The equations of iterated loops, or None.
+        closure: The equations of the loops that are solved by iteration, or None.
         iteration: The iterative forward kinematics, or None.
         symbolic: The derivation of each symbolic function.
         handwritten: The derivation of each function with handwritten C code.

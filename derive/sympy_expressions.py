@@ -23,8 +23,8 @@ _OWN = re.compile("_([a-z]+)([0-9]+)")
 class Expressions:
     """A function of a robot in the form of SymPy expressions.
 
-    The values of the compiled function follow in two steps: substitute parameters, inputs and signs
-    into the terms in order, then substitute all values into the outputs.
+    To compute the values of the compiled function, first substitute parameters, inputs and signs
+    into the terms in order. Then substitute all values into the outputs.
 
     Attributes:
         robot: Name of the robot.
@@ -47,7 +47,7 @@ class Expressions:
     outputs: Mapping[str, sp.Basic]
 
     def latex(self) -> str:
-        """Returns the equations as LaTeX for math mode, aligned: the terms, then the outputs."""
+        """Return the equations as LaTeX for math mode, aligned: the terms, then the outputs."""
         equations = [*self.terms, *((sp.Symbol(name), x) for name, x in self.outputs.items())]
         symbols = {symbol for side in equations for part in side for symbol in part.free_symbols}
         names = {symbol: tex for symbol in symbols if (tex := _subscripted(symbol.name))}
@@ -63,7 +63,7 @@ class Expressions:
 
 
 def _subscripted(name: str) -> str:
-    """Returns the LaTeX of a symbol of the compiler (t_{12} for _t12), or an empty text."""
+    """Return the LaTeX of a symbol of the compiler (t_{12} for _t12), or an empty text."""
     match = _OWN.fullmatch(name)
     if match is None:
         return ""
@@ -73,7 +73,7 @@ def _subscripted(name: str) -> str:
 
 
 def expressions(robot: Described, function: str, *, expand: bool = False) -> Expressions:
-    """Derives one function of a robot as SymPy expressions.
+    """Derive one function of a robot as SymPy expressions.
 
     Args:
         robot: A serial robot or a mechanism, from :func:`~chasles.derive.read`.
@@ -109,7 +109,7 @@ def expressions(robot: Described, function: str, *, expand: bool = False) -> Exp
 
 
 def _terms(function: SymbolicFunction) -> tuple[tuple[sp.Symbol, sp.Expr], ...]:
-    """Returns the constants and terms on which a function depends, in order."""
+    """Return the constants and terms on which a function depends, in order."""
     definitions, all_terms = function.definitions(), function.terms
     parts = [value for _, value in definitions]
     parts += [entry for result in function.outputs for entry in result.entries]
@@ -119,7 +119,7 @@ def _terms(function: SymbolicFunction) -> tuple[tuple[sp.Symbol, sp.Expr], ...]:
 
 
 def _array(entries: tuple[sp.Expr, ...], shape: tuple[int, ...]) -> sp.Basic:
-    """Returns entries in row-major order as a matrix or as an array."""
+    """Return entries in row-major order as a matrix or as an array."""
     if len(shape) > _MATRIX:
         return sp.ImmutableDenseNDimArray(entries, shape)
     rows, columns = (*shape, 1, 1)[:_MATRIX]

@@ -1,6 +1,6 @@
 """Runs the jobs of the command line, such as deriving or checking robots.
 
-The module `jobs` imports SymPy and CasADi; the names in this file do not.
+The module `jobs` imports SymPy and CasADi. This module does not.
 """
 
 from typing import TYPE_CHECKING

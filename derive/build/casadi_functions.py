@@ -17,7 +17,7 @@ from .freshness import GENERATED
 
 
 def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
-    """Returns one function of a robot as a ``casadi.Function``, for use in an optimization.
+    """Return one function of a robot as a ``casadi.Function``, for use in an optimization.
 
     Args:
         robot: A robot name, a generated folder, a robot file or a description. Deriving a file or a

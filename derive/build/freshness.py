@@ -90,7 +90,7 @@ def is_up_to_date(job: Job) -> bool:
 
 
 def stamp(job: Job, folder: Path) -> None:
-    """Writes the stamp of a job into a folder."""
+    """Write the stamp of a job into a folder."""
     text = f"{_recipe(job)}\n{_contents(folder)}\n"
     with output_file(folder / STAMP) as target:
         target.write_text(text, encoding="ascii")
@@ -116,7 +116,7 @@ def _recipe(job: Job) -> str:
 
 
 def _description(job: Job) -> list[bytes]:
-    """Returns the contents of a description file and of every file that it refers to."""
+    """Return the contents of a description file and of every file that it refers to."""
     file = job.file
     ending = file.suffix.lower()
     if ending == ".xacro":
@@ -132,7 +132,7 @@ def _description(job: Job) -> list[bytes]:
 
 
 def source_files(job: Job) -> list[Path]:
-    """Returns a job's robot file and every file that it refers to.
+    """Return a job's robot file and every file that it refers to.
 
     Raises:
         DescriptionError: The description is a xacro file that cannot be expanded.
@@ -155,7 +155,7 @@ def _expanded(file: Path, job: Job) -> tuple[str, list[Path]]:
 
 
 def write_sources(job: Job, to: Path) -> None:
-    """Writes the hash and path of every source file.
+    """Write the hash and path of every source file.
 
     The runtime uses these hashes as a cache key.
     """
@@ -195,7 +195,7 @@ def _included(file: Path, folder: Path, seen: dict[Path, bytes]) -> list[bytes]:
 
 @cache
 def _compiler() -> str:
-    """Returns a hash of the compiler's code and its library versions."""
+    """Return a hash of the compiler's code and its library versions."""
     digest = hashlib.sha256()
     for path in sorted([*ROOM.rglob("*.py"), *ROOM.rglob("support/**/*.*")]):
         digest.update(path.read_bytes() + b"\0")

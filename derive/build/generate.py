@@ -30,7 +30,7 @@ def files(
     parametric: bool = False,
     languages: Sequence[str | Emitter] = LANGUAGES,
 ) -> dict[str, bytes]:
-    """Returns the text of every generated file, keyed by its path in the robot's folder.
+    """Return the text of every generated file, keyed by its path in the robot's folder.
 
     Args:
         description: The robot, from :func:`~chasles.derive.read` or built in Python.
@@ -69,10 +69,9 @@ def _texts(
 
 @contextmanager
 def without_garbage_collection() -> Iterator[None]:
-    """Disables Python's cyclic garbage collector.
+    """Disable Python's cyclic garbage collector.
 
-    A derivation creates millions of objects that live until its end. Garbage collection would take
-    a sixth of the derivation time and free no memory.
+    Garbage collection would take a sixth of the derivation time and free no memory.
     """
     was_enabled = gc.isenabled()
     gc.disable()
@@ -84,7 +83,7 @@ def without_garbage_collection() -> Iterator[None]:
 
 
 def files_of(derivation: Derivation, emitters: Sequence[Emitter] = EMITTERS) -> dict[str, str]:
-    """Returns the text of every generated file, keyed by path."""
+    """Return the text of every generated file, keyed by path."""
     articles = [emitter for emitter in emitters if emitter.prints_equations]
     others = [emitter for emitter in emitters if not emitter.prints_equations]
     printing = run_in_fork(lambda: _files(articles, derivation, NO_PROGRAMS))
@@ -109,7 +108,7 @@ def write(
     parametric: bool = False,
     languages: Sequence[str | Emitter] = LANGUAGES,
 ) -> list[Path]:
-    """Derives a robot and writes its folder, which ``chasles.load(folder)`` loads.
+    """Derive a robot and write its folder, which ``chasles.load(folder)`` loads.
 
     Obsolete files from earlier runs are removed. Files that chasles did not generate are kept.
 
@@ -138,12 +137,12 @@ def write(
 
 
 def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list[Path]:
-    """Writes all files into a folder, or no file if an error occurs.
+    """Write all files into a folder, or no file if an error occurs.
 
     Args:
         texts: The texts of the generated files by path.
         folder: The folder of the robot.
-        shares: Whether the support headers go into a folder that all robots share.
+        shares: Whether several robots share one folder with the support headers.
     """
     paths = paths_of(texts, folder, shares=shares)
     ordered = sorted(texts, key=lambda name: name == MANIFEST)
@@ -165,13 +164,13 @@ def _remove(file: Path) -> None:
 
 
 def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, Path]:
-    """Returns the path of each generated file. Support files may be in a shared folder."""
+    """Return the path of each generated file. Support files may be in a shared folder."""
     shared = support_files() if shares else {}
     return {name: (folder.parent / SUPPORT if name in shared else folder) / name for name in names}
 
 
 def strays(names: Collection[str], folder: Path) -> list[str]:
-    """Returns files in a folder with the suffix of a generated file, except ``names``."""
+    """Return the files in a folder that are not in ``names`` but share a file suffix with one."""
     endings = {Path(name).suffix for name in names}
     there = {
         path.relative_to(folder).as_posix()

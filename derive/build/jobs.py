@@ -34,7 +34,7 @@ from .time_limit import at_most
 
 
 def read(job: Job) -> Described:
-    """Returns the robot of a job's file, cleaned and calibrated as the job specifies.
+    """Return the robot of a job's file, cleaned and calibrated as the job specifies.
 
     Raises:
         DescriptionError: The description is invalid.
@@ -55,7 +55,7 @@ def _as_written(job: Job) -> Described:
 
 
 def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path | None) -> list[Job]:
-    """Returns one job for each robot that a file describes.
+    """Return one job for each robot that a file describes.
 
     Args:
         job: Options that all robots of the file share.
@@ -79,7 +79,7 @@ def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path |
 
 
 def problems(jobs: Sequence[Job]) -> list[str]:
-    """Returns the errors of all descriptions before any robot is derived."""
+    """Read all descriptions and return their errors, before any robot is derived."""
     found = []
     files: dict[str, Path] = {}
     for job in jobs:
@@ -97,27 +97,27 @@ def problems(jobs: Sequence[Job]) -> list[str]:
 
 
 def derived(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
-    """Derives robots and writes a folder for each. Yields one report per robot."""
+    """Derive robots and write a folder for each. Yields one report per robot."""
     return _each(_derive, jobs, workers)
 
 
 def compared(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
-    """Derives robots and compares the result with their existing folders."""
+    """Derive robots and compare the result with their existing folders."""
     return _each(_compare, jobs, workers)
 
 
 def explained(jobs: Sequence[Job]) -> Iterator[Report]:
-    """Explains the inverse kinematics of each robot."""
+    """Yield a report on the inverse kinematics of each robot."""
     return (_attempt(_explain, job) for job in jobs)
 
 
 def judged(jobs: Sequence[Job]) -> Iterator[Report]:
-    """Reports how well each robot's model suits calibration."""
+    """Report how well each robot's model suits calibration."""
     return (_attempt(_judge, job) for job in jobs)
 
 
 def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
-    """Returns the generated folders that have no description."""
+    """Return the generated folders that have no description."""
     names = {read(job).name for job in jobs}
     return sorted(
         path.parent.name for path in to.glob(f"*/{MANIFEST}") if path.parent.name not in names
@@ -144,7 +144,7 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
     except OSError as error:
         # No process can be started, or the disk with temporary files is full.
         return Report(False, f"{job.file}: {error}")
-    except Exception:  # A compiler defect must not stop the derivation of the other robots.
+    except Exception:
         message = "chasles fails on this file; please report the file with these lines"
         return Report(False, f"{job.file}: {message}\n{traceback.format_exc()}")
 

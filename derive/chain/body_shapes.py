@@ -1,7 +1,7 @@
 """Shapes for drawing the bodies of a robot: lines, plates and joint symbols.
 
-All points are in the frame of the body that carries the shape. Rigidly connected bodies are drawn
-as one body. The shapes of rigidly connected bodies are in the frame of the first body.
+Rigidly connected bodies are drawn as one body. The shapes of rigidly connected bodies are in the
+frame of the first body.
 """
 
 import math
@@ -28,8 +28,8 @@ WITHOUT_LENGTH = 0.55
 DETOUR = 1.6
 """Maximum length of a link that is drawn along the common normal of two joint axes.
 
-The length is relative to the straight line between the link ends. If the line along the common
-normal is longer than this maximum, the link is drawn as the straight line.
+The length is relative to the straight line between the link ends. If this path along the common
+normal is longer than the maximum, a straight line is drawn.
 """
 APART = 0.08
 """Maximum shift of a symbol that overlaps another symbol, as a fraction of the robot size."""
@@ -60,12 +60,11 @@ class Skeleton:
 
 
 def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
-    """Returns the bodies with their shapes.
+    """Return the bodies with their shapes.
 
     Two consecutive passive revolute joints share the symbol ``universal``, three share the symbol
-    ``ball``. Joints that share a symbol have the same position, and the bodies between these joints
-    carry no other joint. Consecutive passive prismatic joints have no symbol, because they stand
-    for the free translation of a platform.
+    ``ball``. Consecutive passive prismatic joints have no symbol, because they stand for the free
+    translation of a platform.
 
     Args:
         rigid: The bodies that joints move.
@@ -75,12 +74,10 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
 
 
 def rows_of_joints(rigid: RigidBodies, actuated: set[str]) -> list[list[int]]:
-    """Returns groups of consecutive passive joints.
+    """Return groups of consecutive passive joints.
 
-    The joints of a group have the same position, and the bodies between these joints carry no other
-    joint.
-
-    A prismatic joint with limits is not in a group, because the joint is drawn with a guide.
+    The groups do not contain prismatic joints with limits, because these joints are drawn with
+    guides.
     """
     rows: list[list[int]] = []
     for k, body in enumerate(rigid.bodies):
@@ -322,7 +319,7 @@ class _Shapes:
         return any(shape.kind == "revolute" for shape in self.shapes[k])
 
     def _along(self, k: int, axis: Point, end: int) -> float:
-        """Returns the shift of a joint symbol along the joint axis, in meters.
+        """Return the displacement of a joint symbol along the joint axis, in meters.
 
         The shift is 0 if the link line at the joint is not parallel to the joint axis.
         """
@@ -402,11 +399,10 @@ class _Shapes:
 
 
 def _feet(p: Array, u: Array, q: Array, v: Array) -> list[Array]:
-    """Returns the end points of the common normal of two lines.
+    """Return the end points of the common normal of two lines.
 
     Line 1 passes through the point p with direction u, and line 2 through the point q with
-    direction v. If line 1 and line 2 are parallel, the common normal passes through the point q of
-    line 2.
+    direction v.
     """
     c = float(u @ v)
     s2 = 1 - c * c

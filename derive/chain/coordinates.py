@@ -24,28 +24,31 @@ class Motion(Protocol):
     values: tuple[sp.Expr, ...]
 
     def D_q(self) -> Matrix:
-        """Returns the derivatives of the joint values with respect to the coordinates."""
+        """Return the derivatives of the joint values with respect to the coordinates."""
         ...
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> Matrix | None:
-        """Returns the time derivative of the matrix ``D_q``, or None if the matrix is constant."""
+        """Return the time derivative of the matrix ``D_q``, or None if the matrix is constant."""
         ...
 
     def D_q_q(self) -> Sequence[Matrix] | None:
-        """Returns the derivative of ``D_q`` with respect to each coordinate, or None."""
+        """Return the derivative of ``D_q`` with respect to each coordinate, or None."""
         ...
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Returns the time derivatives of the joint values."""
+        """Return the time derivatives of the joint values."""
         ...
 
     def accelerations(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Returns the second time derivatives of the joint values."""
+        """Return the second time derivatives of the joint values."""
         ...
 
 
 class InProportion:
-    """Motion of the joints of a serial robot. A joint has its own coordinate or is coupled."""
+    """The motion of the joints of a serial robot.
+
+    A joint has its own coordinate or is coupled.
+    """
 
     def __init__(self, robot: SerialRobot, terms: Terms, q: Sequence[sp.Symbol]) -> None:
         self.terms = terms
@@ -53,20 +56,20 @@ class InProportion:
         self._D_q = robot.joint_values_D_q()
 
     def D_q(self) -> Matrix:
-        """Returns the matrix of the derivatives.
+        """Return the matrix of the derivatives.
 
         The entries of the matrix D_q are constants: 1, -1 or coupling ratios.
         """
         return [list(self._D_q.row(j)) for j in range(self._D_q.rows)]
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> None:
-        """Returns None, because ``D_q`` is constant."""
+        """Return None, because ``D_q`` is constant."""
 
     def D_q_q(self) -> None:
-        """Returns None, because ``D_q`` is constant."""
+        """Return None, because ``D_q`` is constant."""
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Returns ``D_q qd``."""
+        """Return ``D_q qd``."""
         return [self.terms.let(entry) for entry in self._D_q * sp.Matrix(qd)]
 
     def accelerations(
@@ -74,7 +77,7 @@ class InProportion:
         qd: Sequence[sp.Symbol],  # noqa: ARG002
         qdd: Sequence[sp.Symbol],
     ) -> list[sp.Expr]:
-        """Returns ``D_q qdd``."""
+        """Return ``D_q qdd``."""
         return self.speeds(qdd)
 
 
@@ -82,15 +85,15 @@ class LoopRates(Protocol):
     """Rates (time derivatives) of the terms that depend on the solution of the loops."""
 
     def units(self) -> Sequence[Tangent]:
-        """Returns the rates of all terms, once for unit velocity of each coordinate."""
+        """Return the rates of all terms, once for unit velocity of each coordinate."""
         ...
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the rates of all terms at the coordinate velocities qd."""
+        """Return the rates of all terms at the coordinate velocities qd."""
         ...
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the time derivatives of the rates at the accelerations qdd."""
+        """Return the time derivatives of the rates at the accelerations qdd."""
         ...
 
 
@@ -110,15 +113,15 @@ class SolvedRates:
     q: tuple[sp.Symbol, ...]
 
     def units(self) -> list[Tangent]:
-        """Returns the rates of all terms, once for unit velocity of each coordinate."""
+        """Return the rates of all terms, once for unit velocity of each coordinate."""
         return [self._of({symbol: sp.Integer(1)}) for symbol in self.q]
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the rates of all terms at the coordinate velocities qd."""
+        """Return the rates of all terms at the coordinate velocities qd."""
         return self._of(dict(zip(self.q, qd, strict=True)))
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the time derivatives of the rates at the accelerations qdd."""
+        """Return the time derivatives of the rates at the accelerations qdd."""
         pairs = (*zip(self.q, qd, strict=True), *zip(qd, qdd, strict=True))
         return self._of(dict(pairs))
 
@@ -135,24 +138,24 @@ class ThroughLoops:
         self._D_q: list[list[sp.Expr]] | None = None
 
     def D_q(self) -> Matrix:
-        """Returns the matrix of the derivatives by the implicit function theorem."""
+        """Return the matrix of the derivatives by the implicit function theorem."""
         if self._D_q is None:
             self._D_q = [[unit.of(value) for unit in self._units] for value in self.values]
         return self._D_q
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> Matrix:
-        """Returns the time derivative of the matrix ``D_q``."""
+        """Return the time derivative of the matrix ``D_q``."""
         along = self._rates.along(qd)
         return [along.of_each(row) for row in self.D_q()]
 
     def D_q_q(self) -> Sequence[Matrix]:
-        """Returns the second derivatives, one matrix per coordinate."""
+        """Return the second derivatives, one matrix per coordinate."""
         return [[unit.of_each(row) for row in self.D_q()] for unit in self._units]
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Returns the time derivatives of the joint values without the matrix ``D_q``."""
+        """Return the time derivatives of the joint values without the matrix ``D_q``."""
         return self._rates.along(qd).of_each(self.values)
 
     def accelerations(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Returns the second time derivatives at velocities qd and accelerations qdd."""
+        """Return the second time derivatives at velocities qd and accelerations qdd."""
         return self._rates.twice(qd, qdd).of_each(self.speeds(qd))

@@ -20,7 +20,7 @@ COUPLING_MAPS = (
     "actuator_rates",
     "actuator_accelerations",
 )
-"""Names of the maps of a coupled robot, in output order."""
+"""Names of the functions that convert coordinates of a coupled robot, in output order."""
 _ORDERS = ("", "d", "dd")
 _UNITS = ("", "/s", "/s^2")
 _NOUNS = ("", "rates", "accelerations")
@@ -29,7 +29,7 @@ _NOUNS = ("", "rates", "accelerations")
 def coupling_maps(
     robot: SerialRobot, terms: Terms, arguments: Mapping[str, Argument]
 ) -> dict[str, SymbolicFunction]:
-    """Returns the functions that map q to theta and theta to q, keyed by function name.
+    """Return the functions that map q to theta and theta to q, keyed by function name.
 
     The dictionary is empty for a robot without couplings.
 

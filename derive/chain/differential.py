@@ -52,7 +52,7 @@ NO_TWIST = Twist(ORIGIN, ORIGIN)
 
 
 def columns(forward: Forward, representation: Representation) -> list[Twist]:
-    """Returns the Jacobian columns, one per moving joint, in the order of the chain."""
+    """Return the Jacobian columns, one per moving joint, in the order of the chain."""
     if representation == "body":
         axes, end_axes = forward.axes_in_tool()
     else:
@@ -82,12 +82,11 @@ def columns(forward: Forward, representation: Representation) -> list[Twist]:
 def rates(
     terms: Terms, representation: Representation, screws: Sequence[Twist], speeds: Sequence[sp.Expr]
 ) -> list[Twist]:
-    """Returns the time derivatives of the Jacobian columns at given joint velocities.
+    """Return the time derivatives of the Jacobian columns at given joint velocities.
 
     Space Jacobian: J_j' = ad(V_(j-1)) J_j, where V_(j-1) is the twist of the link before joint j.
 
-    Body Jacobian: J_j' = ad(J_j) (V - V_j), where V - V_j is the twist that the joints after j
-    cause.
+    Body Jacobian:
 
     Mixed Jacobian: omega_j' = Omega_(j-1) x omega_j, and v_j' = Omega_j x v_j + omega_j x v. Here v
     is the tool velocity that the joints after j cause.
@@ -112,12 +111,11 @@ def rates(
 
 
 def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
-    """Returns the derivatives of the mixed Jacobian.
+    """Return the derivatives of the mixed Jacobian.
 
     Entry [j][k] is the derivative of column j with respect to joint k.
 
-    The linear part is omega_i x v_l, where i is the smaller and l the larger of the indices j and
-    k. The angular part is omega_k x omega_j if k is before j, otherwise zero.
+    The angular part is omega_k x omega_j if k is before j, otherwise zero.
     """
     count = range(len(screws))
     return [
@@ -133,13 +131,13 @@ def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
 
 
 def weighted(terms: Terms, screws: Sequence[Twist], weights: Sequence[sp.Expr]) -> Twist:
-    """Returns J w, the sum of the Jacobian columns weighted by w."""
+    """Return J w, the sum of the Jacobian columns weighted by w."""
     parts = [_scaled(terms, screw, weight) for screw, weight in zip(screws, weights, strict=True)]
     return _total(terms, parts)
 
 
 def summed(terms: Terms, *twists: Twist) -> Twist:
-    """Returns the sum of twists."""
+    """Return the sum of twists."""
     return _total(terms, twists)
 
 
@@ -183,7 +181,7 @@ def _total(terms: Terms, twists: Sequence[Twist]) -> Twist:
 
 
 def _partial_sums(terms: Terms, twists: Sequence[Twist]) -> list[Twist]:
-    """Returns a list whose entry j is the sum of the twists before j."""
+    """Return a list whose entry j is the sum of the twists before j."""
     sums = [NO_TWIST]
     for twist in twists[:-1]:
         sums.append(_total(terms, (sums[-1], twist)))
@@ -191,7 +189,7 @@ def _partial_sums(terms: Terms, twists: Sequence[Twist]) -> list[Twist]:
 
 
 def _bracket(terms: Terms, a: Twist, b: Twist) -> Twist:
-    """Returns ad(a) b = (Omega_a x v_b + v_a x omega_b, Omega_a x omega_b)."""
+    """Return ad(a) b = (Omega_a x v_b + v_a x omega_b, Omega_a x omega_b)."""
     return Twist(
         added(terms, cross(terms, a.omega, b.v), cross(terms, a.v, b.omega)),
         cross(terms, a.omega, b.omega),

@@ -16,31 +16,32 @@ SLIDES = (0.5, 0.7, 0.9)
 """Candidate positions of prismatic joints, as fractions of the joint range."""
 TRIED = 2000
 AZIMUTH, ELEVATION = math.radians(-56), math.radians(22)
-"""View direction of spatial drawings. Legs that are 60 degrees apart do not overlap in this
-view.
-"""
+"""View direction of spatial drawings (radian). In this view, legs that are 60 degrees apart do not
+overlap."""
 _AREA = 4.0
 """Weight of the spread of the joints in the image, relative to the robot size."""
 _BENDS = 0.02
-"""Cost of a joint angle of 90 degrees, relative to the robot size."""
+"""Dimensionless cost of each 90 degrees of joint angle."""
 _BELOW = 0.5
-"""Cost of a joint below the base, for each unit of depth."""
+"""Cost per unit of depth of the lowest joint below the base. The depth is relative to the robot
+size."""
 _SHORT = 0.02
 """Links that are shorter than this fraction of the robot size are drawn as one point."""
 
 
 def from_aside() -> Array:
-    """Returns the right, up and viewer directions of a spatial drawing, as rows (3, 3)."""
+    """Return the right, up and viewer directions of a spatial drawing, as rows (3, 3)."""
     (ca, sa), (ce, se) = ((math.cos(v), math.sin(v)) for v in (AZIMUTH, ELEVATION))
     return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
 
 
 def drawn_configuration(rigid: RigidBodies) -> tuple[float, ...]:
-    """Returns a configuration within the limits whose joints lie well apart in the default view.
+    """Return a configuration within the limits whose joints lie well apart in the default view.
 
-    The configuration is the best of up to two thousand configurations with the joint angles
-    ``ANGLES``. The score is the smallest distance between joints in the image plus the spread of
-    all joints. Joint angles other than 0 and joints below the base reduce the score.
+    The function compares up to two thousand configurations with the joint angles ``ANGLES``, and
+    returns the configuration with the highest score. The score increases with the smallest distance
+    between joints in the image and with the spread of the joints. Joint angles other than 0 and
+    joints below the base reduce the score.
 
     Args:
         rigid: The bodies of a serial robot.
@@ -81,7 +82,7 @@ def _of_joint(
 
 
 def _tried(choices: list[list[float]]) -> list[tuple[float, ...]]:
-    """Returns all combinations of joint values, or ``TRIED`` evenly spread combinations."""
+    """Return all combinations of joint values, or ``TRIED`` evenly spread combinations."""
     if math.prod(map(len, choices)) <= TRIED:
         return list(itertools.product(*choices))
     # Multiples of square roots of primes, taken modulo 1, are spread evenly.

@@ -1,16 +1,16 @@
 """Forward kinematics of a chain: group axes, link poses and joint levers.
 
-The groups of parallel axes are defined in :mod:`chasles.derive.chain.groups`. A group of parallel
-axes ends with a tilt. The last joint rotation and the tilt of a group turn the axes of the group
-into the axes of the next group. Horner's scheme transforms a point p from the tool to the base. In
-the axes of group g, station k has the rotation angle phi_k. The vector reach_k to the next joint
-axis is constant. The vector lever_k from joint axis k to the tool follows from reach_k and the next
-lever:
+The groups of parallel axes are defined in :mod:`chasles.derive.chain.groups`. A tilt (a constant
+rotation about x) follows each group of parallel axes. The last joint rotation of a group and the
+tilt after it turn the axes of this group into the axes of the next group. Horner's scheme
+transforms a point p from the tool to the base. In the axes of group g, station k has the rotation
+angle phi_k. The vector reach_k to the next joint axis is constant. The vector lever_k from joint
+axis k to the tool follows from reach_k and the next lever:
 
     lever_k = Rz(phi_k) reach_k + lever_(k+1),    lever_last = Rz(phi_last) (reach + Rx(alpha) p').
 
-A lever is the vector from a joint axis to the tool. The columns of the Jacobian follow from the
-levers.
+A lever is the vector from a joint axis to the tool. The columns of the Jacobian are computed from
+the levers.
 """
 
 from collections.abc import Sequence
@@ -59,7 +59,8 @@ class Forward:
         terms: Table of named terms.
         groups: The chain.
         axes: Axes of each group in the base frame.
-        end_axes: Axes after the last joint of each group, in the base frame.
+        end_axes: For each group, the axes after the rotation of the last joint of the group, in the
+            base frame.
     """
 
     def __init__(self, terms: Terms, groups: Sequence[Group]) -> None:
@@ -75,13 +76,13 @@ class Forward:
             self.axes.append(turned_about_x(terms, self.end_axes[-1], *group.tilt))
 
     def tool_pose(self) -> Pose:
-        """Returns the tool pose in the base frame."""
+        """Return the tool pose in the base frame."""
         tool = self.groups[-1].stations[-1].frames[-1]
         orientation = self._product(self.end_axes[-1], tool.orientation)
         return orientation, self.levers_of_tool()[0].from_axis[0]
 
     def link_poses(self) -> list[Pose]:
-        """Returns the poses of all link frames in the base frame."""
+        """Return the poses of all link frames in the base frame."""
         poses: list[Pose] = []
         origin = ORIGIN
         for axes, group, angles in zip(self.axes, self.groups, self.trigonometry, strict=False):
@@ -94,7 +95,7 @@ class Forward:
         return poses[:-1]
 
     def levers_of_tool(self) -> list[Levers]:
-        """Returns one list per group: the tool origin relative to each joint axis."""
+        """Return the vectors from the joint axes to the tool origin, in one list per group."""
         levers: list[Levers] = []
         point = ORIGIN
         for group, angles in zip(self.groups[::-1], self.trigonometry[::-1], strict=True):
@@ -110,7 +111,7 @@ class Forward:
         return levers[::-1]
 
     def levers_of_base(self) -> list[Levers]:
-        """Returns one list per group: the base origin relative to each joint axis."""
+        """Return the levers of each group: the vectors from each joint axis to the base origin."""
         levers: list[Levers] = []
         point = ORIGIN
         for group, angles in zip(self.groups, self.trigonometry, strict=True):
@@ -128,7 +129,11 @@ class Forward:
         return levers
 
     def axes_in_tool(self) -> tuple[list[Basis], list[Basis]]:
-        """Returns the frame of each group and the frame after its last joint, in the tool frame."""
+        """Return the orientations of two frames of each group, relative to the tool frame.
+
+        The first list contains the frame of each group, and the second list the frame after its
+        last joint.
+        """
         tool = self.groups[-1].stations[-1].frames[-1]
         end_axes = [_transposed(tool.orientation)]
         axes: list[Basis] = []
@@ -141,7 +146,7 @@ class Forward:
         return axes[::-1], end_axes[::-1]
 
     def stations(self) -> list[tuple[int, int, Station]]:
-        """Yields each station with two indices: its group, and its place in the group."""
+        """Return each station with the index of its group and its index in the group."""
         return [
             (g, k, station)
             for g, group in enumerate(self.groups)

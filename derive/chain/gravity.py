@@ -28,7 +28,7 @@ from .poe import placement_matrix
 
 @dataclass(frozen=True)
 class GravityTorques:
-    """Gravity torques on the coordinates.
+    """Torques that gravity exerts on the joint coordinates.
 
     Attributes:
         values: The torque on each revolute coordinate (N m), and the force on each prismatic
@@ -43,7 +43,7 @@ class GravityTorques:
 def gravity_torques(
     robot: SerialRobot, load: Load, terms: Terms, q: Sequence[sp.Symbol]
 ) -> GravityTorques:
-    """Returns the gravity torques of a robot's load at coordinates q.
+    """Return the gravity torques of a robot's load at coordinates q.
 
     Args:
         robot: The robot.
@@ -79,7 +79,7 @@ def gravity_torques(
 
 
 def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
-    """Returns an upper bound of sum_j |d tau_k / d q_j| for each joint k.
+    """Return an upper bound of sum_j |d tau_k / d q_j| for each joint k.
 
     Args:
         robot: A chain of revolute and prismatic joints, whose link frames at zero equal the base
@@ -126,7 +126,7 @@ def _stroke(joint: Joint) -> float:
 
 
 def _beyond(robot: SerialRobot, load: Load, forward: Forward) -> list[tuple[sp.Expr, Vector]]:
-    """Returns (mass, first moment about the base origin) of the load beyond each moving joint."""
+    """Return (mass, first moment about the base origin) of the load beyond each moving joint."""
     terms = forward.terms
     placed = {
         name: (axes, origin)

@@ -8,9 +8,9 @@ the sum of their joint angles:
 
 A *group* consists of consecutive parallel axes between two tilts. All axes of a group are along the
 z axis of the group frame. A *station* consists of the angle phi of one revolute joint and the
-translation to the next joint axis. The translation of a station is the *reach* of the station. The
-reach rotates with the angle phi. Antiparallel axes stay in one group and have the sign -1.
-Rotations by constant right angles only permute the axes, so they need no operations.
+translation to the next joint axis. The field `reach` holds the translation, which rotates with the
+angle phi. Antiparallel axes stay in one group and have the sign -1. Rotations by constant right
+angles only permute the axes, so they need no operations.
 """
 
 from collections.abc import Callable, Sequence
@@ -46,7 +46,8 @@ ANGLE_FRACTIONS = 24
 class SlidingJoint:
     """A prismatic joint with its index among the moving joints.
 
-    The direction is in axes that rotate with the angle of the station.
+    The prismatic joint belongs to a `Station`. The direction is expressed in a frame that rotates
+    with the joint of this `Station`.
     """
 
     joint: int
@@ -55,10 +56,7 @@ class SlidingJoint:
 
 @dataclass(frozen=True)
 class LinkFrame:
-    """A link frame or the tool frame, with its constant orientation.
-
-    The origin is in axes that rotate with the angle of the station.
-    """
+    """A link frame or the tool frame, with its constant orientation."""
 
     name: str
     orientation: Basis
@@ -67,15 +65,15 @@ class LinkFrame:
 
 @dataclass(frozen=True)
 class Station:
-    """One angle of a group, with the prismatic joints and frames that the angle rotates.
+    """One angle of a group, with the prismatic joints and frames that it rotates.
 
     Attributes:
-        joint: Index of the revolute joint of the station. The index is None for the first station
-            of a group, which has no revolute joint.
+        joint: Index of the revolute or helical joint of the station, or None for the first station
+            of a group.
         sign: 1 if the joint axis is the z axis of the group, -1 if opposite.
         pitch: Advance of a helical joint along its axis per radian.
         angle: Rotation of the station about the z axis of the group frame.
-        reach: Vector from this joint axis to the next, in axes that rotate with the angle.
+        reach: Vector from this joint axis to the next, in axes that are rotated by ``angle``.
         slides: The prismatic joints between this joint axis and the next.
         frames: The link frames between this joint axis and the next.
     """
@@ -95,7 +93,7 @@ class Station:
         return (*turning, *(slide.joint for slide in self.slides))
 
     def mapped(self, change: Callable[[Vector], Vector]) -> "Station":
-        """Returns a station with the function ``change`` applied to each vector."""
+        """Return a copy of the station, with ``change`` applied to each vector."""
         slides = (replace(slide, direction=change(slide.direction)) for slide in self.slides)
         frames = (
             LinkFrame(frame.name, _mapped(frame.orientation, change), change(frame.origin))
@@ -106,7 +104,7 @@ class Station:
 
 @dataclass(frozen=True)
 class Group:
-    """Consecutive parallel axes. The cosine and sine define the tilt about x to the next group."""
+    """Consecutive parallel axes."""
 
     stations: tuple[Station, ...]
     tilt: tuple[sp.Expr, sp.Expr] = (ONE, ZERO)
@@ -128,7 +126,7 @@ class _Stretch:
 
 
 def groups(robot: SerialRobot, terms: Terms, values: Sequence[sp.Expr]) -> tuple[Group, ...]:
-    """Returns the groups of parallel axes of a robot.
+    """Return the groups of parallel axes of a robot.
 
     Args:
         robot: The description.
@@ -251,12 +249,11 @@ class _Builder:
     Attributes:
         groups: The finished groups.
         stations: The stations of the last group, which is not finished yet.
-        turned: Sum of the joint values in the last group. The joint value is negated if the joint
-            axis is opposite to the group axis.
+        turned: Sum of the joint values in the last group.
         offset: Sum of the constant angles in the last group.
-        unsettled: Constant angle after the last joint that will be added to the angle of the last
-            station.
-        sign: -1 if the joint axes are opposite to the group axes, otherwise 1.
+        unsettled: Constant angle after the last joint; the builder later adds this angle to the
+            last station.
+        sign: -1 if the joint axes are opposite to the z axis of the group, otherwise 1.
     """
 
     stations: list[Station]
@@ -272,12 +269,11 @@ class _Builder:
 
     def joint(self, joint: int, value: sp.Expr, pitch: sp.Expr) -> None:
         turned = self.turned + self.sign * value
-        # The sum of solved angles has no name of its own, so that an angle minus itself cancels.
         self.turned = sp.expand(turned) if self.terms.solved else self.terms.let(turned)
         self.stations.append(Station(joint, self.sign, pitch, self._angle()))
 
     def stretch(self, stretch: _Stretch) -> None:
-        """Adds the constant transform after a joint.
+        """Add the constant transform after a joint.
 
         If the transform tilts the joint axis, a new group of parallel axes starts.
         """
@@ -306,7 +302,8 @@ class _Builder:
 
     def _close_group(self, tilt: sp.Expr) -> None:
         self._settle()
-        # For antiparallel axes at the end of the group, the tilt increases by pi.
+        # If the axes at the start and the end of the group are antiparallel, the tilt increases by
+        # pi.
         total = tilt if self.sign == 1 else tilt + sp.pi
         self.groups.append(Group(tuple(self.stations), self.terms.cos_sin(total)))
         self._open_group()
@@ -322,7 +319,7 @@ class _Builder:
         self.stations[-1] = filled.mapped(partial(_flipped, self.sign))
 
     def _settle(self) -> None:
-        """Adds the constant angles after the last joint to the angle of the last station.
+        """Add the constant angles after the last joint to the angle of the last station.
 
         The vectors of the last station are rotated back by the sum of the added constant angles.
         """

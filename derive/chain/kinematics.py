@@ -82,15 +82,16 @@ class Kinematics:
         arguments: Mapping[str, Argument],
         links: Forward | None = None,
     ) -> "Kinematics":
-        """Returns the kinematics of a chain that consists of groups of parallel axes.
+        """Return the kinematics of a chain that consists of groups of parallel axes.
 
-        If ``groups`` omits links, ``links`` is the forward kinematics with all links.
+        If ``groups`` does not contain all links, ``links`` contains the forward kinematics of all
+        links.
         """
         forward = Forward(terms, groups)
         return cls(robot, terms, motion, arguments, forward, links or forward)
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """Derives the named functions.
+        """Derive the named functions.
 
         The order of ``names`` does not change the names of the terms.
         """
@@ -98,7 +99,7 @@ class Kinematics:
         return {name: derivation.function(name) for name in FUNCTIONS if name in names}
 
     def function(self, name: str) -> SymbolicFunction:
-        """Derives one function of :data:`FUNCTIONS`."""
+        """Derive one function of :data:`FUNCTIONS`."""
         return self.functions([name])[name]
 
 
@@ -284,12 +285,12 @@ class _Derivation:
 
 
 def coordinates(name: str, count: int) -> tuple[sp.Symbol, ...]:
-    """Returns the symbols of the coordinates: ``q1``, ``q2``, ..."""
+    """Return the symbols of the coordinates: ``q1``, ``q2``, ..."""
     return tuple(sp.Symbol(f"{name}{k}", real=True) for k in range(1, count + 1))
 
 
 def arguments_of(units: Sequence[str], what: str = "joint") -> dict[str, Argument]:
-    """Returns the arguments ``q``, ``qd`` and ``qdd`` of a robot.
+    """Return the arguments ``q``, ``qd`` and ``qdd`` of a robot.
 
     Args:
         units: Unit of each coordinate.
@@ -305,7 +306,7 @@ def arguments_of(units: Sequence[str], what: str = "joint") -> dict[str, Argumen
 
 
 def common_unit(units: Iterable[str]) -> str:
-    """Returns the unit of a vector from the units of its entries."""
+    """Return the unit of a vector from the units of its entries."""
     found = set(units)
     return found.pop() if len(found) == 1 else "rad or m"
 
@@ -315,6 +316,6 @@ def _entries(twists: Iterable[Twist]) -> tuple[sp.Expr, ...]:
 
 
 def pose_entries(pose: Pose) -> tuple[sp.Expr, ...]:
-    """Returns the 16 entries of a pose matrix (4, 4), row by row."""
+    """Return the 16 entries of a pose matrix (4, 4), row by row."""
     axes, origin = pose
     return (*matrix_entries((*axes, origin)), *BOTTOM_ROW)

@@ -64,7 +64,7 @@ class Parametric:
     """The extended chain of a serial robot.
 
     Attributes:
-        geometry: The robot geometry as variables.
+        geometry: Geometry of the robot, with a symbol for each parameter.
         arguments: The arguments ``q`` and ``p``.
         values: Angle or length of each motion of the extended chain, as a function of q, p and the
             torques.
@@ -82,7 +82,7 @@ class Parametric:
 
     @classmethod
     def of(cls, robot: SerialRobot, terms: Terms) -> "Parametric":
-        """Returns the extended chain of a robot.
+        """Return the extended chain of a robot.
 
         Args:
             robot: The description.
@@ -98,7 +98,7 @@ class Parametric:
         return cls(found, {"q": q, "p": _argument(found)}, values, forward, pose, torques)
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """Derives the named functions in the order of :data:`PARAMETRIC`."""
+        """Derive the named functions in the order of :data:`PARAMETRIC`."""
         return {name: self._function(name) for name in PARAMETRIC if name in names}
 
     def _function(self, name: str) -> SymbolicFunction:
@@ -106,7 +106,7 @@ class Parametric:
             entries = pose_entries(self.forward.tool_pose())
             return self._made(
                 name,
-                "Pose of the tool in the base frame, of any geometry.",
+                "Pose of the tool in the base frame for any geometry.",
                 f"{self.pose}(q, p); fk_p(q, nominal p) = fk(q)",
                 Result(self.pose, entries, (4, 4), "1, m", "pose of the tool"),
             )
@@ -115,7 +115,7 @@ class Parametric:
                 name,
                 "mixed",
                 "q",
-                "Mixed Jacobian, of any geometry.",
+                "Mixed Jacobian for any geometry.",
                 "V = jacobian_p(q, p) qd; jacobian_p(q, nominal p) = jacobian_mixed(q)",
             )
         representation = REPRESENTATION[name]
@@ -124,7 +124,7 @@ class Parametric:
             representation,
             "p",
             f"Twist (v, omega) {OBSERVED[representation]}, for each parameter's rate.",
-            f"V = {name}(q, p) pd with q at rest",
+            f"V = {name}(q, p) pd with constant q",
         )
 
     def _jacobian(
@@ -163,7 +163,7 @@ class Parametric:
         return found
 
     def _rate(self, value: sp.Expr, variable: sp.Symbol) -> sp.Expr:
-        """Returns the derivative of a motion value v_m with respect to a coordinate or parameter.
+        """Return the derivative of a motion value v_m with respect to a coordinate or parameter.
 
         The derivative with respect to a coordinate includes the change of the gravity torques.
         """

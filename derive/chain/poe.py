@@ -50,7 +50,7 @@ def product_of_exponentials(
 
 
 def placement_matrix(placement: Placement) -> sp.Matrix:
-    """Returns the homogeneous matrix (4, 4) of a constant placement."""
+    """Return the homogeneous matrix (4, 4) of a constant placement."""
     return _matrix_of(placement).copy()
 
 

@@ -40,7 +40,7 @@ class TreeBody:
             struts.
         placement: The body frame in the parent frame at joint value 0 (4, 4).
         joint: The joint, or None for the ground and strut sections.
-        span: The two end points of the strut that the section belongs to, or None for other bodies.
+        span: For a section of a strut, the two end points of the strut. None for other bodies.
         limits: Minimum and maximum of the coordinate, or None if unbounded.
         is_part: Whether this body and the next body belong to one joint with several motions.
     """
@@ -71,7 +71,7 @@ class RigidBodies:
     """
 
     def __init__(self, robot: Described, terms: Terms, reference: Mapping[str, float]) -> None:
-        """Reads the description."""
+        """Read the description."""
         self.robot, self.terms, self.reference = robot, terms, reference
         self.names = tuple(reference)
         self.bodies = [TreeBody(robot.base_frame, -1, np.eye(4))]
@@ -151,7 +151,7 @@ class RigidBodies:
         return any(j.coordinate == index and j.kind != "prismatic" for j in joints)
 
     def end(self, frame: Frame) -> tuple[int, Array]:
-        """Returns the body index of a frame, and the frame in body coordinates (4, 4)."""
+        """Return the body index of a frame, and the frame in body coordinates (4, 4)."""
         k = self.index[frame.body]
         return k, self._on(k, frame.placement)
 
@@ -159,12 +159,12 @@ class RigidBodies:
         return placed(self.terms, (*self.robot.base, *placement) if body == 0 else placement)
 
     def closure_frames(self, closure: Closure) -> ClosureFrames:
-        """Returns the two frames connected by a closure."""
+        """Return the two frames connected by a closure."""
         (a, A), (b, B) = self.end(closure.a), self.end(closure.b)
         return ClosureFrames(closure.name, closure.kind, (a, b), (pose_rows(A), pose_rows(B)))
 
     def span(self, strut: Strut, *, from_end: bool = False) -> Span:
-        """Returns the end points of a strut. At a pin, the y axis of the strut is the pin axis."""
+        """Return the end points of a strut. At a pin, the y axis of the strut is the pin axis."""
         (a, A), (b, B) = self.end(strut.a), self.end(strut.b)
         displacement = (self.poses[b] @ B)[:3, 3] - (self.poses[a] @ A)[:3, 3]
         parts = np.abs(self.poses[a][:3, :3].T @ displacement)
@@ -185,24 +185,24 @@ class RigidBodies:
 
 
 def pose_rows(T: Array) -> tuple[Vector, ...]:
-    """Returns the first three rows of a pose as nested lists."""
+    """Return the first three rows of a pose as nested lists."""
     return tuple(vector(row) for row in T[:3])
 
 
 def vector(values: Array) -> Vector:
-    """Returns an array as nested lists."""
+    """Return an array as nested lists."""
     return tuple(float(value) + 0.0 for value in values)
 
 
 def placed(terms: Terms, placement: Placement) -> Array:
-    """Returns the placement matrix (4, 4) in double precision."""
+    """Return the placement matrix (4, 4) in double precision."""
     exact = placement_matrix(placement)
     rows = [[float(terms.value(entry)) for entry in row] for row in exact.tolist()]
     return np.array(rows) + 0.0
 
 
 def motions(joint: BodyJoint, coordinates: Array) -> Array:
-    """Returns the poses (m, 4, 4) of the moved body relative to the joint, in the body frame.
+    """Return the poses (m, 4, 4) of the moved body relative to the joint, in the body frame.
 
     Args:
         joint: The joint.
@@ -222,7 +222,7 @@ def motions(joint: BodyJoint, coordinates: Array) -> Array:
 
 
 def tree_poses(bodies: Sequence[TreeBody], values: Sequence[float]) -> list[Array]:
-    """Returns the poses of all bodies in the base frame (4, 4), without strut sections.
+    """Return the poses (4, 4) of all bodies except strut sections, in the base frame.
 
     Args:
         bodies: The bodies; strut sections are skipped.
@@ -236,7 +236,7 @@ def tree_poses(bodies: Sequence[TreeBody], values: Sequence[float]) -> list[Arra
 
 
 def skew(w: Array | Vector) -> Array:
-    """Returns the cross-product matrix (3, 3) of a vector."""
+    """Return the cross-product matrix (3, 3) of a vector."""
     x, y, z = w
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 

@@ -9,8 +9,8 @@ controller readings r:
     r = readings_from_coordinates(q), where q is one of ik(T).
 
 Newton's method computes the reading of each drive. Newton's method starts at r = q / gain and
-converges quadratically. Springs couple the drives. The readings are therefore computed several
-times, each time with the joint deflections at the previous readings.
+converges quadratically. Springs couple the drives. The readings are therefore computed repeatedly.
+Each computation uses the joint deflections at the previous readings.
 """
 
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ _ROUNDS = 12
 
 
 def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, SymbolicFunction]:
-    """Returns ``coordinates_from_readings`` and ``readings_from_coordinates``, keyed by name.
+    """Return ``coordinates_from_readings`` and ``readings_from_coordinates``, keyed by name.
 
     The dictionary is empty for ideal drives and rigid joints.
 
@@ -45,8 +45,8 @@ def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, Symb
         q: The true coordinates.
 
     Raises:
-        DescriptionError: A joint is so compliant that the map from readings to coordinates may have
-            no inverse.
+        DescriptionError: A joint is so compliant that the motor readings may not determine its
+            coordinate.
     """
     springs = robot.springs if isinstance(robot, SerialRobot) else None
     if not robot.transmissions and springs is None:

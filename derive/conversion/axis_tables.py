@@ -1,8 +1,8 @@
 """Converts a serial robot to a table of Denavit-Hartenberg parameters or screw axes.
 
-Axis 0 is the z axis of the base frame; the last axis is the z axis of the tool frame. A step leads
-from each axis to the next one. The position of the tool follows from all steps, and from a last
-rotation and translation along the tool axis:
+Axis 0 is the z axis of the base frame; the last axis is the z axis of the tool frame. A step is the
+constant transform from an axis to the next axis. The tool pose is the product of all steps and
+joint motions, and of a last rotation and translation along the tool axis:
 
     T_0_ee = step_0 motion_1 step_1 ... motion_n step_n rest.
 
@@ -11,8 +11,8 @@ A step from an axis to the next axis is a product of four motions:
     step = Rz(turn) Tz(shift) Tx(a) Rx(alpha).
 
 Row k of a modified (Craig) table contains a and alpha of step k-1. The rotation and the shift of
-row k come from step k. Row k of a standard table has all four values of step k. The poses of base
-and tool contain the remaining motions.
+row k come from step k. Row k of a standard table contains turn, shift, a and alpha of step k. The
+poses of base and tool contain the remaining motions.
 """
 
 import math
@@ -51,17 +51,17 @@ class AxisStep:
 
     @property
     def along(self) -> Placement:
-        """Returns the rotation about the first axis and the translation along this axis."""
+        """Return the rotation about the first axis, and the translation along the same axis."""
         return along_z(self.turn, self.shift)
 
     @property
     def across(self) -> Placement:
-        """Returns the translation along the common normal and the rotation about this normal."""
+        """Return the translation along the common normal and the rotation about this normal."""
         return translation(self.a, sp.S.Zero, sp.S.Zero) + rotation("x", self.alpha)
 
 
 def in_table(robot: SerialRobot, convention: Convention) -> SerialRobot:
-    """Returns the robot with all joints in the convention `dh`, `mdh` or `poe`.
+    """Return the robot with all joints in the convention `dh`, `mdh` or `poe`.
 
     Fixed joints become part of the links, and parameters are replaced by their values. Numbers
     without a short exact form have 17 digits, or more if a length is 10 m or more.
@@ -92,7 +92,7 @@ def in_table(robot: SerialRobot, convention: Convention) -> SerialRobot:
 
 
 def screw_form(robot: SerialRobot) -> SerialRobot:
-    """Returns the robot with its joints as screw axes.
+    """Return the robot with its joints as screw axes.
 
     A screw axis is stored as a direction, and as the axis point nearest to the origin of the base
     frame.
@@ -192,7 +192,7 @@ def _steps_table(pairs: Sequence[Neighbours], home: Any, convention: Convention)
 
 
 def axis_steps(pairs: Sequence[Neighbours], home: Any) -> tuple[tuple[AxisStep, ...], Placement]:
-    """Returns a table row for each joint axis, and the motion from the last row to the tool."""
+    """Return a table row for each joint axis, and the motion from the last row to the tool."""
     own = original = mpmath.eye(4)
     steps = []
     for pair in pairs:
@@ -210,7 +210,7 @@ def axis_steps(pairs: Sequence[Neighbours], home: Any) -> tuple[tuple[AxisStep, 
 
 
 def _stepped(own: Any, original: Any, line: AxisLine, is_line: bool) -> tuple[AxisStep, Any]:
-    """Returns the step between two axes, and the frame at the end of the step."""
+    """Return the transform between two axes, and the frame after this transform."""
     found = common_normal(line)
     a, alpha = found.values["a"], found.values["alpha"]
     assert not isinstance(a, tuple)
@@ -241,10 +241,13 @@ def _small(tilt_x: Any, tilt_y: Any, x: Any, y: Any) -> Any:
 
 
 def _shortened(step: AxisStep, turn: sp.Expr, shift: sp.Expr) -> tuple[AxisStep, Placement]:
-    """Adds the motion on the tool axis to the last step, and returns the motion that remains.
+    """Merge the motion along the tool axis into the last step.
 
-    A translation is added if the tool axis and the last joint axis are parallel. If the two axes
-    coincide, a rotation is added, too.
+    If the two axes coincide, a rotation is added, too.
+
+    A translation is added if the tool axis and the last joint axis are parallel.
+
+    Return the new step and the remaining motion.
     """
     if step.alpha != 0:
         return step, along_z(turn, shift)

@@ -36,15 +36,16 @@ _VISIBLE = 1e-12
 
 @dataclass(frozen=True)
 class Conversion:
-    """A robot in another format.
+    """A robot that was converted to another format.
 
     Attributes:
         format: The file format. :func:`convert` lists the formats.
         text: The robot file or the URDF.
-        robot: The robot with the numbers that the text contains.
+        robot: The robot that the text describes, with the rounded numbers of the text.
         error: Upper bounds (distance in meter, angle in radian) of the difference between the tool
             poses of the written and the original robot, within the joint limits.
-        notes: Sentences about changes, and about facts that the format cannot express.
+        notes: Sentences that describe changes to the robot, and facts that the format cannot
+            express.
     """
 
     format: Format
@@ -64,7 +65,7 @@ class Conversion:
         return self.robot.tool
 
     def save(self, path: str | Path) -> None:
-        """Writes the text to a file, or the table to a .csv or .tex file.
+        """Write the text to a file, or the table to a .csv or .tex file.
 
         Each row of a table contains the convention fields of one joint, in meter and radian, with
         up to 17 digits. The first and last row of a .csv file contain the poses of base and tool. A
@@ -94,10 +95,10 @@ class Conversion:
 
 
 def convert(robot: Described, to: Format) -> Conversion:
-    """Writes a robot as a robot file, as URDF, or as a table of joint parameters.
+    """Write a robot as a robot file, as URDF, or as a table of joint parameters.
 
-    Reading the text gives a robot with the same coordinates and the same pose of the tool. Motions
-    that do not fit into the joint table become part of the poses of base and tool.
+    Constant transforms that the joint table cannot represent become part of the base pose or the
+    tool pose.
 
     Args:
         robot: A serial robot in any convention, from :func:`~chasles.derive.read`.
@@ -111,8 +112,8 @@ def convert(robot: Described, to: Format) -> Conversion:
         Multiples of pi/12 and short decimals stay exact. Other computed numbers have 17 digits.
 
     Raises:
-        InputValueError: The format is unknown, the robot has loops, or masses are positioned in
-            link frames that a table would move.
+        InputValueError: The format is unknown, the robot has loops, or the robot has masses and a
+            table would move the link frames that locate the masses.
     """
     check_type("convert: robot", robot, SerialRobot, Mechanism)
     if to not in FORMATS:
@@ -144,7 +145,7 @@ def _written(robot: SerialRobot, to: Format) -> SerialRobot:
 def _error(
     robot: SerialRobot, text: str, to: Format
 ) -> tuple[tuple[float, float], tuple[str, ...]]:
-    """Returns the pose error of the written robot, and a note if the error is large."""
+    """Return the pose error of the written robot, and a note if the error is large."""
     form = "urdf" if to == "urdf" else "toml"
     try:
         with warnings.catch_warnings():
@@ -184,7 +185,10 @@ def _notes(robot: SerialRobot, written: SerialRobot, to: Format) -> Iterator[str
         yield from _urdf_notes(robot, written)
     for joint in robot.joints:
         if joint.limits.count(None) == 1:
-            yield f"joint {joint.name} has one limit; the format needs two, so it has none"
+            yield (
+                f"joint {joint.name} has one limit; the format requires two, so the limit is "
+                "omitted"
+            )
     if robot.parameters and not written.parameters:
         yield "parameters are replaced by their values"
     absorbed = [j.name for j in robot.joints if j not in written.joints and j.kind == "fixed"]
@@ -201,7 +205,7 @@ def _urdf_notes(robot: SerialRobot, written: SerialRobot) -> Iterator[str]:
     left_out = {
         "masses": robot.load,
         "springs": robot.springs,
-        "errors of transmissions": robot.transmissions,
+        "transmission errors": robot.transmissions,
     }
     if any(left_out.values()):
         yield f"URDF has no {', '.join(word for word, value in left_out.items() if value)}"
@@ -209,15 +213,15 @@ def _urdf_notes(robot: SerialRobot, written: SerialRobot) -> Iterator[str]:
         yield "the hardware of <ros2_control> is a simulation"
     limited = [m.name for m in robot.motors if m.limits != (None, None)]
     if limited:
-        yield f"URDF has no limits of motors: {', '.join(limited)}"
+        yield f"URDF has no motor limits: {', '.join(limited)}"
     sliding = [motor.name for motor in robot.motors if motor.kind == "prismatic"]
     if sliding:
-        yield f"motors are read as revolute: {', '.join(sliding)}"
+        yield f"URDF readers regard these prismatic motors as revolute: {', '.join(sliding)}"
     yield "effort and velocity limits are placeholders"
 
 
 def _long_rows(written: SerialRobot) -> Iterator[str]:
-    """Warns about each joint whose row has long lengths due to nearly parallel axes."""
+    """Warn about joints with long DH lengths, which nearly parallel axes cause."""
     size = max(robot_size(screw_form(written)), 1e-3)
     values = {parameter.symbol: parameter.value for parameter in written.parameters}
     for joint in written.moving:
@@ -225,6 +229,6 @@ def _long_rows(written: SerialRobot) -> Iterator[str]:
         longest = max(abs(float(given[name].xreplace(values))) for name in ("a", "d"))
         if longest > _LONG * size:
             yield (
-                f"joint {joint.name}: its axis is nearly parallel to the next, so that the table "
-                f'has lengths of {longest:.1e} m; "poe" has none'
+                f"joint {joint.name}: its axis is nearly parallel to the next axis, so that the "
+                f'table has lengths of {longest:.1e} m; "poe" avoids them'
             )

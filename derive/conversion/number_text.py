@@ -32,23 +32,22 @@ _PLACES = 16
 _LONGEST = 40
 """Maximum number of digits of a decimal that is not rounded."""
 _SAME = sp.Rational(1, 10**16)
-"""Maximum change of a number by the parser [m, rad or 1], below the rounding error of doubles."""
+"""Maximum change of a number that is written and read back [m, rad or 1]."""
 _EXACT = Context(prec=200)
 _PLAIN = 6
 """Maximum number of leading zeros of a decimal without an exponent."""
 
 
 def digits_for(size: float) -> int:
-    """Returns the number of significant digits for a table with lengths up to ``size`` (meter).
+    """Return the number of significant digits for a table with lengths up to ``size`` (meter).
 
-    Lengths of 10 m or more need more than 17 digits. The angles of a table have as many digits as
-    its lengths.
+    The angles of a table have as many digits as its lengths.
     """
     return max(DIGITS, _PLACES + 1 + math.floor(math.log10(max(size, 1.0))))
 
 
 def rounded(value: sp.Expr, digits: int = DIGITS) -> sp.Expr:
-    """Rounds a decimal to ``digits`` digits. Numbers that are not finite decimals do not change."""
+    """Round a decimal to ``digits`` digits. Numbers that are not finite decimals do not change."""
     places = decimal_places(value)
     if not places or _digits(value, places) <= digits:
         return value
@@ -56,7 +55,7 @@ def rounded(value: sp.Expr, digits: int = DIGITS) -> sp.Expr:
 
 
 def nearest(value: sp.Expr, digits: int = DIGITS) -> str:
-    """Returns a number as a decimal, rounded to ``digits`` significant digits."""
+    """Return a number as a decimal, rounded to ``digits`` significant digits."""
     with mpmath.workdps(EVALUATION_DIGITS):
         text = mpmath.nstr(Values().of(value), digits)
     return _decimal_text(Decimal(text))
@@ -67,18 +66,18 @@ class NumberText:
     """Converts the numbers of a robot to the text of its robot file.
 
     Attributes:
-        noise: Length noise that the reader removes (meter).
+        noise: Maximum rounding error of a length (meter) that is removed when the file is read.
     """
 
     noise: Fraction
 
     @classmethod
     def of(cls, robot: SerialRobot) -> "NumberText":
-        """Returns the writer for the numbers of a robot."""
+        """Return the writer for the numbers of a robot."""
         return cls(2 * Fraction(NOISE * (robot_size(robot) or 1.0)))
 
     def field(self, value: sp.Expr | Vector, kind: FieldKind) -> str:
-        """Returns the value of a convention field."""
+        """Return the value of a convention field."""
         if not isinstance(value, tuple):
             return self.scalar(value, kind)
         if kind == "direction":
@@ -86,17 +85,16 @@ class NumberText:
         return f"[{', '.join(self.scalar(part, kind) for part in value)}]"
 
     def scalar(self, value: sp.Expr, kind: str) -> str:
-        """Returns a number, or an expression in quotes if the number's text would be rounded.
+        """Return a number, or an expression in quotes if the number's text would be rounded.
 
         Args:
             value: An exact number, or an expression with parameters.
-            kind: "length", "angle", or another word. When a robot file is read, only lengths and
-                angles change.
+            kind: "length", "angle", or the name of another quantity.
         """
         return _guarded(value) if abs(self._read(value, kind) - value) > _SAME else literal(value)
 
     def _read(self, value: sp.Expr, kind: str) -> sp.Expr:
-        """Returns the number that the reader gets from a written number."""
+        """Return the value of a number that is written to a robot file and read again."""
         if value == 0 or value.free_symbols:
             return value
         if kind.startswith("angle"):
@@ -111,7 +109,7 @@ class NumberText:
 
 
 def literal(value: sp.Expr) -> str:
-    """Returns an exact number for a robot file: a decimal, or an expression in quotes."""
+    """Return an exact number for a robot file: a decimal, or an expression in quotes."""
     places = decimal_places(value)
     if places is not None:
         digits = _decimal(value)
@@ -122,17 +120,17 @@ def literal(value: sp.Expr) -> str:
 
 
 def literals(values: Sequence[sp.Expr]) -> str:
-    """Returns a list of exact numbers for a robot file."""
+    """Return a list of exact numbers for a robot file."""
     return f"[{', '.join(map(literal, values))}]"
 
 
 def _guarded(value: sp.Expr) -> str:
-    """Returns a decimal as a fraction that the reader does not change."""
+    """Return a decimal as a fraction, so that the file reader does not replace the number."""
     count = max(DIGITS, _digits(value, decimal_places(value) or 0))
     triple = Decimal(nearest(3 * value, count))
     digits = triple.scaleb(count - 1 - triple.adjusted()).to_integral_value()
-    # If the numerator is a multiple of 3, the fraction is a decimal. A tenth is then added to the
-    # numerator.
+    # If the numerator is a multiple of 3, the fraction equals a finite decimal. The digit 1 is
+    # therefore appended to such a numerator.
     step = Decimal(0) if int(digits) % 3 else Decimal("0.1")
     return f'"{_decimal_text((digits + step).scaleb(triple.adjusted() - count + 1))}/3"'
 

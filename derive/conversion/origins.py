@@ -1,4 +1,4 @@
-"""Converts a serial robot to joints with URDF origins."""
+"""Converts a serial robot to joints with origins in the URDF convention."""
 
 from dataclasses import replace
 from typing import Any
@@ -39,7 +39,7 @@ def is_described(joint: Joint) -> bool:
 
 
 def fields_of(joint: Joint, convention: Convention) -> dict[str, sp.Expr | Vector]:
-    """Returns the convention fields of a described joint."""
+    """Return the convention fields of a described joint."""
     values, fields = dict(joint.given), {}
     for field in convention.fields:
         parts = tuple(values[name] for name in field.components)
@@ -48,7 +48,7 @@ def fields_of(joint: Joint, convention: Convention) -> dict[str, sp.Expr | Vecto
 
 
 def origin_of(placement: Placement) -> Origin | None:
-    """Returns the exact xyz and rpy of a placement, or None if it is not a product T Rz Ry Rx."""
+    """Return the exact xyz and rpy of a placement, or None if it is not a product T Rz Ry Rx."""
     xyz, angles = _ZERO, dict.fromkeys("zyx", sp.S.Zero)
     order = ["", *angles]
     last = -1
@@ -65,7 +65,7 @@ def origin_of(placement: Placement) -> Origin | None:
 
 
 def with_origins(robot: SerialRobot, *, keeps_links: bool = False) -> SerialRobot:
-    """Returns the robot with all joints in the convention `urdf`, without parameters.
+    """Return the robot with all joints in the convention `urdf`, without parameters.
 
     The axis of a URDF joint passes through the origin of its child link. If a link frame is not on
     the joint axis, the frame is moved to the axis.
@@ -99,7 +99,7 @@ def with_origins(robot: SerialRobot, *, keeps_links: bool = False) -> SerialRobo
 
 
 def with_values(robot: SerialRobot) -> SerialRobot:
-    """Returns the robot with its parameters replaced by their values."""
+    """Return the robot with its parameters replaced by their values."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return replace(
         robot,
@@ -111,7 +111,7 @@ def with_values(robot: SerialRobot) -> SerialRobot:
 
 
 def placed(placement: Placement) -> Origin:
-    """Returns the origin of a numerical placement."""
+    """Return the xyz and rpy values of a placement that contains only numbers."""
     exact = origin_of(placement)
     if exact is not None:
         return exact
@@ -120,7 +120,7 @@ def placed(placement: Placement) -> Origin:
 
 
 def _at_its_link(joint: Joint, pending: Placement) -> tuple[Joint, Placement]:
-    """Returns a joint with its origin, and the placement that must be added to the next joint."""
+    """Return a joint with its origin, and the placement that must be added to the next joint."""
     after = pose_in_digits(joint.after, {})
     rest: Placement = ()
     is_on_axis = mpmath.hypot(after[0, 3], after[1, 3]) <= ZERO_COMPONENT

@@ -23,7 +23,7 @@ _POSE = ("xyz_x", "xyz_y", "xyz_z", "rpy_x", "rpy_y", "rpy_z")
 
 
 def csv_table(robot: SerialRobot, convention: Convention) -> str:
-    """Returns the table as CSV: the base, one row per joint, and the tool.
+    """Return the table as CSV: the base, one row per joint, and the tool.
 
     Columns for directions, screw pitches, couplings and limits exist only if a joint needs them.
     """
@@ -64,7 +64,7 @@ def _pose_row(name: str, kind: str, placement: Placement, digits: int) -> dict[s
 
 
 def latex_table(robot: SerialRobot, convention: Convention) -> str:
-    r"""Returns the table as a LaTeX `tabular`, which needs the package booktabs."""
+    r"""Return the table as a LaTeX `tabular`, which needs the package booktabs."""
     columns = [(name, heading) for _, name, heading in convention.columns]
     headings = ["joint", "type", *(f"${tex or _symbol(name)}$" for name, tex in columns)]
     rows = [_latex_row(robot, joint, [name for name, _ in columns]) for joint in robot.joints]

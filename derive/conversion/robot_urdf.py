@@ -35,7 +35,7 @@ class UrdfNames:
 
 
 def robot_urdf(robot: SerialRobot) -> str:
-    """Returns the text of a URDF, with 17 significant digits.
+    """Return the text of a URDF, with 17 significant digits.
 
     Args:
         robot: A robot whose joints have the convention `urdf` and no parameters.
@@ -67,7 +67,7 @@ def robot_urdf(robot: SerialRobot) -> str:
 
 
 def urdf_names(robot: SerialRobot) -> UrdfNames:
-    """Returns names of base and tool that differ from all link and joint names of the robot."""
+    """Return names of base and tool that differ from all link and joint names of the robot."""
     links, joints = set(robot.link_names), {joint.name for joint in robot.joints}
     base = robot.base_frame if identifier(robot.base_frame) == robot.base_frame else "base"
     base = _free(base, links)
@@ -92,7 +92,7 @@ def _fixed(name: str, link: str, placement: Placement) -> Joint:
 
 
 def with_split_helical_joints(robot: SerialRobot) -> SerialRobot:
-    """Returns the robot with each helical joint split into a revolute and a prismatic joint."""
+    """Return the robot with each helical joint split into a revolute and a prismatic joint."""
     taken = {joint.name for joint in robot.joints} | set(robot.link_names)
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     rules, couplings = {rule.joint: rule for rule in robot.couplings}, [*robot.couplings]
@@ -161,7 +161,10 @@ def _append_origin(element: etree._Element, xyz: object, rpy: object) -> None:
 
 
 def _limits(joint: Joint) -> dict[str, str]:
-    """Returns the limits of a joint. A prismatic joint without limits gets a range of 20 km."""
+    """Return the limits of a joint.
+
+    The range of a prismatic joint without limits is 20 km.
+    """
     lower, upper = joint.limits
     bounds = {"lower": str(-UNLIMITED), "upper": str(UNLIMITED)}
     if lower is not None and upper is not None:

@@ -46,7 +46,7 @@ class Gears:
 
 
 def urdf_drives(robot: SerialRobot) -> tuple[dict[str, Mimic], tuple[Gears, ...]]:
-    """Returns the mimic joints by name, and the transmissions of a robot.
+    """Return the mimic joints by name, and the transmissions of a robot.
 
     Raises:
         InputValueError: A group of coupled joints is neither a differential, nor a four-bar
@@ -90,7 +90,7 @@ def _groups(robot: SerialRobot) -> Iterator[tuple[list[str], dict[str, Row]]]:
 def _group(
     coordinates: Sequence[str], rows: Mapping[str, Row]
 ) -> tuple[dict[str, Mimic], Gears | None] | None:
-    """Returns mimic joints and transmission of a group, or None if URDF cannot express it."""
+    """Return mimic joints and transmission of a group, or None if URDF cannot express it."""
     own = coordinates[0]
     if len(coordinates) == 1 and rows.get(own) == ((1,), 0):
         return _followers(rows, [own]), None
@@ -119,7 +119,7 @@ def _followers(rows: Mapping[str, Row], leaders: Sequence[str]) -> dict[str, Mim
 
 
 def _gears(coordinates: Sequence[str], rows: Mapping[str, Row]) -> Gears | None:
-    """Returns the transmission with these joint equations, or None if none fits."""
+    """Return the transmission with these joint equations, or None if none fits."""
     names, offsets = list(rows), [offset for _, offset in rows.values()]
     ratios = [row for row, _ in rows.values()]
     one = sp.S.One
@@ -140,7 +140,7 @@ def _gears(coordinates: Sequence[str], rows: Mapping[str, Row]) -> Gears | None:
 
 
 def write_gears(root: etree._Element, name: str, gears: Sequence[Gears]) -> None:
-    """Appends an element <ros2_control> for simulated hardware with the transmissions."""
+    """Append an element <ros2_control> for simulated hardware with the transmissions."""
     system = etree.SubElement(root, "ros2_control", name=name, type="system")
     hardware = etree.SubElement(system, "hardware")
     etree.SubElement(hardware, "plugin").text = "mock_components/GenericSystem"

@@ -25,23 +25,21 @@ _RIGHT_ANGLE = 6
 _AXES = (2, 0, 1)
 """Rotation axes in the order in which they are tried. Legs are usually arranged about z."""
 _LAST_PLACES = 1.5
-"""Maximum difference between a rounded coordinate and the exact coordinate that replaces it, in
-units of the last decimal place. Both points of a pair may have rounding errors of half a unit, and
-the rotation may increase the error."""
+"""Maximum rounding error of a coordinate, in units of its last decimal place. Both points of a pair
+may have rounding errors of half a unit, and the rotation may increase the error."""
 
 
 def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, Vector]:
-    """Returns exact coordinates for points whose coordinates are rounded in a file.
+    """Return exact coordinates for points whose coordinates are rounded in a file.
 
     A rounded point is a copy of another point of the body, rotated by a multiple of 15 degrees.
 
     Args:
-        bodies: The points of each body as decimals without noise (meter).
+        bodies: The points of each body (meter), as decimals from which noise was removed.
         noise: Difference (meter) up to which numbers always count as rounded.
 
     Returns:
-        A dictionary from each rounded point to its exact point. A point that belongs to several
-        bodies has only one exact point.
+        A dictionary from each rounded point to its exact point.
     """
     found: dict[Vector, Vector] = {}
     for points in bodies:
@@ -60,9 +58,9 @@ def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, V
 
 
 def _places(point: Vector) -> int | None:
-    """Returns the most decimal places of a coordinate.
+    """Return the most decimal places of a coordinate.
 
-    Returns None for the origin, and for a point with a coordinate that is no decimal.
+    Returns None for the origin, and if a coordinate is not a decimal number.
     """
     places = [decimal_places(component) for component in point]
     if any(count is None for count in places) or not any(point):
@@ -73,7 +71,10 @@ def _places(point: Vector) -> int | None:
 def _copy(
     point: Vector, originals: Sequence[Vector], rounding: float, noise: float
 ) -> Vector | None:
-    """Returns the nearest exact rotated copy of an original point, if the copy is near enough."""
+    """Return the rotated copy of an original point that is closest to ``point``, or None.
+
+    The coordinates of the rotated point are exact.
+    """
     copies = [
         (off, original, axis, steps)
         for original in originals
@@ -94,10 +95,13 @@ def _is_mirrored(point: Vector, original: Vector) -> bool:
 def _rotations(
     point: Vector, original: Vector, rounding: float, noise: float
 ) -> Iterator[tuple[float, int, int]]:
-    """Yields the rotations (deviation, axis, steps) that map an original point to another point.
+    """Yield (deviation, axis, steps) for each rotation that moves ``original`` to ``point``.
 
-    Rotations by right angles preserve the decimals of the original point. The deviation of a
-    rotation by right angles is therefore at most the noise.
+    One step is 15 degrees.
+
+    A rotation by a multiple of 90 degrees only exchanges coordinates or changes their signs, so the
+    deviation must not exceed ``noise``. For other rotations, the deviation must not exceed
+    ``rounding``.
     """
     here, there = tuple(map(float, point)), tuple(map(float, original))
     for axis in _AXES:
@@ -128,10 +132,13 @@ def _turned(point: Vector, axis: int, steps: int) -> Vector:
 
 
 class Distances:
-    """The irrational distances between points of one body, which a file can only state rounded."""
+    """Irrational distances between points of one body.
+
+    A robot file contains only rounded values of these distances.
+    """
 
     def __init__(self, bodies: Iterable[Iterable[Vector]], noise: float) -> None:
-        """Collects the distances.
+        """Collect the distances.
 
         Args:
             bodies: The exact points of each body (meter).
@@ -142,7 +149,10 @@ class Distances:
         self._roots = {square: math.sqrt(square) for square in sorted(squares)}
 
     def exact(self, length: sp.Expr) -> sp.Expr:
-        """Returns the exact distance of two points that rounds to a length, or the length."""
+        """Return the exact distance of two points whose rounded value is the length.
+
+        Without such points, return the length unchanged.
+        """
         places = decimal_places(length)
         if places is None:
             return length

@@ -12,7 +12,7 @@ def assumption(
     loop_joints: Sequence[Closure | Strut] = (),
     drives: Sequence[Drive] = (),
 ) -> tuple[str, ...]:
-    """Returns a note that lists all assumed limits and dimensions, or () if there are none.
+    """Return a note that lists all assumed limits and dimensions, or () if there are none.
 
     Args:
         parameters: The lengths, angles and ratios that have names.

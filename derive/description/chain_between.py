@@ -2,8 +2,7 @@
 
 The path leads from the base link up to the common ancestor of both links, and then down to the tip
 link. Between the base link and the common ancestor, parent link and child link of each joint are
-exchanged. A joint has the pose T_parent_link = before * motion(q) * after. After the exchange, the
-joint has the pose
+exchanged. A joint has the pose T_parent_link = before * motion(q) * after.
 
     T_link_parent = inverse(after) * motion(-q) * inverse(before).
 
@@ -39,7 +38,7 @@ class _InversePlacements:
 
 @cache
 def inverse_convention(convention: Convention) -> Convention:
-    """Returns the convention for inverted joints. The fields stay the same."""
+    """Return the convention for inverted joints. The fields stay the same."""
     if isinstance(convention.place, _InversePlacements):
         return convention.place.convention
     return Convention(
@@ -53,7 +52,7 @@ def inverse_convention(convention: Convention) -> Convention:
 
 
 def inverted(joint: Joint) -> Joint:
-    """Exchanges parent link and child link of a joint. The joint coordinate does not change."""
+    """Exchange parent link and child link of a joint. The joint coordinate does not change."""
     return replace(
         joint,
         before=inverse(joint.after),
@@ -66,7 +65,7 @@ def inverted(joint: Joint) -> Joint:
 
 
 def outwards(path: Iterable[Joint], base: str) -> Iterator[Joint]:
-    """Yields the joints of a path. Joints towards the base are inverted.
+    """Yield the joints of a path.
 
     Args:
         path: The joints in the order of the path.
@@ -79,7 +78,7 @@ def outwards(path: Iterable[Joint], base: str) -> Iterator[Joint]:
 
 
 def between(robot: Described, base: str | None, tip: str | None, file: str) -> Described:
-    """Returns the chain between two frames of a robot, and the loops that contain its joints.
+    """Return the chain between two frames of a robot, and the loops that contain its joints.
 
     Args:
         robot: The description, with the numbers of the file.
@@ -117,7 +116,7 @@ def between(robot: Described, base: str | None, tip: str | None, file: str) -> D
 
 
 def _with_parents(robot: SerialRobot) -> tuple[Joint, ...]:
-    """Returns the joints of a serial robot as a tree that starts at the base frame."""
+    """Return the joints of a serial robot as a tree that starts at the base frame."""
     links = robot.link_names
     parents = (robot.base_frame, *links)
     return tuple(
@@ -213,7 +212,7 @@ def _in_mechanism(robot: Mechanism, base: str, tip: str, frames: Mapping[str, Fr
 def _with_loops(
     joints: Sequence[Joint], closing: Sequence[Closing], tool_body: str
 ) -> tuple[tuple[Joint, ...], list[Closing]]:
-    """Returns the tree joints, and the closures, struts and couplings, of a chain with its loops.
+    """Return the joints of the tree, and the closures, struts and couplings of a chain.
 
     A loop or coupling belongs to the robot if it shares a moving joint with the chain, or with a
     loop or coupling of the robot.

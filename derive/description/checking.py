@@ -26,9 +26,7 @@ from .toml_lines import table_of
 MAX_ERRORS = 100
 """Maximum number of errors that are reported per file."""
 _UNITS = {"length": "mm", "angle": "rad"}
-"""An unknown length unit is replaced by mm, and an unknown angle unit by rad. In millimeters and
-radians, numbers of any size are plausible.
-"""
+"""An unknown length unit is replaced by mm, and an unknown angle unit by rad."""
 _MISSING = {"axis": [0, 0, 1], "length": 1, "mass": 1, "pitch": 1, "retracted": 1, "value": 1}
 """Values for missing required fields."""
 
@@ -52,7 +50,7 @@ class Finding:
     message: str
 
     def __str__(self) -> str:
-        """Returns the finding as one line of text."""
+        """Return the finding as one line of text."""
         kind = "" if self.severity == "error" else f"{self.severity}: "
         return f"{self.where}: {kind}{self.message}"
 
@@ -64,7 +62,7 @@ def checked(
     group: str | None,
     arguments: Sequence[str],
 ) -> tuple[tuple[Finding, ...], Described | None]:
-    """Returns the findings for a description, and the robot. See :func:`.check`.
+    """Return the findings for a description, and the robot. See :func:`.check`.
 
     The robot is None if the description has errors.
     """
@@ -75,7 +73,7 @@ def checked(
             if errors:
                 return errors, None
         with warnings.catch_warnings():
-            # The notes of the robot already list all numbers that the reader changed.
+            # The notes of the robot already list all numbers that `read` changed.
             warnings.simplefilter("ignore")
             robot = read(source, base=base, tip=tip, group=group, arguments=arguments)
     except DescriptionError as error:
@@ -86,14 +84,17 @@ def checked(
 
 
 def finding_of(error: DescriptionError, file: str = "") -> Finding:
-    """Returns an error as a finding. If the error names no file, ``file`` is used."""
+    """Convert an error to a finding.
+
+    If the error names no file, ``file`` is used.
+    """
     line = "" if error.line is None else f":{error.line}"
     where = f"{error.file or file}{line}" + (f": {error.field}" if error.field else "")
     return Finding("error", where, str(error).removeprefix(f"{where}: "))
 
 
 def _errors(text: str, file: str) -> Iterator[Finding]:
-    """Yields the errors of a robot file in the order of its lines."""
+    """Yield the errors of a robot file in the order of its lines."""
     repairs = _Repairs(file, text)
     errors: list[DescriptionError] = []
     is_complete = False
@@ -125,7 +126,7 @@ class _Repairs:
         text: The text of the file, with misspelt words corrected.
         values: Replacements for values of the file. If a replacement is None, the value is removed.
         removed: Names of the removed parameters.
-        respelled: Paths of the fields in which a word was corrected.
+        respelled: Fields of the file in which a misspelt word was corrected.
     """
 
     file: str
@@ -135,7 +136,6 @@ class _Repairs:
     respelled: set[Keys] = field(default_factory=set)
 
     def apply(self, reader: RobotFile) -> None:
-        """Puts the corrected values into the table of a reader."""
         for keys, value in self.values.items():
             place = reader.at(keys[:-1])
             if isinstance(place, dict) and value is None:
@@ -144,13 +144,13 @@ class _Repairs:
                 place[keys[-1]] = value
 
     def caused(self, error: DescriptionError) -> bool:
-        """Whether an earlier correction of the file's values caused an error."""
+        """Whether an earlier correction of the file caused an error."""
         names = set(re.findall(r"\w+", str(error.value)))
         is_repaired = keys_of(error.field) in (self.values.keys() | self.respelled)
         return is_repaired or bool(names & self.removed)
 
     def repair(self, reader: RobotFile, error: DescriptionError) -> bool:
-        """Corrects the value that caused an error.
+        """Correct the value that caused an error.
 
         Returns False if the value cannot be corrected.
         """
@@ -165,7 +165,8 @@ class _Repairs:
             keys = keys[:-1]
         value = self._value(keys, error)
         if keys in self.values and value in (None, self.values[keys]):
-            # If no replacement value avoids the error, the whole table is removed.
+            # If no replacement value avoids the error, the table that contains the field is
+            # removed.
             keys, value = keys[:-1], None
             if keys in self.values:
                 return False
@@ -175,7 +176,7 @@ class _Repairs:
         return True
 
     def _value(self, keys: Keys, error: DescriptionError) -> object:
-        """Returns a harmless value for a field, or None if the field must be removed."""
+        """Return a placeholder value for a field, or None if the field must be removed."""
         last = keys[-1]
         if is_missing(error.expected) or keys in self.values:
             return f"unnamed{len(self.values)}" if last == "name" else _MISSING.get(str(last))
@@ -187,7 +188,7 @@ class _Repairs:
         return 1 if keys[0] == "parameters" and last != "unit" else None
 
     def _has_respelled(self, error: DescriptionError, word: str) -> bool:
-        """Corrects a misspelt word in its line. The result is False if the text stays the same."""
+        """Correct a misspelt word in its line. The result is False if the text stays the same."""
         lines = self.text.split("\n")
         if error.line is None or not isinstance(error.value, str):
             return False

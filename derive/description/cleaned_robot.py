@@ -29,15 +29,15 @@ def cleaned(robot: SerialRobot) -> SerialRobot: ...
 @overload
 def cleaned(robot: Mechanism) -> Mechanism: ...
 def cleaned(robot: Described) -> Described:
-    """Returns the robot with exact numbers and a list of the changed numbers.
+    """Return the robot with exact numbers and a list of the changed numbers.
 
     Args:
-        robot: A robot with the numbers of its file.
+        robot: The robot with the numbers as written in its file.
 
     Returns:
         The robot with exact numbers. The field ``cleaning`` of the robot lists the changes. For a
-        serial robot, ``cleaning`` and ``notes`` also state how far the new numbers move the tool. A
-        robot with loops also keeps a copy with the numbers of its file.
+        serial robot, ``cleaning`` and ``notes`` also state the tool displacement due to the changed
+        numbers. A robot with loops also keeps a copy with the unchanged numbers of its file.
     """
     return _mechanism(robot) if isinstance(robot, Mechanism) else _serial(robot)
 
@@ -62,10 +62,10 @@ def cleaned_with_warning(robot: SerialRobot, file: str) -> SerialRobot: ...
 @overload
 def cleaned_with_warning(robot: Mechanism, file: str) -> Mechanism: ...
 def cleaned_with_warning(robot: Described, file: str) -> Described:
-    """Returns the robot with exact numbers, and warns if they move the tool far.
+    """Return the robot with exact numbers, and warn of a large tool displacement.
 
     Args:
-        robot: A robot with the numbers of its file.
+        robot: The robot with the numbers as written in its file.
         file: The name of the file.
     """
     result = cleaned(robot)
@@ -128,7 +128,7 @@ def _frame(work: ExactNumbers, loop_joint: Closure | Strut, end: str) -> Frame:
 
 
 def _points(mechanism: Mechanism) -> Mapping[str, list[Vector]]:
-    """Returns the points of each body at which joints, closures or struts are attached."""
+    """Return the points of each body at which joints, closures or struts are attached."""
     found: dict[str, list[Vector]] = {body: [] for body in mechanism.bodies}
     for body, placement in mechanism.placed:
         if placement and isinstance(placement[0], Translation):

@@ -22,7 +22,7 @@ class CoordinateFile(TomlFile):
     """A robot file with joint or motor coordinates."""
 
     def couplings(self, joints: Sequence[Joint]) -> tuple[tuple[Coupling, ...], tuple[Motor, ...]]:
-        """Reads the couplings, and the motors that they name.
+        """Read the couplings, and the motors that they name.
 
         A name that is neither a joint nor in ``[motors]`` becomes a revolute motor without limits.
 
@@ -30,7 +30,7 @@ class CoordinateFile(TomlFile):
             joints: The joints of the file.
 
         Raises:
-            DescriptionError: A table is invalid, or a coupled joint cannot move.
+            DescriptionError: A coupling table is invalid, or a coupled joint is a fixed joint.
         """
         kinds: dict[str, str] = {j.name: j.kind for j in joints if j.kind != "fixed"}
         fixed = [joint.name for joint in joints if joint.kind == "fixed"]
@@ -53,14 +53,15 @@ class CoordinateFile(TomlFile):
     def joint_couplings(
         self, joints: Sequence[tuple[int, Joint]], kinds: Mapping[str, JointKind]
     ) -> tuple[Coupling, ...]:
-        """Reads the couplings between joints and cylinders of a robot with loops.
+        """Read the couplings between joints and cylinders of a robot with loops.
 
         Args:
-            joints: The joints of the file, each with its index in the file.
+            joints: Pairs (index in the file, joint) of all joints of the file.
             kinds: Types of the moving joints and cylinders by name.
 
         Raises:
-            DescriptionError: A table is invalid, or names no moving joint or cylinder.
+            DescriptionError: A coupling table is invalid, or refers to a name that is neither a
+                moving joint nor a cylinder.
         """
         found, rules = [], self.table_at(("couplings",), {})
         for joint in rules:
@@ -86,11 +87,11 @@ class CoordinateFile(TomlFile):
     def mimics(
         self, joints: Iterable[tuple[int, Joint]], kinds: Mapping[str, str]
     ) -> Iterator[Coupling]:
-        """Yields the couplings that joints state with ``mimic``.
+        """Yield the couplings that joints state with ``mimic``.
 
         Args:
-            joints: The joints of the file, each with its index in the file.
-            kinds: Types of all possible leaders by name.
+            joints: Pairs (index in the file, joint) of all joints of the file.
+            kinds: Joint types of all joints that a mimic joint can follow, keyed by name.
         """
         for k, joint in joints:
             keys: Keys = ("joints", k, "mimic")
@@ -99,7 +100,7 @@ class CoordinateFile(TomlFile):
             if joint.kind == "fixed":
                 self.fail(keys, "no value for a fixed joint")
             if self.at(("couplings", joint.name)) is not None:
-                self.fail(keys, f"one coupling of {joint.name}, which [couplings] has already")
+                self.fail(keys, f"one coupling of {joint.name}; [couplings] also states one")
             self.check_fields(keys, self.table_at(keys), ("joint", "multiplier", "offset"))
             others = [name for name in kinds if name != joint.name]
             leader = self.option((*keys, "joint"), others, "")
@@ -140,7 +141,7 @@ class CoordinateFile(TomlFile):
         return Motor(name, kind, limits, self.assumed(keys, ("limits",)))
 
     def limits(self, keys: Keys, kind: JointKind) -> Limits:
-        """Reads the limits of a coordinate, a list of two numbers."""
+        """Read the limits of a coordinate, a list of two numbers."""
         value = self.at(keys)
         if value is None:
             return None, None
@@ -160,5 +161,5 @@ class CoordinateFile(TomlFile):
         return lower, upper
 
     def coordinate_scale(self, kind: str) -> sp.Expr:
-        """Returns the number of meters or radians per unit of a coordinate in the file."""
+        """Return the number of meters or radians per unit of a coordinate in the file."""
         return self.scale["length" if kind == "prismatic" else "angle"]

@@ -25,8 +25,8 @@ class ExactNumbers:
 
     Attributes:
         tolerance: Length noise (meter).
-        points: For each point whose noise was removed, the exact point.
-        numbers: The numbers of the description that an exact value replaces.
+        points: Exact points. The keys are the points of the description after noise removal.
+        numbers: The replaced numbers of the description, with their exact values.
     """
 
     tolerance: Fraction
@@ -34,14 +34,14 @@ class ExactNumbers:
     numbers: list[CleanedNumber] = field(default_factory=list)
 
     def parameter(self, parameter: Parameter) -> Parameter:
-        """Returns a parameter with an exact value. Ratios stay as they are."""
+        """Return a parameter with an exact value. Ratios stay as they are."""
         if parameter.kind == "ratio":
             return parameter
         at = f"parameter {parameter.name}"
         return replace(parameter, value=self.scalar(at, "", parameter.kind, parameter.value))
 
     def joint(self, joint: Joint) -> Joint:
-        """Returns a joint with exact numbers."""
+        """Return a joint with exact numbers."""
         convention = joint.convention
         if convention is None or not joint.given:
             before = self.placement(joint.name, joint.before)
@@ -60,7 +60,7 @@ class ExactNumbers:
         return replace(joint, before=before, after=after, given=convention.scalars(given))
 
     def of_field(self, at: str, each: Field, values: Sequence[sp.Expr]) -> sp.Expr | Vector:
-        """Returns the exact value of a convention field."""
+        """Return the exact value of a convention field."""
         kind = each.kind.removesuffix("s")
         if kind == "direction":
             x, y, z = values
@@ -74,7 +74,7 @@ class ExactNumbers:
         return _grouped(each, [self.scalar(at, name, kind, value) for name, value in pairs])
 
     def point(self, at: str, vector: Vector, names: Sequence[str] = "xyz") -> Vector:
-        """Returns a point without noise.
+        """Return a point without noise in its coordinates.
 
         If the point is a rotated copy of another point, its coordinates become exact.
         """
@@ -88,7 +88,7 @@ class ExactNumbers:
         return x, y, z
 
     def without_noise(self, vector: Vector) -> Vector:
-        """Returns a vector of lengths without noise. Symbolic components stay as they are."""
+        """Return a vector of lengths without noise. Symbolic components stay as they are."""
         x, y, z = (
             length if length == 0 or length.free_symbols else without_noise(length, self.tolerance)
             for length in vector
@@ -96,7 +96,7 @@ class ExactNumbers:
         return x, y, z
 
     def placement(self, at: str, placement: Placement) -> Placement:
-        """Returns a placement with exact numbers."""
+        """Return a placement with exact numbers."""
         cleaned: Placement = ()
         for motion in placement:
             if isinstance(motion, Rotation):
@@ -107,14 +107,17 @@ class ExactNumbers:
         return cleaned
 
     def length(self, at: str, value: sp.Expr, distances: Distances) -> sp.Expr:
-        """Returns a strut length without noise, or the exact distance if the length is rounded."""
+        """Return a strut length without noise.
+
+        A rounded distance is replaced by the exact distance.
+        """
         if value == 0 or value.free_symbols:
             return value
         taken = distances.exact(without_noise(value, self.tolerance))
         return self.noted(at, "length", "length", value, taken)
 
     def scalar(self, at: str, name: str, kind: str, value: sp.Expr) -> sp.Expr:
-        """Returns an exact length or angle."""
+        """Return an exact length or angle."""
         if value == 0 or value.free_symbols:
             return value
         is_angle = kind == "angle"
@@ -122,7 +125,7 @@ class ExactNumbers:
         return self.noted(at, name, kind, value, taken)
 
     def noted(self, at: str, name: str, kind: str, found: sp.Expr, taken: sp.Expr) -> sp.Expr:
-        """Returns the exact number and records the change."""
+        """Return the exact number and record the change."""
         if found != taken:
             self.numbers.append(CleanedNumber(at, name, found, taken, _UNITS[kind]))
         return taken

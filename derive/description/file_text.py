@@ -17,7 +17,7 @@ from .toml_file import file_error
 
 
 def text_of(path: str | Path) -> str:
-    """Returns the text of a description file.
+    """Return the text of a description file.
 
     Raises:
         DescriptionError: The file cannot be read, is too long, or is not UTF-8.
@@ -26,7 +26,7 @@ def text_of(path: str | Path) -> str:
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """Returns the content of a description file in bytes.
+    """Return the content of a description file in bytes.
 
     Raises:
         DescriptionError: The file cannot be read, or is too long.
@@ -41,7 +41,7 @@ def read_bytes(path: str | Path) -> bytes:
 
 
 def check_length(file: str, text: str) -> None:
-    """Raises an error if a text is too long.
+    """Raise an error if a text is too long.
 
     Raises:
         DescriptionError: The text is longer than the limit.
@@ -55,7 +55,7 @@ def _too_long(file: str) -> DescriptionError:
 
 
 def included_bytes(path: Path, folders: Iterable[Path], by: Path) -> bytes:
-    """Returns the content of an included file.
+    """Return the content of an included file.
 
     Args:
         path: The included file.
@@ -82,7 +82,7 @@ def included_bytes(path: Path, folders: Iterable[Path], by: Path) -> bytes:
 
 
 def decoded(file: str, content: bytes, encoding: str) -> str:
-    """Decodes the content of a file.
+    """Decode the content of a file.
 
     Args:
         file: Name of the file in error messages.

@@ -1,10 +1,11 @@
 """Rods and cylinders whose rotation about their own axis is determined by the joints at their ends.
 
 A strut between two balls, or between a universal joint and a ball, keeps the distance of its ends.
-Any other strut with a universal joint, or with a pin and a ball, becomes links of the joint tree
-and a closure. The z axis of the frame at an end is the axis of the pin, or the axis of the
-universal joint on this body. The second axis of a universal joint is perpendicular to the first and
-to the strut, and parallel to the pin or to the second axis at the other end.
+Any other strut with a universal joint, or with a pin and a ball, is modeled by links in the joint
+tree and a closure. The z axis of the frame at an end is the axis of the pin, or the axis of the
+universal joint on this body. The second axis of a universal joint is perpendicular to the first
+axis and to the strut. If the other end has a pin, the second axis is parallel to the pin. If the
+other end has a universal joint, the second axes of both ends are parallel.
 """
 
 from collections.abc import Mapping
@@ -26,9 +27,8 @@ _TO_CROSS = rotation("x", -_RIGHT)
 The second axis is the y axis of the first frame.
 """
 _TO_STRUT = rotation("z", _RIGHT) + rotation("x", _RIGHT)
-"""Rotation from the frame of a pin to the frame of its strut. The x axis of the pin frame is along
-the strut. The z axis of the strut frame is along the strut, and the y axis is the axis of the pin.
-"""
+"""Rotation from the frame of a pin to the frame of its strut. The z axis of the strut frame is
+along the strut, and the y axis is the axis of the pin."""
 _FROM_STRUT = rotation("x", -_RIGHT) + rotation("z", -_RIGHT)
 _FROM_CROSS = rotation("x", _RIGHT)
 """The inverse rotations."""
@@ -48,9 +48,7 @@ def is_jointed(ends: Ends) -> bool:
 
 
 def jointed(strut: Strut, ends: Ends) -> JointedStrut:
-    """Returns joints and a closure in place of a strut.
-
-    The joints start at the end with fewer degrees of freedom.
+    """Return joints and a closure in place of a strut.
 
     Args:
         strut: The strut; its swing angle becomes the angle of the first joint.
@@ -78,7 +76,7 @@ def jointed(strut: Strut, ends: Ends) -> JointedStrut:
 
 
 def _at_start(strut: Strut, kind: str, start: Frame) -> list[Joint]:
-    """Returns the joints between the first body and the strut: a pin or a universal joint."""
+    """Return the joints between the first body and the strut: a pin or a universal joint."""
     # At zero, the x axis of the first joint points from a to b.
     before = start.placement + (() if start is strut.a else rotation("z", sp.pi))
     section, cross = strut.sections[0], f"{strut.name}_cross"
@@ -92,6 +90,6 @@ def _at_start(strut: Strut, kind: str, start: Frame) -> list[Joint]:
 
 
 def _middle(strut: Strut) -> tuple[tuple[str, sp.Expr], ...]:
-    """Returns the middle of a cylinder's limits, its default reference value."""
+    """Return the middle of a cylinder's limits, its default reference value."""
     low, high = strut.limits
     return () if low is None or high is None else ((strut.name, (low + high) / 2),)

@@ -77,11 +77,11 @@ class MechanismFile(RobotFile):
     of_lines: ClassVar = {}
 
     def described(self) -> Mechanism:
-        """The robot with loops that the file describes."""
+        """Return the robot with loops that the file describes."""
         return self.mechanism()
 
     def mechanism(self) -> Mechanism:
-        """The robot.
+        """Return the robot.
 
         Raises:
             DescriptionError: The file is invalid.
@@ -159,12 +159,12 @@ class MechanismFile(RobotFile):
         return tuple(joints)
 
     def _joints_with_indices(self, joints: Sequence[Joint]) -> list[tuple[int, Joint]]:
-        """Returns the joints that the file lists by name, with their indices in the file."""
+        """Return the joints that the file lists by name, with their indices in the file."""
         index = {self.at(("joints", k, "name")): k for k in range(self._joint_count())}
         return [(index[joint.name], joint) for joint in joints if joint.name in index]
 
     def _platform(self, keys: Keys, kind: str, parent: str) -> Iterator[Joint]:
-        """Yields the one-DOF joints of a platform that moves freely."""
+        """Yield the joints, with one degree of freedom each, of a planar or free platform."""
         self.check_fields(keys, self.table_at(keys), PLATFORM_FIELDS)
         freedoms = PLATFORMS[kind]
         name = self.name((*keys, "name"), kind)
@@ -236,12 +236,12 @@ class MechanismFile(RobotFile):
         return Strut(name, a, b, length, is_cylinder, ends, swing, has_universal=has_universal)
 
     def _ended(self, keys: Keys, strut: Strut) -> Strut | JointedStrut:
-        """Returns the strut, or the joints that replace a strut with these ends."""
+        """Return the strut, or the joints that replace a strut with these ends."""
         ends = self._ends(keys)
         return jointed(strut, ends) if is_jointed(ends) else strut
 
     def _ends(self, keys: Keys) -> Ends:
-        """Reads the kinds of joints at both ends, from one word or a list of two."""
+        """Read the kinds of joints at both ends, from one word or a list of two."""
         keys = (*keys, "ends")
         value = self.at(keys)
         if not isinstance(value, list):
@@ -254,7 +254,7 @@ class MechanismFile(RobotFile):
     def _frames(self, keys: Keys, bodies: Sequence[str]) -> tuple[Frame, Frame]:
         a, b = self._frame_on_body((*keys, "a"), bodies), self._frame_on_body((*keys, "b"), bodies)
         if a.body == b.body:
-            self.fail((*keys, "b", "body"), f"a body other than that of {dotted((*keys, 'a'))}")
+            self.fail((*keys, "b", "body"), f"a body other than the body of {dotted((*keys, 'a'))}")
         return a, b
 
     def _frame_on_body(self, keys: Keys, bodies: Sequence[str]) -> Frame:
@@ -279,7 +279,7 @@ class MechanismFile(RobotFile):
     def _advance(
         self, keys: Keys, table: Mapping[str, object], joint: str, slides: bool
     ) -> sp.Expr:
-        """Returns the motion of the joint per radian of its motor."""
+        """Return the motion of the joint per radian of its motor."""
         field, others = (
             ("radius", ("ratio",)) if slides else ("ratio", ("radius", "teeth", "pitch"))
         )
@@ -299,7 +299,7 @@ class MechanismFile(RobotFile):
         return ratio
 
     def _of_teeth(self, keys: Keys, table: Mapping[str, object]) -> sp.Expr:
-        """Returns the effective radius of a wheel for a belt, a chain or a rack."""
+        """Return the effective radius of a wheel for a belt, a chain or a rack."""
         if "radius" in table:
             self.fail((*keys, "radius"), "either a radius, or teeth and pitch")
         teeth = self.number((*keys, "teeth"), "ratio")
@@ -347,6 +347,6 @@ class MechanismFile(RobotFile):
 
 
 def _moving(joints: Sequence[Joint], struts: Sequence[Strut]) -> dict[str, JointKind]:
-    """Returns the types of movable joints and cylinders by name."""
+    """Return the types of movable joints and cylinders by name."""
     kinds: dict[str, JointKind] = {j.name: j.kind for j in joints if j.kind != "fixed"}
     return kinds | {strut.name: "prismatic" for strut in struts if strut.is_cylinder}

@@ -28,15 +28,13 @@ Number = TypeVar("Number", float, sp.Expr)
 
 _PI = Fraction(str(sp.N(sp.pi, EVALUATION_DIGITS)))
 _STEPS = (sp.pi / 12, sp.pi / 2)
-"""Angle steps: a rounded angle becomes a multiple of pi/12 or of pi/2. Multiples of pi/12 are
-tested first.
-"""
+"""A rounded angle is replaced by a multiple of one of these angles: pi/12 or pi/2. Multiples of
+pi/12 are tested first."""
 _PLACES_OF_PI = 4
 """Minimum number of decimal places of a rounded pi. 3.14 is too inaccurate for a real joint."""
 _MIN_PLACES = 3
-"""Minimum number of decimal places of a rounded direction. A direction with fewer than three places
-is only approximate and stays as it is.
-"""
+"""Minimum number of decimal places of a rounded direction. A direction with fewer than three
+decimal places is only approximate and is not changed."""
 _PI_AS_WRITTEN = (
     _PI,
     *(
@@ -45,7 +43,7 @@ _PI_AS_WRITTEN = (
         for to_whole in (round, math.floor)
     ),
 )
-"""The number pi, exact and then rounded and truncated to more and more decimal places."""
+"""The exact value of pi, then pi rounded and truncated to increasing numbers of places."""
 _QUARTER = 6
 """Number of 15-degree steps in a right angle."""
 _FIRST_SINES = (
@@ -65,12 +63,14 @@ _SINGLE_PLACES = 7
 
 
 def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
-    """Returns the short decimal for a decimal with noise, or the unchanged decimal without noise.
+    """Remove the noise of a decimal.
+
+    A decimal without noise is returned unchanged.
 
     A single-precision number with the digits of a double, such as 0.20000000298023224, is first
-    shortened. A decimal d is accepted if it differs from the value by at most ``tolerance``, and by
-    at most its last place divided by ``NOISE_GAP``. The next three digits of the value are
-    therefore 000 or 999.
+    shortened. The result is the shortest decimal that differs from the value by at most
+    ``tolerance``. One unit in the last place of the result must be at least ``NOISE_GAP`` times the
+    difference between the result and the value.
 
     Args:
         value: A number. A number that is not a finite decimal is returned unchanged.
@@ -88,7 +88,7 @@ def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
 
 
 def single_precision(number: Fraction) -> Fraction:
-    """Returns the shortest decimal for a single-precision number in meters or millimeters.
+    """Return the shortest decimal for a single-precision number in meters or millimeters.
 
     Numbers that are not in single precision, and numbers with few digits, are not changed.
     """
@@ -103,17 +103,16 @@ def single_precision(number: Fraction) -> Fraction:
 
 
 def exact_angle(value: sp.Expr) -> sp.Expr:
-    """Returns the exact value (radian) of a rounded angle.
+    """Return the exact value (radian) of a rounded angle.
 
     Noise is removed from an angle that is not a rounded multiple of pi/12.
 
     A decimal becomes a multiple of pi/12 if rounding or truncating this multiple gives the decimal.
-    The decimal must have enough places: an arbitrary angle may match with a probability of at most
-    ``CHANCE``. Three decimal places are enough, or two decimal places for right angles. The file
-    may also contain a fraction of a rounded pi. The rounded pi has at least four decimal places,
-    and at most as many as the number in the file. For example, 0.7853975 is 3.14159 / 4. Trailing
-    zeros do not count as places, so the decimal 2.880 stays as it is. An angle of zero must be
-    written as 0.
+    The decimal must have so many places that an arbitrary angle matches a multiple of pi/12 with a
+    probability of at most ``CHANCE``. Three decimal places are enough, or two decimal places for
+    right angles. The rounded pi has at least four decimal places, and at most as many as the number
+    in the file. Trailing zeros do not count as places, so the decimal 2.880 stays as it is. An
+    angle of zero must be written as 0.
     """
     degrees = value * 180 / sp.pi
     if degrees.is_Rational:
@@ -138,7 +137,7 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
 
 
 def radians_meant(value: sp.Expr) -> sp.Expr | None:
-    """Returns the multiple of pi if an angle in degrees looks like radians, else None.
+    """Return the multiple of pi that an angle in degrees seems to mean in radians, or None.
 
     The angle must be at most one turn. A right angle is recognized from two decimal places (1.57).
     Other multiples of pi/12 are recognized from four decimal places (0.7854).
@@ -165,16 +164,18 @@ def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
 
 
 def exact_direction(vector: Vector) -> Vector:
-    """Returns the exact value of a rounded direction.
+    """Return the exact direction that a rounded direction stands for.
 
-    Noise is removed from a vector that is not a rounded direction.
+    If the vector is not a rounded direction, only its noise is removed.
 
     A decimal vector is normalized and compared with the vectors of :func:`exact_directions`. Each
     component must agree within one unit of the last written place, or within ``NOISE`` times the
-    length of the vector. A zero component must be exactly zero.
+    length of the vector. A component that is zero in the exact direction must be exactly zero in
+    the file.
 
     Returns:
-        A unit vector with exact roots, or the decimals of the file.
+        The matching exact direction: a unit vector with exact roots as components. If no exact
+        direction matches, the result is the given vector without its noise.
     """
     if any(decimal_places(component) is None for component in vector):
         return vector
@@ -237,7 +238,7 @@ class _Diagonal:
 
 @cache
 def exact_directions() -> tuple[tuple[_Turned | _Diagonal, tuple[float, float, float]], ...]:
-    """Returns the exact unit vectors with their numerical values."""
+    """Return the exact unit vectors with their numerical values."""
     found: dict[tuple[float, ...], tuple[_Turned | _Diagonal, tuple[float, float, float]]] = {}
     directions: list[_Turned | _Diagonal] = []
     directions += [_Turned(*at) for at in product(range(24), range(13), range(3))]

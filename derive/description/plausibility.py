@@ -1,4 +1,4 @@
-"""Finds numbers that fit another unit better than the assumed unit.
+"""Finds numbers that are plausible only in another unit.
 
 In a format with units, an implausible number without a unit is an error. In a format without units
 such as URDF, an implausible number only gives a note. A number with a stated unit is always
@@ -24,7 +24,7 @@ LARGEST_LIMIT: dict[ParameterKind, float] = {"length": LONGEST_LENGTH, "angle": 
 
 
 def statement_of(kind: ParameterKind, largest: Mapping[ParameterKind, float] = LARGEST) -> str:
-    """Returns the text of an error that asks for the unit of a large number."""
+    """Return the text of an error that asks for the unit of a large number."""
     default, other = _DEFAULTS[kind]
     return (
         f"{'a length' if kind == 'length' else 'an angle'} of at most {largest[kind]:g} {default}, "
@@ -34,7 +34,7 @@ def statement_of(kind: ParameterKind, largest: Mapping[ParameterKind, float] = L
 
 
 def implausible_values(robot: SerialRobot) -> tuple[str, ...]:
-    """Returns notes on numbers with doubtful units."""
+    """Return notes on numbers with doubtful units."""
     questions = [question for joint in robot.joints for question in _implausible_angles(joint)]
     questions += filter(None, map(_implausible_limits, robot.joints))
     longest = robot_size(robot)
@@ -47,7 +47,7 @@ def implausible_values(robot: SerialRobot) -> tuple[str, ...]:
 
 
 def _implausible_limits(joint: Joint) -> str:
-    """Returns a note on doubtful limits of a revolute joint, or ""."""
+    """Return a note on doubtful limits of a revolute joint, or ""."""
     limits = [limit for limit in joint.limits if limit is not None]
     if joint.kind != "revolute" or not any(abs(float(limit)) >= MAX_TURNED for limit in limits):
         return ""

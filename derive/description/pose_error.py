@@ -1,10 +1,11 @@
 """Bounds the pose difference between two robots with the same joints.
 
-The pose of a link is ``T = before * motion(q) * after``. The same pose is ``T = exp([S] q) M`` with
-the screw axis S of the joint and the pose M at zero. Each of the two forms of the pose gives bounds
-for the translation and rotation error of a link. The smaller bound is used. The pose error is
-bounded by the sum of the link bounds. A rotation bound is multiplied by the largest distance from
-the link to the tool. The sum of the link bounds holds for all joint values within the limits.
+The pose of a link is ``T = before * motion(q) * after``. An equivalent formula is ``T = exp([S] q)
+M``, where S is the screw axis of the joint and M is the pose at q = 0. Each of these two equations
+gives bounds for the translation error and the rotation error of a link. The smaller of the two
+bounds is used. The pose error is bounded by the sum of the link bounds. A rotation bound is
+multiplied by the largest distance from the link to the tool. The sum of the link bounds holds for
+all joint values within the limits.
 """
 
 from collections.abc import Iterator, Mapping
@@ -23,7 +24,7 @@ TRAVEL = 1.0
 """Assumed range (meter) of a prismatic joint without limits."""
 _PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 _Matrix: TypeAlias = Any
-"""A matrix of mpmath, which has no type hints."""
+"""Type of mpmath matrices; mpmath has no type hints."""
 _Values = Mapping[sp.Symbol, sp.Expr]
 
 
@@ -57,7 +58,7 @@ class _Link:
 
 
 def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
-    """Returns the maximum distance (meter) and angle (radian) between the tools of two robots.
+    """Return the maximum distance (meter) and angle (radian) between the tools of two robots.
 
     Args:
         one: A robot.
@@ -66,7 +67,8 @@ def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         position = orientation = beyond = mpmath.mpf(0)
-        # In the order from tool to base, the distance to the tool is known for each link.
+        # The links are processed from tool to base, so the distance to the tool is known for each
+        # link.
         for link, same in reversed(list(zip(_links(one), _links(other), strict=True))):
             shift, turn = _difference(link, same)
             position += shift + turn * beyond
@@ -76,12 +78,12 @@ def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
 
 
 def robot_size(robot: Described) -> float:
-    """Returns the longest dimension (meter) of a robot, or 0."""
+    """Return the longest dimension (meter) of a robot, or 0."""
     return max((float(length) for length in lengths(robot)), default=0.0)
 
 
 def lengths(robot: Described) -> Iterator[sp.Expr]:
-    """Yields the absolute values (meter) of all translations at default parameters."""
+    """Yield the absolute values (meter) of all translations at default parameters."""
     values = _values(robot)
     for placement in robot.placements:
         for motion in placement:
@@ -90,13 +92,12 @@ def lengths(robot: Described) -> Iterator[sp.Expr]:
 
 
 def _difference(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns bounds for the difference of two link motions: a translation and a rotation angle."""
+    """Return bounds for the difference of two link motions: a translation and a rotation angle."""
     (shift, turn), (other_shift, other_turn) = _of_screws(link, same), _of_frames(link, same)
     return min(shift, other_shift), min(turn, other_turn)
 
 
 def _of_frames(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns error bounds of a link from the form ``before * motion(q) * after``."""
     tilt = _angle(link.before, same.before)
     arm = mpmath.norm(link.after[:3, 3]) + link.travel
     shift = _distance(link.before, same.before) + tilt * arm + _distance(link.after, same.after)
@@ -104,11 +105,9 @@ def _of_frames(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
 
 
 def _of_screws(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns error bounds of a link from the form ``exp([S] q) M``.
+    """Return two error bounds of a link, computed from its screw axis and home pose.
 
     Rotations of the joint frames about their z axes do not change the screws.
-
-    A rotation R about a displaced axis is ``D R D^-1`` with the displacement D.
     """
     tilt = _angle_between(link.before[:3, 2], same.before[:3, 2])
     shift = _distance(link.home, same.home) + tilt * link.travel
@@ -120,7 +119,7 @@ def _of_screws(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
 
 
 def _distance(one: _Matrix, other: _Matrix) -> mpmath.mpf:
-    """Returns the distance (meter) between the origins of two poses."""
+    """Return the distance (meter) between the origins of two poses."""
     return mpmath.norm(one[:3, 3] - other[:3, 3])
 
 
@@ -150,7 +149,7 @@ def _travel(joint: Joint, values: _Values) -> mpmath.mpf:
 
 
 def pose_in_digits(placement: Placement, values: _Values) -> _Matrix:
-    """Returns a placement as a matrix in the current precision of mpmath."""
+    """Return a placement as a matrix in the current precision of mpmath."""
     T = mpmath.eye(4)
     for motion in placement:
         step = mpmath.eye(4)
@@ -167,12 +166,12 @@ def pose_in_digits(placement: Placement, values: _Values) -> _Matrix:
 
 
 def _angle_between(a: _Matrix, b: _Matrix) -> mpmath.mpf:
-    """Returns the angle between two unit vectors. Small angles are accurate."""
+    """Return the angle between two unit vectors."""
     return 2 * mpmath.asin(min(mpmath.mpf(1), mpmath.norm(a - b) / 2))
 
 
 def _angle(one: _Matrix, other: _Matrix) -> mpmath.mpf:
-    """Returns the rotation angle between two poses.
+    """Return the rotation angle between two poses.
 
     The formula is also accurate for small angles.
     """
@@ -192,5 +191,5 @@ def _number(expression: sp.Expr, values: _Values) -> mpmath.mpf:
 
 
 def _rounded(bound: mpmath.mpf) -> float:
-    """Returns a bound as a float. Rounding errors become 0."""
+    """Return a bound as a float."""
     return float(bound) if bound > ROUNDING else 0.0

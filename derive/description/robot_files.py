@@ -21,10 +21,10 @@ Every number is exact: an integer, a decimal, or an expression for
 :mod:`chasles.derive.model.exact`.
 
 The file of a robot with loops lists a joint tree (``parent``) and the parts that close the loops:
-``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``. ``actuated`` lists the coordinates. A file may
-extend another file and change its parameter values. The file of a measured robot may name the
-designed robot (``nominal``), by file or by the name of an installed robot. Newton's method then
-refines the solutions of the designed robot.
+``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``. A file may extend another file and change its
+parameter values. The file of a measured robot may refer to the designed robot. The entry
+``nominal`` states the designed robot: a file, or the name of an installed robot. Newton's method
+then refines the solutions of the designed robot.
 """
 
 from collections.abc import Sequence
@@ -66,7 +66,7 @@ def read(
     conventions: Sequence[Convention] = CONVENTIONS,
     exact: bool = False,
 ) -> Described:
-    """Reads a robot from a file. The suffix determines the format.
+    """Read a robot from a file. The suffix determines the format.
 
     Args:
         source: A robot file (.toml), URDF (.urdf), xacro file (.xacro), MJCF model (.xml) or SDF
@@ -122,7 +122,7 @@ def read_text(
     conventions: Sequence[Convention] = CONVENTIONS,
     exact: bool = False,
 ) -> Described:
-    """Reads a robot from text.
+    """Read a robot from text.
 
     Args:
         text: The text of a robot file or URDF.
@@ -185,7 +185,10 @@ def _of_toml(
     *,
     is_nominal: bool = False,
 ) -> Described:
-    """Reads a robot file from text. The file of a nominal robot must not name a nominal robot."""
+    """Read a robot file from text.
+
+    If a nominal robot file has the field `nominal`, an error is raised.
+    """
     reader = reader_of(text, file, conventions)
     if is_nominal and "nominal" in reader.table:
         reader.fail(("nominal",), "none: a nominal robot names no nominal robot itself")
@@ -199,7 +202,7 @@ def _of_toml(
 
 
 def reader_of(text: str, file: str, conventions: Sequence[Convention]) -> RobotFile:
-    """Returns the reader for the text of a robot file.
+    """Return the reader for the text of a robot file.
 
     Raises:
         DescriptionError: The text is not TOML, or the extended file cannot be read.
@@ -214,7 +217,7 @@ def reader_of(text: str, file: str, conventions: Sequence[Convention]) -> RobotF
 def _with_nominal(
     file: TomlFile, robot: Mechanism, conventions: Sequence[Convention], ends: Ends
 ) -> Mechanism:
-    """Adds the nominal robot that the file names."""
+    """Add the nominal robot that the file names."""
     keys = ("nominal",)
     path = nominal_file(Path(file.file), file.string(keys, ""))
     try:
@@ -237,7 +240,7 @@ def _with_nominal(
 
 
 def _extended(extending: TomlFile) -> TomlFile:
-    """Returns the file that a robot file extends."""
+    """Return the file that a robot file extends."""
     keys = ("extends",)
     path = Path(extending.file).parent / extending.string(keys, "")
     if path.suffix.lower() != SUFFIX:
@@ -247,5 +250,5 @@ def _extended(extending: TomlFile) -> TomlFile:
     except DescriptionError as error:
         extending.fail(keys, f"a robot file in this folder ({error})")
     if "extends" in extended.table:
-        extending.fail(keys, "a file that extends no other")
+        extending.fail(keys, "a file that does not extend another file")
     return extended

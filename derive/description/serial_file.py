@@ -47,7 +47,7 @@ SPRING_FIELDS = ("coordinate", "compliance", "axis", "point", "mass", "center")
 JOINT_FIELDS = ("name", "type", "convention", "limits", "link", "pitch", "direction", "assumed")
 _WAVES = ("sin1", "cos1", "sin2", "cos2")
 KINDS: tuple[JointKind, ...] = ("revolute", "prismatic", "helical", "fixed")
-_TURNS = "revolute joints in series, whose axes meet"
+_TURNS = "revolute joints in series with intersecting axes"
 IN_SERIES: Mapping[str, str] = {
     "universal": f"two {_TURNS}",
     "spherical": f"three {_TURNS}",
@@ -63,7 +63,7 @@ class RobotFile(CoordinateFile):
     joint_fields: ClassVar[tuple[str, ...]] = (*JOINT_FIELDS, "mimic")
     of_lines: ClassVar[Mapping[str, Convention]] = {AUTO: poe}
     """Values of the file's field ``convention`` that are not names of conventions, such as "auto".
-    Each value is mapped to the convention that reads the joints."""
+    """
 
     def __init__(
         self,
@@ -72,7 +72,7 @@ class RobotFile(CoordinateFile):
         extending: TomlFile | None = None,
         conventions: Sequence[Convention] = CONVENTIONS,
     ) -> None:
-        """Reads the text of a file. See :class:`TomlFile`.
+        """Read the text of a file. See :class:`TomlFile`.
 
         Args:
             file: File name for error messages.
@@ -85,11 +85,11 @@ class RobotFile(CoordinateFile):
         self._taken: dict[tuple[str, str], Keys] = {}
 
     def described(self) -> Described:
-        """The robot that the file describes, as a SerialRobot or a Mechanism."""
+        """Return the robot that the file describes, as a SerialRobot or a Mechanism."""
         return self.robot()
 
     def robot(self) -> SerialRobot:
-        """The robot.
+        """Return the robot.
 
         Raises:
             DescriptionError: The file is invalid.
@@ -129,7 +129,7 @@ class RobotFile(CoordinateFile):
             self.fail(("joints",), f"a robot ({error})", shown=None)
 
     def _each(self, field: str) -> list[Keys]:
-        """Returns the keys of all tables in a list, or [] if the list is missing."""
+        """Return the keys of all tables in a list, or [] if the list is missing."""
         value = self.table.get(field, [])
         if not isinstance(value, list) or len(value) > MAX_JOINTS:
             self.fail((field,), f"a list of at most {MAX_JOINTS} {field}")
@@ -149,19 +149,19 @@ class RobotFile(CoordinateFile):
             self.fail((*keys, "gain"), f"an invertible drive model ({error})", shown=None)
 
     def load(self) -> Load | None:
-        """Reads the link masses, and the gravity vector in the base frame."""
+        """Read the link masses, and the gravity vector in the base frame."""
         masses = tuple(map(self._mass, self._each("masses")))
         if "gravity" in self.table and not masses and "springs" not in self.table:
             self.fail(("gravity",), "[[masses]] for the gravity vector")
         return Load(masses, *self._gravity()) if masses else None
 
     def _springs(self) -> Springs | None:
-        """Reads the springs of joints, and the masses that load them."""
+        """Read the springs of joints, and the masses that load them."""
         springs = tuple(map(self._spring, self._each("springs")))
         return Springs(springs, *self._gravity()) if springs else None
 
     def _gravity(self) -> tuple[Vector, ...]:
-        """Reads the gravity vector. The default vector is used if the file has none."""
+        """Read the gravity vector. The default vector is used if the file has none."""
         return (self.vector(("gravity",), "ratio"),) if "gravity" in self.table else ()
 
     def _spring(self, keys: Keys) -> Spring:
@@ -214,10 +214,10 @@ class RobotFile(CoordinateFile):
         return read
 
     def joint_type(self, keys: Keys, kinds: Iterable[Word]) -> Word:
-        """Reads the type of a joint."""
+        """Read the type of a joint."""
         series = IN_SERIES.get(str(self.at(keys)))
         if series is not None:
-            self.fail(keys, f"one of {listed(kinds)} (this joint is {series})")
+            self.fail(keys, f"one of {listed(kinds)} (this joint consists of {series})")
         return self.option(keys, kinds, "revolute")
 
     def _joint(self, k: int) -> Joint:
@@ -247,15 +247,15 @@ class RobotFile(CoordinateFile):
         )
 
     def _new(self, keys: Keys, default: str | None = None, what: str = "name") -> str:
-        """Reads a name. Each name must be unique in the file."""
+        """Read a name. Each name must be unique in the file."""
         name = self.name(keys, default)
         first = self._taken.setdefault((what, name), keys)
         if first != keys:
-            self.fail(keys, f"a {what} other than that of {dotted(first[:2])}", name)
+            self.fail(keys, f"a {what} other than the {what} of {dotted(first[:2])}", name)
         return name
 
     def _convention(self, keys: Keys, table: Mapping[str, object]) -> Convention:
-        """Returns the convention of a joint.
+        """Return the convention of a joint.
 
         A joint without its own convention has the convention of the file.
         """
@@ -267,7 +267,7 @@ class RobotFile(CoordinateFile):
     def _given(
         self, keys: Keys, table: Mapping[str, object], convention: Convention, kind: JointKind
     ) -> dict[str, sp.Expr | Vector]:
-        """Reads the convention fields of a joint. A missing field has its default value."""
+        """Read the convention fields of a joint."""
         given = {
             field.name: self._value((*keys, field.name), field.kind) for field in convention.fields
         }
@@ -281,7 +281,7 @@ class RobotFile(CoordinateFile):
     def _fail_of_convention(
         self, keys: Keys, convention: Convention, error: DescriptionError
     ) -> NoReturn:
-        """Raises an error for field values at which the convention defines no joint placement."""
+        """Raise an error for field values at which the convention defines no joint placement."""
         for field in convention.fields:
             if field.kind == "direction":
                 self.fail((*keys, field.name), f"a direction: {error}")

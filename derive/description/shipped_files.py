@@ -11,20 +11,18 @@ from ..model.errors import UnknownRobotError
 
 ROBOTS = Path(__file__).parents[1] / "robots"
 SHELF = ROBOTS / "shelf"
-"""Folder of arms whose generated code is not installed with chasles. The code is derived when
-needed.
-"""
+"""Folder of arms whose generated code is not installed with chasles."""
 NAMED = "robot:"
 """Prefix of the names of robots in the package robot_descriptions."""
 
 
 def robot_names(folder: Path) -> list[str]:
-    """Returns the sorted names of the robots in a folder."""
+    """Return the sorted names of the robots in a folder."""
     return sorted(path.stem for path in folder.glob("*.toml"))
 
 
 def shipped_file(name: str) -> Path | None:
-    """Returns the file of an installed robot, or None if the name is unknown."""
+    """Return the file of an installed robot, or None if the name is unknown."""
     for folder in (ROBOTS, SHELF):
         if name in robot_names(folder):
             return folder / f"{name}.toml"
@@ -32,7 +30,7 @@ def shipped_file(name: str) -> Path | None:
 
 
 def located(source: str | Path) -> tuple[Path, tuple[str, ...]]:
-    """Returns the file of a robot, and the arguments for a xacro file.
+    """Return the file of a robot, and the arguments for a xacro file.
 
     Args:
         source: A path, the name of a robot installed with chasles, or ``robot:NAME`` for a robot in
@@ -58,12 +56,12 @@ def located(source: str | Path) -> tuple[Path, tuple[str, ...]]:
 
 
 def _nearest(name: str, known: list[str]) -> str:
-    """Returns the most similar known name, or ""."""
+    """Return the most similar known name, or ""."""
     plain = {re.sub(r"[^a-z0-9]", "", other): other for other in known}
     close = get_close_matches(re.sub(r"[^a-z0-9]", "", name.lower()), plain, n=1)
     return plain[close[0]] if close else ""
 
 
 def nominal_file(file: Path, nominal: str) -> Path:
-    """Returns the file of a nominal robot, which is installed or in the same folder."""
+    """Return the path of a nominal robot: a shipped file, or a file in the folder of ``file``."""
     return shipped_file(nominal) or file.parent / nominal

@@ -35,11 +35,11 @@ SAME_MEANING: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("degree", "degrees", "°"), ("deg",)),
     **dict.fromkeys(("radian", "radians"), ("rad",)),
 }
-"""Words of other programs in lower case, each with the words that robot files use instead."""
+"""Words that other programs use, in lower case, each with the equivalent words of robot files."""
 
 
 def hint(word: str, known: Iterable[str]) -> str:
-    """Returns a suffix for an error message that suggests a similar known word, or ""."""
+    """Return a suffix for an error message that suggests a similar known word, or ""."""
     words, lower = list(known), word.lower()
     close = [other for other in (lower, *SAME_MEANING.get(lower, ())) if other in words]
     close = close or difflib.get_close_matches(word, words, n=1)
@@ -47,6 +47,6 @@ def hint(word: str, known: Iterable[str]) -> str:
 
 
 def suggestion(expected: str) -> str:
-    """Returns the word that :func:`hint` suggested in an error, or ""."""
+    """Return the word that :func:`hint` suggested in an error, or ""."""
     found = re.search(r"\(did you mean '(.+)'\?\)$", expected)
     return found.group(1) if found else ""

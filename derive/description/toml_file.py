@@ -61,7 +61,7 @@ _DECIMAL = re.compile(r"[+-]?[0-9]*\.[0-9]+")
 def file_error(
     file: str, line: int | None, field: str, value: object, expected: str
 ) -> DescriptionError:
-    """Returns the error for a value in a robot file."""
+    """Return the error for a value in a robot file."""
     position = file if line is None else f"{file}:{line}"
     about = f"{field}: " if field else ""
     found = "" if value is None else f", found {shown_value(value)}"
@@ -72,21 +72,24 @@ def file_error(
 
 
 class TomlFile:
-    """A robot file with its table, units and parameters. Errors state the line."""
+    """A robot file with its table, units and parameters.
+
+    Each error states its line in the file.
+    """
 
     def __init__(self, file: str, text: str, extending: "TomlFile | None" = None) -> None:
-        """Parses the text.
+        """Parse the text.
 
         Args:
             file: File name for error messages.
             text: TOML text.
-            extending: A file that extends this file. The extending file replaces the name, title,
-                source and parameter values. An error in the extending file states the name of that
-                file.
+            extending: A file that extends this file. The extending file overrides the name, title,
+                source and parameter values of this file. The message of an error in the extending
+                file contains the name of the extending file.
 
         Raises:
-            DescriptionError: The text is empty or not valid TOML, or the extending file has fields
-                that it must not have.
+            DescriptionError: The text is empty or not valid TOML, or the extending file contains a
+                field that is not allowed.
         """
         self.file, self.text = file, text
         self.extending: TomlFile | None = None
@@ -107,7 +110,7 @@ class TomlFile:
             reason = str(error).split(" (at ")[0]
             raise file_error(self.file, line, "", None, f"valid TOML ({reason})") from error
         except (ValueError, ArithmeticError, RecursionError) as error:
-            expected = "a number of fewer digits"
+            expected = "a number with fewer digits"
             if isinstance(error, RecursionError):
                 expected = "fewer brackets in brackets"
             elif isinstance(error, LongKeyError):
@@ -133,7 +136,6 @@ class TomlFile:
         self.extending = extending
 
     def _new_value(self, keys: Keys) -> object:
-        """Returns the parameter value of an extending file, a number or a table."""
         value = self.at(keys)
         if not isinstance(value, Mapping):
             return value
@@ -143,7 +145,7 @@ class TomlFile:
         return value["value"]
 
     def declare_units(self) -> None:
-        """Reads the units of the file."""
+        """Read the units of the file."""
         units = self.table_at(("units",), {})
         self.check_fields(("units",), units, ("length", "angle"))
         self.stated = frozenset(units)
@@ -151,7 +153,7 @@ class TomlFile:
         self.scale["angle"] = self.choice(("units", "angle"), ANGLES, "rad")
 
     def declare_parameters(self) -> None:
-        """Reads the names and units of parameters.
+        """Read the names and units of parameters.
 
         If a parameter has no unit, its first use determines whether it is a length or an angle.
         """
@@ -171,7 +173,7 @@ class TomlFile:
                     self.kinds[name] = _kind_of_unit(str(value["unit"]))
 
     def parameter(self, name: str) -> Parameter:
-        """Returns a parameter with its value in meter, in radian or as a ratio."""
+        """Return a parameter with its value in meter, in radian or as a ratio."""
         keys: Keys = ("parameters", name)
         kind = self.kinds.get(name, "length")
         given = self.at(keys)
@@ -187,7 +189,7 @@ class TomlFile:
         return Parameter(name, value, kind, self.string((*keys, "meaning"), ""), assumed)
 
     def assumed(self, keys: Keys, fields: Sequence[str]) -> tuple[str, ...]:
-        """Returns the fields of a table that are marked as assumed."""
+        """Return the fields of a table that are marked as assumed."""
         at: Keys = (*keys, "assumed")
         value = self.at(at)
         given = tuple(field for field in fields if self.at((*keys, field)) is not None)
@@ -200,13 +202,13 @@ class TomlFile:
         return tuple(self.option((*at, k), given, "") for k in range(len(value)))
 
     def _sized(self, keys: Keys, value: sp.Expr, kind: ParameterKind) -> sp.Expr:
-        """Converts a number to meter or radian. A large number needs a stated unit."""
+        """Convert a number to meter or radian. A large number needs a stated unit."""
         if kind in LARGEST and kind not in self.stated and abs(float(value)) > LARGEST[kind]:
             self.fail(keys, statement_of(kind))
         return value * self.scale[kind]
 
     def vector(self, keys: Keys, kind: ParameterKind) -> Vector:
-        """Reads a list of three numbers. A missing field gives three zeros."""
+        """Read a list of three numbers. A missing field gives three zeros."""
         value = self.at(keys)
         if value is not None and (not isinstance(value, list) or len(value) != 3):  # noqa: PLR2004
             self.fail(keys, "a list of three numbers")
@@ -214,7 +216,7 @@ class TomlFile:
         return x, y, z
 
     def number(self, keys: Keys, kind: ParameterKind) -> sp.Expr:
-        """Reads an expression (meter or radian), or returns 0 for a missing field."""
+        """Read an expression (meter or radian), or return 0 for a missing field."""
         value = self.at(keys)
         if value is None:
             return sp.Integer(0)
@@ -249,12 +251,12 @@ class TomlFile:
         return sp.expand_mul(expression)
 
     def at_defaults(self, expression: sp.Expr) -> sp.Expr:
-        """Evaluates an expression at default parameters."""
+        """Evaluate an expression at default parameters."""
         symbols = sorted(expression.free_symbols, key=str)
         return at(expression, {s: self.parameter(s.name).value for s in symbols})
 
     def check_degrees(self, keys: Keys, value: object, kind: ParameterKind) -> None:
-        """Rejects numbers in degrees that look like radians, such as 1.5708."""
+        """Raise an error for angles in degrees whose values look like radians, such as 1.5708."""
         if kind != "angle" or self.scale["angle"] == 1:
             return
         for text in map(str, _parts(value)):
@@ -272,7 +274,6 @@ class TomlFile:
                 )
 
     def _scales(self, expression: sp.Expr, kind: ParameterKind) -> bool:
-        """Whether the units of an expression are consistent, tested with scaled lengths."""
         lengths = [s for s in expression.free_symbols if self.kinds[s.name] == "length"]
         if not lengths:
             return True
@@ -291,7 +292,7 @@ class TomlFile:
         return bool(abs(excess) < LENGTH_SCALING)
 
     def literal(self, keys: Keys, default: int | None = None) -> sp.Expr:
-        """Reads a number without parameters in the units of the file."""
+        """Read a number without parameters in the units of the file."""
         value = self.at(keys)
         if value is None and default is not None:
             return sp.Integer(default)
@@ -301,7 +302,7 @@ class TomlFile:
             self.fail(keys, f"a number without parameters ({error})")
 
     def name(self, keys: Keys, default: str | None = None) -> str:
-        """Reads a name that is valid in C."""
+        """Read a name that is valid in C."""
         value = self.at(keys)
         if value is None and default is not None:
             return default
@@ -310,7 +311,7 @@ class TomlFile:
         return value
 
     def robot_name(self) -> str:
-        """Reads the name of the robot, with which all generated names start."""
+        """Read the name of the robot, with which all generated names start."""
         name = self.name(("name",))
         try:
             check_robot_name(name)
@@ -319,7 +320,7 @@ class TomlFile:
         return name
 
     def string(self, keys: Keys, default: str) -> str:
-        """Reads a text that consists of one line."""
+        """Read a text that consists of one line."""
         value = self.at(keys)
         if value is None:
             return default
@@ -328,7 +329,7 @@ class TomlFile:
         return value
 
     def option(self, keys: Keys, options: Iterable[Word], default: str) -> Word:
-        """Reads one of several words."""
+        """Read a text value that must be one of `options`."""
         value = self.at(keys)
         chosen = (
             value if isinstance(value, str) else default if value is None else shown_value(value)
@@ -341,11 +342,11 @@ class TomlFile:
         return found
 
     def choice(self, keys: Keys, options: Mapping[str, sp.Expr], default: str) -> sp.Expr:
-        """Reads the name of a unit and returns its conversion factor."""
+        """Read the name of a unit and return its conversion factor."""
         return options[self.option(keys, options, default)]
 
     def table_at(self, keys: Keys, default: dict[str, object] | None = None) -> dict[str, object]:
-        """Reads a table."""
+        """Read a table."""
         value = self.at(keys)
         if value is None and default is not None:
             return default
@@ -354,18 +355,18 @@ class TomlFile:
         return value
 
     def check_fields(self, keys: Keys, table: Mapping[str, object], known: Iterable[str]) -> None:
-        """Raises DescriptionError if a table has an unknown field."""
+        """Raise DescriptionError if a table has an unknown field."""
         for field in table:
             if field not in known:
                 expected = f"one of the fields {listed(known)}{hint(field, known)}"
                 self.fail((*keys, field), expected, shown=field)
 
     def at(self, keys: Keys) -> object:
-        """Returns a value of the file, or None if the value is missing."""
+        """Return a value of the file, or None if the value is missing."""
         return _follow(self.table, keys)
 
     def fail(self, keys: Keys, expected: str, shown: object = ...) -> NoReturn:
-        """Raises an error that shows the invalid value.
+        """Raise an error that shows the invalid value.
 
         If the value is missing, the error shows its table.
 
@@ -382,7 +383,7 @@ class TomlFile:
         raise file_error(writer.file, writer._line(keys), dotted(keys), value, expected) from None
 
     def _writer(self, keys: Keys) -> "TomlFile":
-        """Returns the file that contains a value: this file, or the file that extends it."""
+        """Return the file that contains a value: this file, or the file that extends it."""
         if self.extending is None or keys[2:] not in ((), ("value",)):
             return self
         return (
@@ -390,7 +391,7 @@ class TomlFile:
         )
 
     def _line(self, keys: Keys) -> int | None:
-        """Returns the line of a value, or of its table if the value is missing."""
+        """Return the line of a value, or of its table if the value is missing."""
         while keys and self.at(keys) is None:
             keys = keys[:-1]
         if not keys:
@@ -410,7 +411,7 @@ def _follow(value: object, keys: Keys) -> object:
 
 
 def dotted(keys: Keys) -> str:
-    """Returns a path with dots, such as ``joints[2].alpha``. List indices start at 1."""
+    """Return a path with dots, such as ``joints[2].alpha``. List indices start at 1."""
     text = ""
     for key in keys:
         text += f"[{key + 1}]" if isinstance(key, int) else f".{key}" if text else key
@@ -423,7 +424,7 @@ def is_name(text: str) -> bool:
 
 
 def _revalued(parameter: object, value: object) -> object:
-    """Returns a parameter with another value, and with the unchanged unit and meaning."""
+    """Return a parameter with another value, and with the unchanged unit and meaning."""
     return {**parameter, "value": value} if isinstance(parameter, Mapping) else value
 
 
@@ -432,7 +433,7 @@ def _parts(value: object) -> list[object]:
 
 
 def _use(symbol: sp.Symbol, expression: sp.Expr, kind: ParameterKind) -> ParameterKind:
-    """Returns the kind of a parameter (length, angle or ratio) from an expression that uses it."""
+    """Return the kind of a parameter (length, angle or ratio) from an expression that uses it."""
     if any(symbol in part.free_symbols for part in expression.atoms(sp.atan, sp.atan2)):
         return "length"
     if any(symbol in part.free_symbols for part in expression.atoms(sp.sin, sp.cos, sp.tan)):
@@ -452,18 +453,18 @@ def is_missing(expected: str) -> bool:
 
 
 def keys_of(field: str) -> Keys:
-    """Returns the path to a value. Inverse of :func:`dotted`."""
+    """Return the path to a value. Inverse of :func:`dotted`."""
     parts = re.findall(r"\[(\d+)\]|([^.\[]+)", field)
     return tuple(int(index) - 1 if index else name for index, name in parts)
 
 
 def listed(words: Iterable[str]) -> str:
-    """Joins words with commas."""
+    """Join words with commas."""
     return ", ".join(sorted(words) if isinstance(words, frozenset) else words)
 
 
 def shown_value(value: object) -> str:
-    """Formats a value as in the file. A long value is truncated."""
+    """Format a value as in the file. A long value is truncated."""
     try:
         text = repr(value) if isinstance(value, str | list | dict) else str(value)
     except ValueError:  # Python refuses to print integers with several thousand digits.

@@ -20,8 +20,7 @@ _TOKEN = re.compile(
 MAX_PARTS = 20
 """Maximum number of parts in a dotted key.
 
-The parser copies every prefix of a dotted key. Without a limit, a key of 200 kB would need more
-than 10 GB of memory.
+The parser copies every prefix of a dotted key.
 """
 _LONG_KEY = re.compile(
     rf"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{MAX_PARTS}}}"""
@@ -33,7 +32,7 @@ class LongKeyError(ValueError):
 
 
 def table_of(text: str) -> dict[str, object]:
-    """Parses a TOML text. Decimals are exact.
+    """Parse a TOML text. Decimals are exact.
 
     Raises:
         TOMLDecodeError: The text is not TOML.
@@ -47,9 +46,9 @@ def table_of(text: str) -> dict[str, object]:
 
 
 def first_line(text: str, holds: Callable[[str], bool]) -> int:
-    """Returns the first line for which the text up to this line fulfills ``holds``.
+    """Return the first line such that the text up to this line fulfills ``holds``.
 
-    Bisection finds the line number. Open brackets are closed before each test.
+    Bisection finds the line number.
     """
     lines = text.split("\n")
 
@@ -63,7 +62,7 @@ def first_line(text: str, holds: Callable[[str], bool]) -> int:
 
 
 def _closed(text: str) -> str:
-    """Closes the open strings and brackets at the end of a truncated text."""
+    """Close all open strings and brackets of a truncated text."""
     open_brackets: list[str] = []
     string = ""
     for match in _TOKEN.finditer(text):

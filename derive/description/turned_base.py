@@ -2,9 +2,10 @@
 
 If the whole robot is rotated in its file, the angles of parallel and perpendicular axes become
 arbitrary rounded numbers. Therefore, the base frames are expressed relative to one of the base
-frames. Relative angles near multiples of 15 degrees become exact. Any other number is replaced by
-an equal number of another body, or by the shortest decimal within its rounding error. The rotation
-of the whole base does not change.
+frames. Relative angles near multiples of 15 degrees become exact. If any other length or angle
+equals a value of another body up to rounding errors, it is set to that value. Otherwise, the length
+or angle becomes the shortest decimal within its rounding error. The rotation of the whole base does
+not change.
 """
 
 import math
@@ -26,27 +27,28 @@ from .pose_error import pose_in_digits
 
 _STEP = math.pi / 12
 _ROUNDED_ANGLES = 3
-"""Rounding error of a relative rotation in units of the last place. Two orientations with three
-angles each determine a relative rotation. Each angle has an error of half a unit in the last place.
-"""
+"""Rounding error of a relative rotation in units of the last place. A relative rotation follows
+from two orientations, which have three rounded angles each. Each angle has an error of half a unit
+in the last place."""
 _FINE = 10**20
-"""Before an angle in rotated axes is simplified, it is rounded to a multiple of 1 / _FINE
-radian."""
 _UPRIGHT = 1e-3
 """Minimum cosine of the pitch for which roll and yaw count as rotations about two axes."""
 _GUARD = 2
-"""Number of additional decimal places of coordinates in the list of changes."""
+"""Number of decimal places that the list of changes shows beyond the rounding error of a
+coordinate."""
 
 
 @dataclass(frozen=True)
 class TurnedBase:
-    """A rotated frame, relative to which the frames of the base have exact angles.
+    """A rotated frame.
+
+    Relative to this frame, the frames on the base have exact angles.
 
     Attributes:
-        owner: The joint or closure whose frame has the orientation of the rotated axes.
+        owner: The joint or closure whose frame defines the rotated axes.
         turn: The orientation of the rotated axes.
         matrix: The orientation of the rotated axes as a matrix (4, 4).
-        angle: Rounding error of relative angles (radian).
+        angle: Rounding error of frame angles in the rotated axes (radian).
         length: Rounding error of coordinates in the rotated axes (meter).
         lengths: Lengths of rods and of bodies other than the base. A length from ``lengths`` may
             replace a rounded coordinate of a base frame.
@@ -64,14 +66,15 @@ class TurnedBase:
 
 
 def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
-    """Returns a rotated base frame that gives most frames on the base exact angles.
+    """Return the rotated base axes for which the most frame angles are multiples of 15 degrees.
 
     Args:
-        mechanism: A robot with the numbers of its file.
+        mechanism: The robot with the numbers as written in its file.
         noise: Minimum difference that counts as rounding (meter).
 
     Returns:
-        The axes, or None if no axes give more exact angles than the base frame itself.
+        The rotated axes, or None if no rotated axes give more exact angles than the axes of the
+        base frame.
     """
     oriented = dict(_oriented(mechanism))
     placements = [place for body, place in mechanism.placed if body == mechanism.base_frame]
@@ -98,17 +101,20 @@ def _turned_with(own: TurnedBase, owner: str, placement: Placement) -> TurnedBas
 
 
 def _rough(base: TurnedBase, placement: Placement) -> int:
-    """Counts the angles that are not multiples of 15 degrees in the rotated axes."""
+    """Count the angles that are not multiples of 15 degrees.
+
+    The placement is first expressed in the rotated axes.
+    """
     with mpmath.workdps(EVALUATION_DIGITS):
         T = _turned_back(base, placement)
         return sum(not (angle * 12 / sp.pi).is_Integer for angle in _angles(T, base))
 
 
 def on_turned_base(mechanism: Mechanism, base: TurnedBase, work: ExactNumbers) -> Mechanism:
-    """Returns the robot with its base frames in the rotated axes.
+    """Return the robot with the frames on its base expressed in the rotated axes.
 
     Args:
-        mechanism: A robot with the numbers of its file.
+        mechanism: The robot with the numbers as written in its file.
         base: The axes.
         work: Receives the changes.
     """
@@ -130,7 +136,7 @@ def on_turned_base(mechanism: Mechanism, base: TurnedBase, work: ExactNumbers) -
             return of
         return replace(of, before=placed(of.name, of.before), convention=None, given=())
 
-    message = f"frames on the base are taken in axes that are turned with {base.owner}"
+    message = f"frames on the base are expressed in axes with the orientation of {base.owner}"
     return replace(
         mechanism,
         base=(*mechanism.base, *base.turn),
@@ -148,7 +154,7 @@ def on_turned_base(mechanism: Mechanism, base: TurnedBase, work: ExactNumbers) -
 def _listed(
     work: ExactNumbers, at: str, name: str, coordinate: mpmath.mpf, base: TurnedBase
 ) -> sp.Expr:
-    """Returns the exact coordinate and lists the change."""
+    """Return the exact coordinate and list the change."""
     places = _GUARD - round(float(mpmath.log10(base.length)))
     found = Fraction(int(mpmath.nint(coordinate * 10**places)), 10**places)
     taken = _meant(found, base.lengths, base.length)
@@ -156,7 +162,7 @@ def _listed(
 
 
 def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fraction:
-    """Returns zero, a known number (with either sign), or the shortest decimal within rounding."""
+    """Return zero, a known number (with either sign), or the shortest decimal within rounding."""
     for other in (Fraction(0), *others):
         if abs(abs(number) - other) <= rounding:
             return other if number > 0 else -other
@@ -167,10 +173,7 @@ def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fra
 
 
 def _oriented(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
-    """Yields name and placement of each frame on the base, except frames of ball joints.
-
-    The orientation of a ball joint's frame has no effect.
-    """
+    """Yield the name and placement of each frame on the base, except frames of ball joints."""
     for joint in mechanism.joints:
         if joint.parent == mechanism.base_frame:
             yield joint.name, joint.before
@@ -181,7 +184,7 @@ def _oriented(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
 
 
 def _others(mechanism: Mechanism) -> tuple[list[Fraction], list[Fraction]]:
-    """Returns the absolute values of lengths and angles of all bodies except the base."""
+    """Return the absolute values of lengths and angles of all bodies except the base."""
     placements = [place for body, place in mechanism.placed if body != mechanism.base_frame]
     lengths = [strut.length for strut in mechanism.struts]
     lengths += [x for placement in placements for x in _lengths(placement)]
@@ -204,7 +207,7 @@ def _numbers(placement: Placement) -> Iterator[sp.Expr]:
 
 
 def _places(placements: Iterable[Placement]) -> int:
-    """Returns the largest number of decimal places among the coordinates."""
+    """Return the largest number of decimal places among the coordinates."""
     return max(
         (decimal_places(x) or 0 for placement in placements for x in _lengths(placement)),
         default=0,
@@ -220,12 +223,15 @@ def _shift(placement: Placement) -> float:
 
 
 def _turned_back(base: TurnedBase, placement: Placement) -> mpmath.matrix:
-    """Returns the pose (4, 4) of a base frame in the rotated axes."""
+    """Return the pose (4, 4) of a base frame in the rotated axes."""
     return base.matrix.T * pose_in_digits(placement, {})
 
 
 def _angles(T: mpmath.matrix, base: TurnedBase) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-    """Returns roll, pitch and yaw of a pose, rounded to near multiples of 15 degrees."""
+    """Return roll, pitch and yaw of a pose.
+
+    Angles close to a multiple of 15 degrees are rounded to this multiple.
+    """
     level = mpmath.hypot(T[0, 0], T[1, 0])
     pitch = mpmath.atan2(-T[2, 0], level)
     roll, yaw = mpmath.atan2(T[2, 1], T[2, 2]), mpmath.atan2(T[1, 0], T[0, 0])

@@ -62,7 +62,7 @@ class UrdfFile:
     """A parsed URDF, with the joints stored by child link."""
 
     def __init__(self, file: str, text: str) -> None:
-        """Reads the tree of links and joints.
+        """Read the tree of links and joints.
 
         Args:
             file: File name for error messages.
@@ -81,12 +81,12 @@ class UrdfFile:
         for joint in self.root.findall("joint"):
             child = self._link_of(joint, "child")
             if child in self.joint_to:
-                self._fail(joint, "child", child, "a link that no other joint carries")
+                self._fail(joint, "child", child, "a link that is not the child of another joint")
             self.joint_to[child] = joint
         self._refuse_circles()
 
     def _refuse_circles(self) -> None:
-        """Raises an error if joints form a cycle."""
+        """Raise an error if joints form a cycle."""
         based: set[str] = set()
         for child in self.joint_to:
             path: list[str] = []
@@ -105,7 +105,7 @@ class UrdfFile:
         self._fail(joints[0], "parent", self._link_of(joints[0], "parent"), expected)
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> SerialRobot:
-        """Returns the chain between two links.
+        """Return the chain between two links.
 
         Args:
             base: The link of the base frame. By default, the root (see
@@ -153,7 +153,7 @@ class UrdfFile:
             and _states_no_range(element.find("limit"))
         ]
         assumed = [
-            f"joint {element.get('name')} states no axis: taken as x, the default of URDF"
+            f"joint {element.get('name')} states no axis; the axis is x, the default of URDF"
             for element in elements
             if KINDS[element.get("type", "")] != "fixed" and element.find("axis") is None
         ]
@@ -165,7 +165,7 @@ class UrdfFile:
 
     @cached_property
     def tree(self) -> KinematicTree:
-        """Returns the tree of links and joints."""
+        """Return the tree of links and joints."""
         joints = (
             TreeJoint(
                 str(joint.get("name")),
@@ -192,7 +192,7 @@ class UrdfFile:
         return "moving" if joint.find("mimic") is None else "follower"
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """Returns the chains between base and tip. An end that is None is inferred.
+        """Return the chains between base and tip. An end that is None is inferred.
 
         Raises:
             DescriptionError: A link is unknown, or no chain exists.
@@ -203,7 +203,7 @@ class UrdfFile:
             self._no_chain(error)
 
     def _no_chain(self, error: NoChain) -> NoReturn:
-        """Raises the error for a missing chain.
+        """Raise the error for a missing chain.
 
         If macros are not expanded, the error suggests xacro.
         """
@@ -254,7 +254,7 @@ class UrdfFile:
         return lower, upper
 
     def _driven(self, elements: Iterable[etree._Element]) -> DrivenJoints:
-        """Returns the joints of a chain with transmissions."""
+        """Return the joints of a chain with transmissions."""
         names = [
             self._attribute(element, "name")
             for element in elements
@@ -265,7 +265,7 @@ class UrdfFile:
     def _couplings(
         self, elements: Iterable[etree._Element], driven: DrivenJoints
     ) -> Iterator[Coupling]:
-        """Yields the couplings of joints to actuators or to their leaders."""
+        """Yield the couplings of mimic joints and of joints with transmissions."""
         for element in (e for e in elements if e.get("type") != "fixed"):
             multiplier, offset = sp.Integer(1), sp.Integer(0)
             laws, leader = self._followed(element)
@@ -280,7 +280,6 @@ class UrdfFile:
                 yield Coupling(own, scaled, offset + multiplier * shift)
 
     def _followed(self, element: etree._Element) -> tuple[list[etree._Element], etree._Element]:
-        """Returns the <mimic> elements from a joint to its last leader, and this leader."""
         laws, followed = [], [element]
         while (mimic := followed[-1].find("mimic")) is not None:
             name = self._attribute(mimic, "joint")
@@ -292,7 +291,7 @@ class UrdfFile:
         return laws, followed[-1]
 
     def _check_leaders(self, elements: Sequence[etree._Element], ends: Ends) -> None:
-        """Raises an error if the leader of a mimic joint is outside the chain."""
+        """Raise an error if the leader of a mimic joint is outside the chain."""
         for element in (e for e in elements if e.get("type") != "fixed"):
             _, leader = self._followed(element)
             if leader not in elements:

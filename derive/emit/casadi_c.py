@@ -6,8 +6,8 @@ and use dense row-major vectors. The derivatives of the C functions have the nam
 ``jac_<robot>_<function>``.
 
 A CasADi rootfinder closes loops without a closed form. Inverses with branches have no CasADi graph
-and are omitted. For robots with iterated loops, velocity functions are omitted, because they are
-derivatives.
+and are omitted. For robots with iterated loops, velocity functions are omitted. The derivatives of
+the position functions replace them.
 """
 
 import textwrap
@@ -25,7 +25,7 @@ from .casadi_loops import is_of_positions, with_loops
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Returns the C file, keyed by name, or {} if no function has a CasADi graph."""
+    """Return the C file, keyed by name, or {} if no function has a CasADi graph."""
     functions = [f for f in derivation.functions if not f.signs and is_of_positions(f)]
     if not functions:
         return {}
@@ -43,7 +43,7 @@ def _missing(derivation: Derivation, functions: Sequence[SymbolicFunction]) -> s
     names = ", ".join(f.name for f in others if not f.role.is_intermediate)
     if not names:
         return ""
-    text = f"Only in the default C, because of branches, solvers or rates through loops: {names}."
+    text = f"Only in the default C, because of branches, iterative solvers or loop rates: {names}."
     lines = textwrap.wrap(text, WIDTH - 3)
     return "\n".join([f"/* {lines[0]}", *(f" * {line}" for line in lines[1:]), " */\n"])
 

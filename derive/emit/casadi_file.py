@@ -17,13 +17,13 @@ POSITIONS = frozenset(
         *("assembly polynomial", "assembly pose", "assembly mirror"),
     }
 )
-"""Roles of functions that compute poses or joint values. Derivatives have other roles."""
+"""Roles of functions that compute poses or joint values."""
 OF_GEOMETRY = "parametric pose"
-"""Role of the forward kinematics whose geometric parameters are inputs."""
+"""Role of the forward kinematics function that has the geometric parameters as inputs."""
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Returns the file for ``casadi.Function.load``, keyed by its name.
+    """Return the file for ``casadi.Function.load``, keyed by its name.
 
     The file contains the function that :func:`joined` returns. CasADi prints its own graph, so this
     function ignores the programs of the derivation.
@@ -38,7 +38,7 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 
 
 def joined(derivation: Derivation) -> ca.Function | None:
-    """Returns one CasADi function with all position functions as outputs.
+    """Return one CasADi function with all position functions as outputs.
 
     The outputs are the functions in :data:`POSITIONS`. If ``fk_p(q, p)`` was derived, ``fk_p`` is
     also an output. CasADi can differentiate all outputs. The result is None if the robot has no
@@ -57,7 +57,7 @@ def joined(derivation: Derivation) -> ca.Function | None:
 
 
 def output_of(everything: ca.Function, name: str) -> ca.Function:
-    """Returns one output as a CasADi function of only those arguments that affect it."""
+    """Return one output as a CasADi function of only those arguments that affect it."""
     # An implicit function has no graph of scalar operations.
     kind: Any = ca.SX if everything.is_a("SXFunction") else ca.MX
     inputs = {i: kind.sym(i, everything.numel_in(i)) for i in everything.name_in()}

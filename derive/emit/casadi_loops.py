@@ -1,4 +1,4 @@
-"""Builds differentiable CasADi functions for robots with iterated loops."""
+"""Builds differentiable CasADi functions for robots whose loops are solved by iteration."""
 
 from collections.abc import Mapping, Sequence
 
@@ -14,10 +14,8 @@ from ..terms.casadi_graph import combined, lower
 from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
-"""Number of points between the reference and the coordinates. Each search starts at the previous
-solution. With eight points between the reference and the coordinates, every shipped robot stays on
-its branch within its limits.
-"""
+"""Number of points on the line from the reference to the coordinates. Each search starts at the
+previous solution."""
 OPTIONS = {
     "error_on_fail": False,
     "max_iter": 20,
@@ -27,7 +25,7 @@ OPTIONS = {
 
 
 def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.Function:
-    """Builds the position functions of a robot with iterated loops.
+    """Build the position functions of a robot with iterated loops.
 
     ``casadi.rootfinder`` computes the loop variables w. CasADi differentiates w with the implicit
     function theorem.
@@ -37,7 +35,7 @@ def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.F
         kept: The position functions of the robot in derivation order.
 
     Returns:
-        A CasADi function. Each output is a position function.
+        A CasADi function.
     """
     arguments = {a.name: a.size for f in kept for a in f.inputs}
     inputs = {name: ca.MX.sym(name, size) for name, size in arguments.items()}
@@ -66,7 +64,7 @@ def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.F
 
 
 def is_of_positions(function: SymbolicFunction) -> bool:
-    """Whether every loop solver that a function calls computes positions."""
+    """Whether the function calls only loop solvers for positions."""
     return all(
         not call.system or (call.entry == FIRST and call.system in ("loops", SYSTEM))
         for call in function.calls
@@ -74,7 +72,7 @@ def is_of_positions(function: SymbolicFunction) -> bool:
 
 
 def _variables(closure: LoopClosure | None, q: ca.MX) -> ca.MX:
-    """Returns the loop variables w, continued along a line from the reference."""
+    """Return the loop variables w, continued along a line from the reference."""
     assert closure is not None
     start, ratios = closure.start, np.array(closure.ratios)
     (residual,) = lower([closure.functions[RESIDUAL]], "of")
@@ -93,7 +91,7 @@ def _variables(closure: LoopClosure | None, q: ca.MX) -> ca.MX:
 def _of_geometry(
     loops: ParametricLoops | None, inputs: Mapping[str, ca.MX], configuration: ca.MX
 ) -> ca.MX:
-    """Returns the loop variables w for a geometry."""
+    """Return the loop variables w for a geometry."""
     assert loops is not None
     q, p = inputs["q"], inputs["p"]
     names, n = [variable.name for variable in loops.hybrid.variables], len(loops.hybrid.q)
@@ -107,7 +105,7 @@ def _of_geometry(
 
 
 def _while_closed(w: ca.MX, residual: ca.MX) -> ca.MX:
-    """Returns the loop variables, or NaN if the loops do not close."""
+    """Return the loop variables, or NaN if the loops do not close."""
     closed: ca.MX = w + ca.if_else(ca.norm_inf(residual) <= FOUND_LOOP, 0, np.nan)
     return closed
 

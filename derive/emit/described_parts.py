@@ -27,7 +27,7 @@ units = { length = "m", angle = "deg" }
 
 
 def robot_template(hybrid: SolvedLoops) -> str:
-    """Returns the text with placeholders, or an empty text if a joint is helical.
+    """Return the text with placeholders, or an empty text if a joint is helical.
 
     Args:
         hybrid: The robot.
@@ -71,7 +71,7 @@ def _lines(hybrid: SolvedLoops) -> Iterator[str]:
 
 
 def _masses(hybrid: SolvedLoops) -> Iterator[str]:
-    """Yields the masses. The position of a mass in its link frame is a placeholder."""
+    """Yield the masses. The position of a mass in its link frame is a placeholder."""
     mechanism, value = hybrid.mechanism, hybrid.terms.value
     if mechanism.load is None:
         return
@@ -86,7 +86,10 @@ def _masses(hybrid: SolvedLoops) -> Iterator[str]:
 
 
 def _couplings(mechanism: Mechanism) -> Iterator[str]:
-    """Yields the couplings. The offset of a coupling is a placeholder."""
+    """Yield the couplings.
+
+    A placeholder replaces the offset of each coupling.
+    """
     first = _after_struts(mechanism) + len(masses_of_links(mechanism))
     if mechanism.couplings:
         yield from ("", "[couplings]")
@@ -101,12 +104,12 @@ def _couplings(mechanism: Mechanism) -> Iterator[str]:
 
 
 def _turn(mechanism: Mechanism, name: str) -> sp.Expr:
-    """Returns the value of one radian or meter in the units of the file."""
+    """Return the value of one radian or meter in the units of the file."""
     return sp.S.One if is_length(mechanism.members[name]) else 180 / sp.pi
 
 
 def _after_struts(mechanism: Mechanism) -> int:
-    """Returns the index of the first placeholder after the struts."""
+    """Return the index of the first placeholder after the placeholders of the struts."""
     frames = 2 + len(mechanism.joints) + 2 * len(mechanism.loop_joints)
     return frames + len(mechanism.struts)
 
@@ -155,6 +158,6 @@ def _end(frame: Frame, k: int) -> str:
 
 
 def _number(value: sp.Expr, unit: str = "m") -> str:
-    """Formats a number in meters or degrees."""
+    """Format a number in meters or degrees."""
     shown = value * 180 / sp.pi if unit == "rad" else value
     return repr(float(shown))

@@ -20,11 +20,11 @@ FloatArray = NDArray[np.float64]
 
 
 def load_template(robot: Described) -> str:
-    """Returns the gravity vector, the mass tables and the spring tables.
+    """Return the gravity vector, the mass tables and the spring tables.
 
     The result is empty if the arm has no masses. An arm with coupled or helical joints has no
-    springs. In the calibrated file, link k moves with moving joint k. With all joints at zero, the
-    frame of each link is the base frame.
+    springs. In the calibrated file, link k is mounted on the k-th moving joint. With all joints at
+    zero, the frame of each link is the base frame.
 
     Args:
         robot: The description.
@@ -87,7 +87,7 @@ def _weight(robot: SerialRobot, links: dict[str, FloatArray]) -> tuple[float, Fl
 
 
 def _position(robot: SerialRobot, point: PointMass, links: Mapping[str, FloatArray]) -> FloatArray:
-    """Returns the position of a mass in the base frame, with all joints at zero."""
+    """Return the position of a mass in the base frame, with all joints at zero."""
     T = links[point.link]
     return np.asarray(T[:3, :3] @ [_value(robot, x) for x in point.at] + T[:3, 3])
 

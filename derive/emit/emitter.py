@@ -18,8 +18,7 @@ class Emitter:
         language: The name of the language in the manifest.
         files: Returns the generated files of the language. The same derivation gives the same texts
             on every machine.
-        prints_equations: Whether the files contain equations instead of programs. These files are
-            written in another process, while this process builds the programs.
+        prints_equations: Whether the files contain equations (an article) instead of program code.
     """
 
     language: str

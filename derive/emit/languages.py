@@ -43,7 +43,9 @@ BRIEF = Emitter("latex", latex.brief_files, prints_equations=True)
 
 
 def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:
-    """Returns the emitters for a list of language names and emitters.
+    """Return the emitter of each language.
+
+    A language is given as a name or as an emitter.
 
     Raises:
         InputValueError: A language name is unknown.
@@ -60,7 +62,7 @@ def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:
 
 
 def with_detail(emitters: Iterable[Emitter], detail: str) -> tuple[Emitter, ...]:
-    """Returns the emitters, with the chosen level of detail for the article."""
+    """Return the emitters, with the chosen level of detail for the article."""
     if detail == "full":
         return tuple(emitters)
     article = (BRIEF,) if detail == "brief" else ()

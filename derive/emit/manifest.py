@@ -64,7 +64,7 @@ def manifest(
     programs: Programs,
     files: Mapping[str, Files],
 ) -> str:
-    """Returns the manifest as JSON. The manifest contains no date, host or path.
+    """Return the manifest as JSON. The manifest contains no date, host or path.
 
     Args:
         derivation: The derivation of the robot.
@@ -118,7 +118,7 @@ def _together(files: Mapping[str, Files]) -> dict[str, str]:
 
 
 def description_text(robot: Described) -> str:
-    """Returns the complete description of a robot as text.
+    """Return the complete description of a robot as text.
 
     Empty fields are omitted, so that new fields do not change the text of other robots.
     """
@@ -132,12 +132,12 @@ def description_text(robot: Described) -> str:
 
 
 def sha256(text: str) -> str:
-    """Returns the hexadecimal SHA-256 of a text in UTF-8."""
+    """Return the hexadecimal SHA-256 of a text in UTF-8."""
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _kind(hybrid: SolvedLoops | None) -> str:
-    """Returns the kind of a robot, one of `chasles.contract.KINDS`."""
+    """Return the kind of a robot, one of `chasles.contract.KINDS`."""
     if hybrid is None:
         return "serial"
     if not hybrid.forward.open:
@@ -157,7 +157,7 @@ def _cleaning(cleaning: Cleaning) -> contract.Cleaning:
 
 
 def _load(derivation: Derivation) -> contract.Load:
-    """Returns the masses and the gravity as numbers."""
+    """Return the masses and the gravity as numbers."""
     load = derivation.robot.load
     if load is None:
         return contract.Load()
@@ -236,7 +236,6 @@ def _coupling(derivation: Derivation) -> LoopFacts:
 
 
 def _rounded(value: float) -> float:
-    """Rounds a number to the digits that are the same on every machine."""
     return float(f"{value:.12g}") + 0.0
 
 
@@ -296,7 +295,7 @@ def _argument(value: Argument | Result) -> contract.Argument:
 
 
 def json_text(value: Any, depth: int = 0) -> str:
-    """Formats data as JSON. Short values stay on one line.
+    """Format data as JSON. Short values stay on one line.
 
     Args:
         value: Dictionaries, lists, texts, numbers, booleans and None.
@@ -315,7 +314,7 @@ def json_text(value: Any, depth: int = 0) -> str:
 
 
 def skeleton_facts(found: Skeleton) -> SkeletonFacts:
-    """Returns the bodies in meters and radians. Each pose has three rows.
+    """Return the bodies in meters and radians. Each pose has three rows.
 
     Args:
         found: The bodies of the robot, with their shapes.
@@ -331,7 +330,6 @@ def skeleton_facts(found: Skeleton) -> SkeletonFacts:
 
 def _body(body: TreeBody, shapes: tuple[Shape, ...]) -> Body:
     if body.joint is not None:
-        # A fixed joint has no axis.
         is_fixed = body.joint.kind == "fixed"
         joint = BodyJoint(body.joint.name, "fixed") if is_fixed else body.joint
         return Body(body.name, body.parent, pose_rows(body.placement), joint, shapes=shapes)

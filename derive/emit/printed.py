@@ -1,6 +1,6 @@
 """Selects the functions that call no iterative solver.
 
-Languages other than C print only functions without an iterative solver.
+Output languages other than C contain only functions without an iterative solver.
 """
 
 import math
@@ -16,16 +16,17 @@ _START = 0.4
 
 
 def printed_functions(derivation: Derivation) -> list[SymbolicFunction]:
-    """Returns the public functions that call no solver."""
+    """Return the public functions that call no solver."""
     return [f for f in derivation.functions if not (f.calls or f.role.is_intermediate)]
 
 
 def missing_functions(derivation: Derivation, where: str = "C") -> str:
-    """Returns a sentence about the functions that only C contains, or an empty text.
+    """Return a sentence about the functions that only C contains, or an empty text.
 
     Args:
         derivation: The derivation of the robot.
-        where: Name of the language that contains all functions.
+        where: Name of the language or version that contains the functions, for the returned
+            sentence.
     """
     solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
     names = ", ".join(f.name for f in solved if not f.role.is_intermediate)
@@ -33,7 +34,7 @@ def missing_functions(derivation: Derivation, where: str = "C") -> str:
 
 
 def coordinate_lines(derivation: Derivation) -> list[str]:
-    """Returns a line with index, name, kind and unit for each coordinate."""
+    """Return a line with index, name, kind and unit for each coordinate."""
     moved = enumerate(derivation.robot.coordinates)
     return [f"  q[{k}]  {joint.name} ({joint.kind}, {joint.unit})" for k, joint in moved]
 
@@ -41,7 +42,7 @@ def coordinate_lines(derivation: Derivation) -> list[str]:
 def example_inverse(
     derivation: Derivation, printed: Sequence[SymbolicFunction]
 ) -> SymbolicFunction | None:
-    """Returns the first inverse whose inputs are a pose and fixed joints, or None."""
+    """Return the first inverse whose inputs are a pose and fixed joints, or None."""
     robot = derivation.robot
     has_joints = isinstance(robot, SerialRobot) and not robot.couplings
     for function in printed:
@@ -53,7 +54,7 @@ def example_inverse(
 
 
 def example_start(derivation: Derivation, distance: float = 0.0) -> list[float]:
-    """Returns example coordinates at which loops are closed and a serial arm is bent.
+    """Return example coordinates at which loops are closed and a serial arm is bent.
 
     Args:
         derivation: The derivation of the robot.

@@ -29,7 +29,10 @@ _FIXED = "fixed: Mapping[str, ArrayLike] | None = None,\n    "
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Returns ``__init__.py`` and its type stub. Compiled functions are loaded at first use."""
+    """Return the files ``__init__.py`` and ``__init__.pyi`` of a robot's package.
+
+    Compiled functions are loaded at first use.
+    """
     robot, functions = derivation.robot, (*derivation.functions, *derivation.written)
     title = robot.title.replace("\\", "\\\\").replace('"', "'")
     inverse = next((f for f in functions if _is_of_poses(f)), None)

@@ -14,5 +14,5 @@ Names in this list get a trailing underscore in C++ and CUDA."""
 
 
 def safe(name: str) -> str:
-    """Returns a name that is not reserved in C++."""
+    """Return a name that is not reserved in C++."""
     return f"{name}_" if name in RESERVED else name

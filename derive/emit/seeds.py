@@ -44,18 +44,21 @@ def has_nearest(robot: Described, function: Signature) -> bool:
 
 
 def inverses(derivation: Derivation) -> list[Signature]:
-    """Returns the inverse kinematics functions that fit the size limits of the support files."""
+    """Return the inverses for which a nearest-solution function is generated."""
     functions = (*derivation.functions, *derivation.written)
     return [function for function in functions if has_nearest(derivation.robot, function)]
 
 
 def seeded(derivation: Derivation) -> list[Signature]:
-    """Returns the inverses for which a seed determines all inputs except the target."""
+    """Return the inverses whose inputs, except the target, all follow from a seed configuration."""
     return [f for f in inverses(derivation) if seed_inputs(derivation, f) is not None]
 
 
 def seed_inputs(derivation: Derivation, function: Signature) -> SeedInputs | None:
-    """Returns the inputs of an inverse besides the pose, or None if a seed does not fix them."""
+    """Return the inputs of an inverse other than the pose.
+
+    The result is None if a seed does not determine these inputs.
+    """
     names, robot = tuple(argument.name for argument in function.inputs[1:]), derivation.robot
     available = {f.name: f for f in (*derivation.functions, *derivation.written)}
     if not names:
@@ -81,10 +84,10 @@ def _of_joints(names: tuple[str, ...], joints: Sequence[str]) -> SeedInputs | No
 def printed_nearest(
     derivation: Derivation, printed: Sequence[SymbolicFunction]
 ) -> list[tuple[SymbolicFunction, SeedInputs]]:
-    """Returns the inverses whose nearest solution is available in all languages.
+    """Return the inverses that have a nearest-solution function in every language.
 
-    The list is empty if the robot needs a search over full turns. An inverse is omitted if its
-    input needs a function that is not printed.
+    The list is empty if the robot needs a search over full turns. An inverse is omitted if a
+    function that is not printed computes its inputs from the seed.
     """
     if shares_limits(derivation, wraps_of(derivation)) or limited_variables(derivation):
         return []
@@ -96,7 +99,7 @@ def printed_nearest(
 
 
 def missing_nearest(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> str:
-    """Returns sentences about missing nearest-solution functions.
+    """Return sentences that list the missing functions for the nearest inverse solution.
 
     Args:
         derivation: The derivation of the robot.
@@ -133,7 +136,7 @@ def counts(derivation: Derivation, function: Signature) -> list[bool]:
 
 
 def periodic(derivation: Derivation, function: Signature) -> list[bool]:
-    """Whether each coordinate may be shifted by full turns towards a seed."""
+    """Whether each coordinate may be moved by full turns towards a seed."""
     pairs = zip(counts(derivation, function), wraps_of(derivation), strict=True)
     return [is_counted and wraps for is_counted, wraps in pairs]
 
@@ -155,7 +158,7 @@ def _turns_fully(robot: SerialRobot, k: int) -> bool:
 
 
 def nearest_summary(function: Signature) -> list[str]:
-    """Returns two comment lines about a nearest-solution function."""
+    """Return the comment lines that describe a nearest-solution function."""
     kept = ", ".join(argument.name for argument in function.inputs[1:])
     return [
         f"The solution of {function.name} nearest to q_seed within limits.",

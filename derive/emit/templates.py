@@ -5,7 +5,7 @@ from pathlib import Path
 
 
 def filled(template: Path, values: Mapping[str, str]) -> str:
-    """Returns the text of a template with its placeholders replaced.
+    """Return the text of a template with its placeholders replaced.
 
     A placeholder looks like ``@robot@``.
     """

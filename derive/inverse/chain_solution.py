@@ -19,7 +19,7 @@ from .tasks.task import Solved
 def solve_chain(
     work: Work, lines: Lines, found: Attempt, target: Target, given: Mapping[int, sp.Expr]
 ) -> None:
-    """Solves for the joints of a chain.
+    """Solve for the joints of a chain.
 
     Args:
         work: Record of the solution, which receives the joint values and the steps.
@@ -36,7 +36,7 @@ def solve_chain(
 
 
 def pose_task(robot: SerialRobot, lines: Lines, found: Attempt) -> Solved:
-    """Returns the task ``ik``, which solves for all joints that are not fixed."""
+    """Return the task ``ik``, which solves for all joints that are not fixed."""
     work = Work(lines.terms)
     symbols = arguments_of([joint.unit for joint in robot.coordinates])["q"].symbols
     arguments = tuple(given_argument(robot, k, symbols[k]) for k in found.given)

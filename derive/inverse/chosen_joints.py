@@ -19,7 +19,8 @@ from .structure.lines import Lines, axes_of
 from .tasks.orientation import NAME, orientation_task, orients
 
 MAX_TRIED = 60
-"""Maximum number of joint sets to test for an error message. The tests take 1 to 2 seconds."""
+"""Maximum number of joint sets that are tested for an error message. The tests take 1 to 2 seconds.
+"""
 MAX_NAMED = 12
 """Maximum number of joint sets listed in an error message."""
 
@@ -27,7 +28,7 @@ MAX_NAMED = 12
 def inverses_for_fixed(
     robot: SerialRobot, terms: Terms, families: Sequence[Family], fixed: str | Sequence[str]
 ) -> Inverses:
-    """Derives the inverses of a serial robot for the fixed joints that a caller chose.
+    """Derive the inverses of a serial robot for the fixed joints that a caller chose.
 
     Args:
         robot: The description.
@@ -56,7 +57,7 @@ def hybrid_inverses_for_fixed(
     fixed: str | Sequence[str],
     closure: LoopClosure | None = None,
 ) -> Inverses:
-    """Derives the inverses of a robot with loops whose caller fixes some joints of the main chain.
+    """Derive the inverses of a robot with loops for fixed values of some main-chain joints.
 
     Args:
         hybrid: The robot.
@@ -98,10 +99,7 @@ def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
 def _nothing_left(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], found: Inverses
 ) -> InputValueError:
-    """Returns the error if the robot has no closed-form inverse with the chosen fixed joints.
-
-    The error lists suitable joint sets.
-    """
+    """Return the error if the robot has no closed-form inverse with the chosen fixed joints."""
     names = [joint.name for joint in robot.moving]
     surplus = len(names) - rank.of_chain(found.classification.lines)
     others = list(_offered(robot, families, chosen, max(len(chosen), surplus)))[:MAX_NAMED]
@@ -118,11 +116,9 @@ def _nothing_left(
 def _offered(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], count: int
 ) -> Iterator[tuple[int, ...]]:
-    """Yields sets of ``count`` joints.
+    """Yield sets of ``count`` joints.
 
     If the joints of a set are fixed, the chain has a closed form.
-
-    Sets that share the most joints with the request come first.
     """
     sets = list(combinations(range(len(robot.moving)), count))
     sets.sort(key=lambda given: -len({*given} & {*chosen}))

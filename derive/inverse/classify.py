@@ -1,4 +1,4 @@
-"""Classification of the axes of a chain, which tries the families in order."""
+"""Classifies the axes of a chain by trying the families in order."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -30,7 +30,8 @@ class Attempt:
         family: The family.
         reading: The end of the chain at which the numbering of axes starts: base or tool.
         given: Indices of the joints with fixed values.
-        requirements: The conditions of the family on the axes of the free joints, with deviations.
+        requirements: The conditions that the family imposes on the axes of the free joints, and the
+            deviation of the axes from each condition.
     """
 
     family: Family
@@ -45,7 +46,7 @@ class Attempt:
 
     @property
     def is_whole(self) -> bool:
-        """Whether the structure covers all joints, numbered from base to tool."""
+        """Whether the structure contains all joints, in the order from base to tool."""
         return not self.given and not self.backwards
 
     @property
@@ -54,9 +55,9 @@ class Attempt:
         return max((requirement.deviation for requirement in self.requirements), default=0.0)
 
     def on(self, lines: Lines) -> "Attempt":
-        """Compares the axes of another chain with the family of this attempt.
+        """Return a copy of this attempt for another chain.
 
-        The other chain may be a nominal arm.
+        The copy contains the conditions of the family, evaluated for the other chain.
         """
         left = lines.at_generic(self.given)
         seen = left.reversed() if self.backwards else left
@@ -76,7 +77,7 @@ class Classification:
         lines: The axes of the joints in the chain.
         found: The family that fits the chain, or None.
         attempts: The result of each comparison of the chain with an inverse family. If a family
-            fits the chain, its comparison is the last.
+            fits the chain, the last result belongs to this family.
         missing: The reason why no closed form exists, or "" if a closed form exists.
         near: Structures that fit approximately, best first. Each structure defines a nominal arm
             for refinement by Newton's method.
@@ -106,10 +107,9 @@ def classify(
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
 ) -> Classification:
-    """Classifies the axes of a serial robot, or of the main chain of a robot with loops.
+    """Classify the axes of a serial robot, or of the main chain of a robot with loops.
 
-    A redundant chain has more coordinates than the tool has degrees of freedom. Some joints of a
-    redundant chain must be fixed.
+    A redundant chain has more coordinates than the tool has degrees of freedom.
 
     Args:
         robot: The description.
@@ -132,19 +132,19 @@ def of_lines(
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
 ) -> Classification:
-    """Classifies a chain of axes.
+    """Classify a chain of axes.
 
     Args:
         lines: The chain.
         coordinates: Number of coordinates that move the chain. If None, the number of joints is
             used as the number of coordinates.
         families: The families of axis structures to try, in order.
-        give: Indices of the joints to fix. If the tuple is empty, the first suitable set is fixed.
-        give: Indices of the joints to fix. If the tuple is empty, the first suitable set is fixed.
+        give: Indices of the joints to fix. If `give` is empty, the first suitable set of joints is
+            fixed.
     """
     if give and not _leaves_full_rank(lines, give):
         surplus = len(lines.axes) - rank.of_chain(lines)
-        reason = "the others could move without moving the tool"
+        reason = "the other joints could move without moving the tool"
         reason += f"; {surplus} joints must be fixed" if surplus > len(give) else ""
         return Classification(lines, None, (), reason, give=give)
     attempts: list[Attempt] = []
@@ -174,11 +174,11 @@ def further_families(
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
 ) -> Iterator[Attempt]:
-    """Yields more structures that fit the chain exactly, possibly with other fixed joints.
+    """Yield additional axis structures of the chain, possibly with other fixed joints.
 
     Args:
         lines: The chain.
-        found: The exact structure that is already known.
+        found: The exact axis structure of the chain that is already known.
         families: The families of axis structures to try, in order.
         give: Indices of the joints to fix. If the tuple is empty, every possible set is tried.
     """
@@ -194,7 +194,7 @@ def further_families(
 def _near(
     lines: Lines, choices: Sequence[tuple[int, ...]], families: Sequence[Family]
 ) -> list[Attempt]:
-    """Returns the structures that fit approximately, best first.
+    """Return the structures that fit approximately, best first.
 
     If a structure fits within the tolerance for measurement errors, the result contains only this
     structure. Families with a swivel angle are excluded, because they need exact axes.
@@ -210,7 +210,7 @@ def _near(
 
 
 def unfit(robot: SerialRobot) -> str:
-    """Returns the reason why a chain cannot be classified, or "" for a suitable chain."""
+    """Return the reason why a chain cannot be classified, or "" for a suitable chain."""
     helical = [joint.name for joint in robot.moving if joint.kind == "helical"]
     if robot.couplings:
         return f"{', '.join(rule.joint for rule in robot.couplings)} follows other coordinates"
@@ -220,11 +220,14 @@ def unfit(robot: SerialRobot) -> str:
 
 
 def _choices(lines: Lines, coordinates: int) -> Iterable[tuple[int, ...]]:
-    """Returns sets of joints. If the joints of a set are fixed, the chain is not redundant."""
+    """Return the sets of joints that can be fixed to remove the redundancy.
+
+    For a redundant chain, the empty set comes first, followed by the sets with joints near the
+    tool.
+    """
     surplus = coordinates - rank.of_chain(lines)
     if surplus <= 0:
         return [()]
-    # Joints near the tool come first, because an operator sets them most easily.
     choices = sorted(joint_sets_to_fix(lines, surplus), key=lambda given: given[::-1], reverse=True)
     return [(), *(given for given in choices if _leaves_full_rank(lines, given))]
 

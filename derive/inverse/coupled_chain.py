@@ -52,14 +52,18 @@ class CoupledChain:
         return int(self.C.rows - self.C.cols)
 
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
-        """Returns the matrix L in q = L (theta - c), with the indices of the joints in theta."""
+        """Return the matrix L in q = L (theta - c), with the indices of the joints in theta."""
         _, pivots = self.C.T.rref()
         rows = self.C.extract(list(pivots), list(range(self.C.cols)))
         return sp.ImmutableMatrix(rows.inv()), tuple(pivots)
 
     @property
     def keeps_turns(self) -> bool:
-        """Whether full turns of the independent joints rotate every joint by full turns."""
+        """Whether full turns of the independent joints leave the pose unchanged.
+
+        The pose is unchanged if these turns rotate each revolute joint by full turns and move no
+        prismatic joint.
+        """
         L, joints = self.inverse()
         D = self.C * L
         moving = self.robot.moving
@@ -71,11 +75,11 @@ class CoupledChain:
         )
 
     def index(self, name: str) -> int:
-        """Returns the index of the joint that contains the joint `name` of the robot file."""
+        """Return the index of the merged joint that contains the joint `name`."""
         return next(k for k, names in enumerate(self.members) if name in names)
 
     def joints_at(self, q: Sequence[sp.Expr]) -> list[sp.Expr]:
-        """Returns the motions of the joints at coordinates q."""
+        """Return the motions of the joints at coordinates q."""
         return [
             sp.Add(*(r * s for r, s in zip(self.C.row(j), q, strict=True) if r != 0), self.c[j])
             for j in range(self.C.rows)
@@ -84,11 +88,7 @@ class CoupledChain:
 
 @dataclass(frozen=True)
 class _Link:
-    """A moving joint with its placement and its equation.
-
-    ``before`` includes the placements of the fixed joints between the previous joint and this
-    joint.
-    """
+    """A moving joint with its placement and its equation."""
 
     joint: Joint
     before: Placement
@@ -106,7 +106,7 @@ class _State:
     values: Mapping[sp.Symbol, sp.Expr]
 
     def shorter(self) -> "_State | None":
-        """Returns the chain without one of its joints, or None if all joints are needed."""
+        """Return the chain without one of its joints, or None if all joints are needed."""
         for k in range(len(self.links) - 1):
             found = self._merged(k)
             if found is not None and found.rank == self.rank:
@@ -123,8 +123,9 @@ class _State:
         sense = self._sense(one.joint.kind, other)
         if sense == 0 or (other.joint.kind == "revolute" and not self._is_coaxial(other)):
             return None
-        # If exactly one of both joints depends on a single coordinate, the merged joint gets its
-        # name.
+        # If the first joint depends on a single coordinate and the second joint does not, the
+        # merged joint has the name of the first joint. Otherwise, it has the name of the second
+        # joint.
         is_free = [sum(entry != 0 for entry in link.row) == 1 for link in (one, other)]
         named = one if is_free == [True, False] else other
         merged = replace(
@@ -188,7 +189,7 @@ class _State:
 
 
 def coupled_chain(robot: SerialRobot) -> CoupledChain:
-    """Returns the chain of a coupled robot in which each joint moves independently.
+    """Return the chain of a coupled robot in which each joint moves independently.
 
     The chain has the same tool pose and the same coordinates as the robot. A joint is removed only
     while the chain has more joints than coordinates.

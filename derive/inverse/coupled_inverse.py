@@ -18,7 +18,7 @@ from .tasks.task import Solved
 def in_coordinates(
     robot: SerialRobot, chain: CoupledChain, terms: Terms, solved: Solved
 ) -> Solved | None:
-    """Converts a task of the chain to a task of the robot.
+    """Convert a task of the chain to a task of the robot.
 
     Args:
         robot: The coupled robot.
@@ -28,8 +28,7 @@ def in_coordinates(
         solved: The task of the chain.
 
     Returns:
-        The converted task. None if the task solves for a joint whose coordinates also move other
-        joints.
+        The converted task.
     """
     function = solved.function
     free = _coordinates_of(chain, function.role.free)
@@ -56,7 +55,7 @@ def in_coordinates(
 def coordinates_at(
     chain: CoupledChain, terms: Terms, theta: Sequence[sp.Expr]
 ) -> tuple[sp.Expr, ...]:
-    """Returns the coordinates q = L (theta - c) of chain joints theta as named terms."""
+    """Return the coordinates q = L (theta - c) of chain joints theta as named terms."""
     L, joints = chain.inverse()
     moved = [theta[j] - chain.c[j] for j in joints]
     return tuple(
@@ -68,7 +67,7 @@ def coordinates_at(
 def of_coordinates(
     robot: SerialRobot, chain: CoupledChain, terms: Terms, function: SymbolicFunction
 ) -> SymbolicFunction:
-    """Rewrites a function of the chain joints as a function of the coordinates."""
+    """Rewrite a function of the chain joints as a function of the coordinates."""
     q = arguments_of([c.unit for c in robot.coordinates])["q"]
     theta = dict(zip(function.inputs[0].symbols, chain.joints_at(q.symbols), strict=True))
     outputs = tuple(
@@ -84,17 +83,17 @@ def refined_in_coordinates(
     refined: NativeSolverFunction,
     solved: Mapping[str, Solved],
 ) -> NativeSolverFunction:
-    """Returns the inverse of a calibrated chain in the coordinates of the robot.
+    """Return the inverse of a calibrated chain in the coordinates of the robot.
 
-    The inverse does not use the general solver, because the general solver returns joint values of
-    the chain instead of coordinates.
+    The general solver returns joint values of the chain. It is not used, because this inverse must
+    return motor coordinates.
 
     Args:
         robot: The coupled robot.
         chain: The chain.
         refined: The refined inverse of the chain, which returns joint values.
-        solved: The solved tasks of the nominal arm, which return coordinates. Refinement starts
-            from the solutions of the nominal arm.
+        solved: The inverse functions of the nominal arm, which return coordinates. Refinement
+            starts from the solutions of the nominal arm.
     """
     assert isinstance(refined.tables, RefinedTables)
     start = solved[NOMINAL].function
@@ -126,7 +125,7 @@ def _joint_argument(chain: CoupledChain, joint: int, argument: Argument) -> Argu
 
 
 def _coordinates_of(chain: CoupledChain, joints: Sequence[int]) -> tuple[int, ...] | None:
-    """Returns the coordinates that move only the listed joints, or None."""
+    """Return the coordinates that move only the listed joints, or None."""
     rows = range(chain.C.rows)
     found = [
         k

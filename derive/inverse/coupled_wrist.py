@@ -33,7 +33,7 @@ _ONE, _OTHER = _WRIST[1:3]
 
 
 def coupled_wrist(chain: CoupledChain) -> tuple[Family, ...]:
-    """Returns the family of a chain with a coupled wrist, or () if no wrist is coupled."""
+    """Return the family of a chain with a coupled wrist, or () if no wrist is coupled."""
     if chain.C.rows != JOINTS or chain.surplus != 1:
         return ()
     for sense in (1, -1):
@@ -82,16 +82,20 @@ def _solve(sense: int, work: Work, lines: Lines, target: Target) -> None:
     seen = turned_back(work, lines, _WRIST[0], wanted)
     signs = work.sign(), work.sign()
     root, found = coupled_turns(terms, pair, seen, signs)
-    reason = f"only they change the angle between axes {a4.name} and {a7.name}"
+    reason = f"only these joints change the angle between axes {a4.name} and {a7.name}"
     work.note_length((a5.name, a6.name), "a quadratic equation", reason, root)
-    reason = f"opposite angles of {a5.name} bend the wrist equally"
+    reason = (
+        f"opposite angles of {a5.name} produce equal angles between axes {a4.name} and {a7.name}"
+    )
     q5 = work.step([a5], "the cosine", reason, found)
     q6 = work.turns[a6.joint] = q5.counted(sense)
 
     # 6, 7. The remaining rotation.
     bent = rotated(terms, a5.h, q5, rotated(terms, a6.h, q6, a7.h))
-    reason = f"the direction of axis {a7.name}, which {a5.name} and {a6.name} have bent"
-    degenerate = f"with axis {a7.name} on axis {a4.name} the angle is arbitrary and taken as 0"
+    reason = f"this joint produces the remaining rotation of axis {a7.name}"
+    degenerate = (
+        f"if axis {a7.name} coincides with axis {a4.name}, the angle is arbitrary and set to 0"
+    )
     q4 = work.step([a4], "subproblem 1", reason, sp1(terms, a4.h, bent, seen), degenerate)
     e = cross(terms, a7.h, a6.h)
     turned = turned_back(work, lines, _WRIST[0], target.turned(terms, e))

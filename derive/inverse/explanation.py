@@ -47,14 +47,17 @@ _GAP = 3
 
 @dataclass(frozen=True)
 class Explanation:
-    """Text that explains the inverse of a robot. ``print(explain(robot))`` prints the text.
+    """Text that explains the inverse kinematics of a robot.
+
+    ``print(explain(robot))`` prints the text.
 
     Attributes:
         robot: The robot's title.
         chain: The explained chain.
         inverses: The solved tasks and the structure of the chain. None for robots with several tool
             poses per configuration of the actuators, such as parallel platforms.
-        loops: A sentence about the inverse of the loops. The text is empty for a serial robot.
+        loops: A sentence about the inverse kinematics of the loops. The text is empty for a serial
+            robot.
         hybrid: The loops and their solution, or None for a serial robot.
     """
 
@@ -143,7 +146,7 @@ def explain(
     fixed: str | Sequence[str] = (),
     families: Sequence[Family] = FAMILIES,
 ) -> Explanation:
-    """Explains the closed-form inverse of a robot, or why there is none.
+    """Explain the closed-form inverse of a robot, or why there is none.
 
     For a mechanism, the text starts with the degrees of freedom and the loops.
 
@@ -177,7 +180,7 @@ def explain(
 def explanation(
     robot: Described, inverses: Inverses | None, hybrid: SolvedLoops | None
 ) -> Explanation:
-    """Returns the explanation of a derived inverse.
+    """Return the explanation of a derived inverse.
 
     Args:
         robot: The robot.
@@ -215,22 +218,22 @@ def _structure(classification: Classification, is_general: bool) -> str:
 
 
 def missed_by(classification: Classification) -> str:
-    """Lists the conditions that the axes satisfy only approximately."""
+    """List the conditions that the axes satisfy only approximately."""
     found = classification.found
     missed = [r for r in found.requirements if r.deviation > EXACT_STRUCTURE] if found else []
     return "; ".join(f"{r.text}: off by {_distance(r, classification)}" for r in missed)
 
 
 def singular(inverses: Inverses) -> str:
-    """Describes an arm that can move in every configuration without moving its tool."""
+    """Describe an arm that can move in every configuration without moving its tool."""
     rest = "ik returns some of infinitely many solutions"
     if inverses.given:
-        rest = f"ik takes the value of {listed(inverses.given)}"
+        rest = f"the value of {listed(inverses.given)} is an input of ik"
     return f"singular in every configuration: {inverses.self_motion}; {rest}"
 
 
 def notes(inverses: Inverses) -> tuple[str, ...]:
-    """Returns remarks on an arm that is always singular, or whose inverse refines a nominal arm."""
+    """Return remarks on an arm that is always singular, or that has only a refined inverse."""
     classification = inverses.classification
     if inverses.self_motion:
         return (f"the arm is {singular(inverses)}",)
@@ -272,7 +275,7 @@ def _distance(requirement: Requirement, classification: Classification) -> str:
 
 
 def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Returns the tested structures with their violated conditions, nearest structure first."""
+    """Return the tested structures with their violated conditions, nearest structure first."""
     best: dict[str, Attempt] = {}
     for attempt in sorted(classification.attempts, key=lambda attempt: attempt.deviation):
         best.setdefault(attempt.title, attempt)
@@ -319,7 +322,7 @@ def _step(number: int, step: InverseStep, solved: Solved) -> Iterable[str]:
     if step.found.sign is not None:
         number_of_sign = solved.work.signs.index(step.found.sign) + 1
         boundary = (
-            "" if step.found.margin is None else "; they meet at the boundary of the workspace"
+            "" if step.found.margin is None else "; they coincide at the boundary of the workspace"
         )
         yield f"    Two solutions, sign {number_of_sign} of {len(solved.work.signs)}{boundary}."
     if step.degenerate:
@@ -347,7 +350,7 @@ def _of_loops(hybrid: SolvedLoops) -> str:
     solution = hybrid.backward
     actuated = {c.moves for c in mechanism.coordinates}
     if aside := _aside(hybrid):
-        return f"The tool on {mechanism.tool_body} does not move with {listed(aside)}."
+        return f"The tool on {mechanism.tool_body} does not depend on {listed(aside)}."
     if solution.open and hybrid.forward.open and backward_inverse.makers(hybrid):
         legs = listed([leg.closure for leg in leg_chains(hybrid) or ()])
         return (
@@ -394,7 +397,7 @@ def _aside(hybrid: SolvedLoops) -> list[str]:
 
 
 def mechanism_in_words(h: SolvedLoops) -> str:
-    """Describes the degrees of freedom, the loops and the solution of each loop."""
+    """Describe the degrees of freedom, the loops and the solution of each loop."""
     paragraphs = [_freedoms(h)]
     if h.mechanism.is_constrained:
         paragraphs += [_loops(h), _ways(h)]
@@ -406,7 +409,7 @@ def _freedoms(h: SolvedLoops) -> list[str]:
     found = mobility_of(h.numbers, equations(h))
     actuated = ", ".join(h.mechanism.actuated)
     return [
-        f"Freedoms: {found.true}, actuated by {actuated}. "
+        f"Degrees of freedom: {found.true}, actuated by {actuated}. "
         f"n = {found.bodies} bodies, j = {found.joints} joints, sum f = {found.freedoms}, "
         f"lambda = {found.order}.",
         *(f"  {line}" for line in found.report),
@@ -428,7 +431,7 @@ def _loops(h: SolvedLoops) -> list[str]:
 def _ways(h: SolvedLoops) -> list[str]:
     lines = ["Joints from the actuators:", *_steps(h, h.forward)]
     if h.is_overdetermined:
-        lines.append(f"  no joint: {len(h.q)} actuators for {h.freedoms} freedoms")
+        lines.append(f"  no joint: {len(h.q)} actuators for {h.freedoms} degrees of freedom")
     elif h.forward.open:
         lines.append(f"  {', '.join(h.forward.open)}: by Newton's iteration at run time")
     backward = (from_chain_with_arms(h) or h).backward

@@ -1,9 +1,9 @@
 """Replaces a chain with fixed joints by a shorter chain.
 
-The redundant joints of an arm are fixed. A fixed joint at an end of the
-chain is removed: the target is multiplied by its inverse motion. A fixed joint inside the chain is
-first moved to the end. Let E be the motion of a fixed joint. Let P be the motion of all joints
-before the fixed joint, and Q the motion of all joints after it. Then
+The redundant joints of an arm are fixed. A fixed joint at an end of the chain is removed, and the
+target is multiplied by the inverse of the joint's motion. A fixed joint inside the chain is first
+moved to the end. Let E be the motion of a fixed joint. Let P be the motion of all joints before the
+fixed joint, and Q the motion of all joints after it. Then
 
     P E Q = P (E Q E^-1) E.
 
@@ -29,7 +29,7 @@ LONG = 12
 
 
 def joint_sets_to_fix(lines: Lines, count: int) -> set[tuple[int, ...]]:
-    """Returns the sets of joints that may be fixed.
+    """Return the sets of joints that may be fixed.
 
     Args:
         lines: The chain.
@@ -53,7 +53,7 @@ def joint_sets_to_fix(lines: Lines, count: int) -> set[tuple[int, ...]]:
 
 
 def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple[Lines, Target]:
-    """Returns (chain of the free joints, target pose of this chain).
+    """Return (chain of the free joints, target pose of this chain).
 
     Args:
         lines: The chain.
@@ -88,7 +88,6 @@ def _without_last(terms: Terms, target: Target, axis: Axis, value: sp.Expr) -> T
 
 
 def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> list[Axis]:
-    """Moves the axes after a fixed joint from zero to the value of the fixed joint."""
     if not given.turns:
         by = combination(terms, (value,), (given.h,))
         return [_shifted(terms, axis, by, given) for axis in behind]
@@ -97,7 +96,7 @@ def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> lis
 
 
 def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
-    """Returns an axis after a fixed rotation.
+    """Return a joint axis, rotated by the angle of a fixed joint.
 
     The numeric direction and origin are computed at one generic angle of the fixed joint.
     """
@@ -115,7 +114,7 @@ def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
 
 
 def _shifted(terms: Terms, axis: Axis, by: Vector, slid: Axis) -> Axis:
-    """Returns an axis after a fixed translation.
+    """Return an axis that is displaced by a fixed translation.
 
     The numeric origin of the axis is computed at one generic displacement of the fixed joint.
     """

@@ -1,9 +1,10 @@
 """Counts the poses that an inverse misses. The sample consists of right-angle configurations.
 
 At some poses, the angle of a joint is arbitrary. The closed form then selects one value of this
-angle. It misses the solution if the other joints reach the pose only at another value. An inverse
-is likely to miss right-angle poses if dimensions of the arm are equal, and poses at which a fixed
-prismatic joint makes axes intersect.
+angle. If the other joints can reach the pose only with a different value of this angle, the closed
+form misses the solution. An inverse is likely to miss right-angle poses if dimensions of the arm
+are equal. An inverse is also likely to miss poses at which a fixed prismatic joint makes two axes
+intersect.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -40,7 +41,7 @@ TARGETS: Mapping[TaskComponent, Callable[[FloatArray], FloatArray]] = {
 
 
 def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
-    """Counts the sampled configurations whose pose the inverse misses.
+    """Count the sampled configurations whose pose the inverse misses.
 
     Args:
         arm: The arm.
@@ -61,7 +62,7 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
 
 
 def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance: float) -> int:
-    """Counts the input samples (size, N) without a solution.
+    """Count the input samples (size, N) without a solution.
 
     A branch is evaluated only at samples that the earlier branches do not solve.
     """
@@ -78,7 +79,7 @@ def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance
 
 
 def configurations(arm: NumericArm, fixed: Sequence[int]) -> FloatArray:
-    """Returns at most ``SAMPLES`` configurations (N, n) whose revolute joints are at right angles.
+    """Return at most ``SAMPLES`` configurations (N, n) whose revolute joints are at right angles.
 
     The position of a prismatic joint is 0, a generic value, or a sum of one or two link offsets. If
     the position is a sum of link offsets, the joint may cancel an offset and make axes intersect.

@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float64]
 
 
 def nominal_of(robot: SerialRobot, lines: Lines, found: Attempt) -> SerialRobot:
-    """Returns the nominal arm of a robot.
+    """Return the nominal arm of a robot.
 
     The axes of the nominal arm satisfy the conditions of a family exactly.
 
@@ -94,10 +94,7 @@ def _make_meet(
 
 
 def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:
-    """Returns a joint with the same kind on the axis with direction h through the point p.
-
-    With all joints at zero, the frames of the joint are parallel to the base frame.
-    """
+    """Return a joint with the same kind on the axis with direction h through the point p."""
     with mpmath.workdps(EVALUATION_DIGITS):
         x, y, z = (mpmath.mpf(float(component)) for component in h)
         azimuth, tilt = mpmath.atan2(x, -y), mpmath.atan2(mpmath.hypot(x, y), z)
@@ -110,7 +107,7 @@ def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:
 
 
 def _placement(home: Sequence[Sequence[mpmath.mpf]]) -> Placement:
-    """Returns a pose as a translation and rotations about z, y and x, with 40 digits."""
+    """Return a pose as a translation and rotations about z, y and x, with 40 digits."""
     with mpmath.workdps(EVALUATION_DIGITS):
         level = mpmath.hypot(home[0][0], home[1][0])
         pitch = mpmath.atan2(-home[2][0], level)
@@ -133,7 +130,7 @@ def _number(value: sp.Expr) -> mpmath.mpf:
 
 
 def _angle(value: mpmath.mpf) -> sp.Expr:
-    """Returns an angle with 40 digits, or an exact multiple of pi/2 for a right angle."""
+    """Return an angle with 40 digits, or an exact multiple of pi/2 for a right angle."""
     quarters = mpmath.nint(2 * value / mpmath.pi)
     if abs(value - quarters * mpmath.pi / 2) < _right_angle_tolerance():
         return sp.pi * sp.Rational(int(quarters), 2)
@@ -141,5 +138,5 @@ def _angle(value: mpmath.mpf) -> sp.Expr:
 
 
 def _right_angle_tolerance() -> mpmath.mpf:
-    """Returns the tolerance (radian) within which an angle counts as a right angle."""
+    """Return the tolerance (radian) within which an angle counts as a right angle."""
     return mpmath.mpf(10) ** (NOMINAL_GUARD_DIGITS - EVALUATION_DIGITS)

@@ -46,9 +46,9 @@ class Sampled:
 
     @classmethod
     def of(cls, robot: SerialRobot, lines: Lines, nominal: SymbolicFunction) -> "Sampled":
-        """Samples the true arm and solves the poses with the task ``ik`` of a nominal arm.
+        """Sample the true arm, and solve its poses with ``ik`` of a nominal arm.
 
-        Fixed joints have their sampled values.
+        The inverse receives the sampled values of the fixed joints.
         """
         arm, given = NumericArm.of(robot, lines), nominal.role.fixed
         q, T = _configurations(arm)
@@ -94,7 +94,6 @@ class Sampled:
         """Typical distance between nominal solutions, for each joint.
 
         Smallest difference (radian) between two solutions of a pose, as a median over all poses.
-        If no pose has two solutions, the typical distance is 0.
         """
         q = np.stack([start for start, _ in self.branches], 1)
         is_there = np.stack([residual < RECOVERED for _, residual in self.branches], 1)
@@ -109,11 +108,10 @@ class Sampled:
 def share_near(
     robot: SerialRobot, lines: Lines, nominal: SerialRobot, exact: Lines, given: tuple[int, ...]
 ) -> float:
-    """Returns the fraction of random configurations that Newton's method recovers.
+    """Return the fraction of random configurations that Newton's method recovers.
 
     Newton's method solves each pose on the nominal arm and then on the true arm. No nominal inverse
-    is needed. If a nominal inverse exists, its fraction (:attr:`Sampled.share_converged`) is nearly
-    equal for arms whose nominal solutions are near the true solutions.
+    is needed.
 
     Args:
         robot: The true arm.
@@ -152,7 +150,7 @@ def _apart(q: FloatArray, other: FloatArray) -> FloatArray:
 def _polished(
     arm: NumericArm, T: FloatArray, q: FloatArray, given: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Returns (configurations (N, n), pose errors (N,)) after Newton's method.
+    """Return (configurations (N, n), pose errors (N,)) after Newton's method.
 
     A pose error is an angle in radian, or a distance divided by the arm length.
     """
@@ -172,7 +170,7 @@ def _polished(
 
 
 def twist_between(here: FloatArray, there: FloatArray) -> FloatArray:
-    """Returns the twists (N, 6) between pairs of poses.
+    """Return the twists (N, 6) between pairs of poses.
 
     The angular part is the axis times the sine of the angle.
     """

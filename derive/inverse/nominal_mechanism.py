@@ -42,7 +42,7 @@ STEP_OF_ANGLES = sp.pi / 12
 SAMPLES, MAX_DRAWN = 100, 600
 """Number of test configurations, and maximum number of random trials.
 
-In some loops, only one of five trials can be closed.
+In some mechanisms, the loops can close in only one of five trials.
 """
 STEPS = 8
 CONVERGED = 1e-12
@@ -66,7 +66,7 @@ class Nominal:
 
 
 def nominal_mechanisms(mechanism: Mechanism) -> Iterator[Nominal]:
-    """Yields the design if it is known, otherwise mechanisms with rounded numbers.
+    """Yield the stated nominal mechanism or, without one, mechanisms with rounded numbers.
 
     The mechanism with the fewest digits comes first. A rounding of a rod length to 0 is skipped.
     """
@@ -165,7 +165,7 @@ class _Rounding:
         return rounded
 
     def _rounded(self, number: sp.Expr) -> sp.Expr:
-        """Returns the rounded number. An irrational number is not rounded."""
+        """Return the rounded number. An irrational number is not rounded."""
         if not number.is_Rational:
             return number
         return sp.Rational(int(sp.floor(number / self.grid + sp.Rational(1, 2)))) * self.grid
@@ -204,7 +204,7 @@ def convergence_of(
     *,
     is_position: bool = False,
 ) -> ConvergenceResult:
-    """Refines the solutions of a nominal robot at random poses of the true robot.
+    """Refine the solutions of a nominal robot at random poses of the true robot.
 
     Args:
         hybrid: The true robot.
@@ -246,7 +246,7 @@ def convergence_of(
 
 
 def turns_of(hybrid: SolvedLoops) -> tuple[float, ...]:
-    """Returns the number of full turns per unit of each coordinate.
+    """Return the number of full turns per unit of each coordinate.
 
     A prismatic joint has no full turns, so its entry is 0.
     """

@@ -19,7 +19,8 @@ CALLS = (NOMINAL, "fk_jacobian_mixed")
 OPERATIONS = 1500
 """Approximate number of operations per branch, for three or four Newton steps."""
 FURTHER = 4
-"""Number of extra solution slots if the general solver does not run.
+"""Number of solution slots in addition to the nominal solutions, for an arm without the general
+solver.
 
 Some arms with 8 nominal branches had 10 solutions.
 """
@@ -30,19 +31,22 @@ TURN = 6.283185307179586
 
 
 def as_start(nominal: Solved) -> Solved:
-    """Returns the task ``ik`` of a nominal arm, with the name ``ik_nominal``."""
+    """Return the task ``ik`` of a nominal arm, with the name ``ik_nominal``."""
     function = nominal.function
     residual, margin = function.outputs[1:]
     outputs = (
         function.outputs[0],
         replace(residual, meaning="distance of the nominal arm's tool from the target"),
-        replace(margin, meaning="distance from the nominal arm's boundary, negative beyond"),
+        replace(
+            margin,
+            meaning="distance from the boundary of the nominal arm's workspace, negative outside",
+        ),
     )
     start = replace(
         function,
         name=NOMINAL,
         summary="The inverse kinematics of the nominal arm, where the iteration of ik starts.",
-        identity="q[k] solves the nominal arm wherever residual[k] is rounding, not the true arm",
+        identity="q[k] solves the nominal (not the true) arm if residual[k] is a rounding error",
         outputs=outputs,
         role=replace(function.role, name="nominal inverse", labels=()),
     )
@@ -52,16 +56,16 @@ def as_start(nominal: Solved) -> Solved:
 def polished_inverse(
     classification: Classification, nominal: SymbolicFunction, general: GeneralTables, move: float
 ) -> NativeSolverFunction:
-    """Returns the function ``ik`` of an arm that is close to a known family.
+    """Return ``ik`` for an arm whose axes are close to a known closed-form family.
 
     Args:
         classification: The family of the nominal arm, and the deviation of the true axes from this
             family.
         nominal: The task ``ik`` of the nominal arm.
         general: Tables of the general solver, which finds solutions of uncertain branches. A
-            well-conditioned general solver runs at every pose if the arm has fixed joints, because
-            fixed joints make the singularities complicated. A well-conditioned general solver also
-            runs at every pose if the arm differs much from its nominal arm.
+            well-conditioned general solver runs at every pose in two cases. In the first case, the
+            arm has fixed joints, which make its singularities complicated. In the second case, the
+            arm differs much from its nominal arm.
         move: Median joint displacement (radian) from a nominal solution to the refined solution.
     """
     lines, found = classification.lines, classification.found
@@ -113,10 +117,11 @@ class RefinedTables(Tables):
 def refined_inverse(
     nominal: SymbolicFunction, tables: RefinedTables, further: int = 0
 ) -> NativeSolverFunction:
-    """Returns the function ``ik``, which refines the solutions of a nominal robot.
+    """Return the function ``ik``, which refines the solutions of a nominal robot.
 
-    The first solution slots contain the refined nominal branches. Near singularities, the true
-    robot may have more solutions, which are in the extra slots. Unused slots contain NaN.
+    The first solution slots contain the refined solutions of the nominal robot. The extra solution
+    slots contain solutions that only the true robot has near singularities. Unused slots contain
+    NaN.
 
     Args:
         nominal: The task ``ik`` of the nominal robot.

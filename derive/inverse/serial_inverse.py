@@ -1,9 +1,9 @@
 """Inverse kinematics of a serial robot.
 
-A chain that fits a family exactly has a closed form. For a chain that is close to a family,
-Newton's method refines the solutions of a nominal arm. A five-joint arm that fits no family is
-solved as a six-joint arm. The added joint rotates about the tool axis. Any other arm with six free
-joints is solved as a general arm.
+A chain that fits a family exactly has a closed form. If a chain is only close to a family, Newton's
+method refines the solutions of a nominal arm that fits the family. A five-joint arm that fits no
+family is solved as a six-joint arm. The added joint rotates about the tool axis. Any other arm with
+six free joints is solved as a general arm.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -63,7 +63,8 @@ from .tool_axis import by_tool_axis
 MAX_FREE = 6
 """Maximum number of joints that a tool pose can determine."""
 MAX_TRIED = 5
-"""Maximum number of structures to try for an inverse that misses no pose."""
+"""Maximum number of arm structures for which an inverse is derived and tested. The search ends
+early if the inverse of a structure misses no pose."""
 
 
 @dataclass(frozen=True)
@@ -74,11 +75,11 @@ class Inverses:
         classification: The structure of the axes, or the reason why no structure fits.
         solved: The solved tasks, keyed by function name.
         others: Related functions, such as the swivel angle of a configuration.
-        general: The inverse of a general arm, if the axes fit no family.
-        polished: The inverse of an arm close to a family. If ``polished`` is not None, ``solved``
-            contains the inverse of the nominal arm.
-        polished_tasks: Inverse functions for tasks other than a full pose. They refine solutions of
-            the nominal arm.
+        general: The inverse by the general solver if the axes fit no closed-form family.
+        polished: The inverse of an arm whose axes nearly fit a closed-form family. If the attribute
+            ``polished`` is set, the attribute ``solved`` contains the inverse of the nominal arm.
+        polished_tasks: Inverse functions for tasks other than a full pose. Each of these functions
+            refines solutions of the nominal arm.
         composed: The inverse of a robot with loops, which calls the inverse of the main chain.
         chain: The chain that the inverse of a coupled robot solves, or None for a robot without
             couplings.
@@ -95,7 +96,7 @@ class Inverses:
 
     @property
     def written(self) -> tuple[NativeSolverFunction, ...]:
-        """Functions of handwritten C code that reads tables of the robot."""
+        """Functions in handwritten C that read tables of robot constants."""
         found = self.polished if self.general is None else self.general.function
         composed = () if self.composed is None else (self.composed,)
         return () if found is None else (found, *self.polished_tasks, *composed)
@@ -107,7 +108,7 @@ class Inverses:
 
     @property
     def self_motion(self) -> str:
-        """Describes the joints that can always move without moving the tool.
+        """Describe the joints that can always move without moving the tool.
 
         The text is empty if the arm has no such joint, if it has more joints than a pose
         determines, or if loops couple redundant joints.
@@ -140,7 +141,7 @@ def inverses(
     give: tuple[int, ...] = (),
     methods: "Sequence[Method] | None" = None,
 ) -> Inverses:
-    """Derives the closed-form inverse of a serial robot for all tasks.
+    """Derive the closed-form inverse of a serial robot for all tasks.
 
     Args:
         robot: The description.
@@ -173,7 +174,7 @@ def _by_structure(
     solved = {"ik": pose_task(robot, lines, found)} if found.family.solves_pose else {}
     tasks = _tasks(robot, found, lines)
     if not solved and not tasks:
-        reason = f"{found.title}, but the tool moves in fewer directions than its tasks ask for"
+        reason = f"{found.title}, but the tool moves in fewer directions than its tasks require"
         return Inverses(replace(classification, found=None, missing=reason), {})
     solved |= {task.name: task.solved(robot, lines) for task in tasks}
     functions = found.family.functions(robot, lines)
@@ -245,10 +246,7 @@ def _by_nominal(
 def refined_from(
     classification: Classification, nominal: Solved, general: GeneralTables, move: float
 ) -> Inverses:
-    """Returns the inverse of a calibrated arm.
-
-    This inverse refines solutions of the nominal arm.
-    """
+    """Return the inverse of a calibrated arm."""
     start = as_start(nominal)
     inverse = polished_inverse(classification, nominal.function, general, move)
     return Inverses(classification, {start.function.name: start}, polished=inverse)
@@ -289,10 +287,7 @@ def _by_couplings(
 def _by_self_motion(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the inverse of an arm with a self-motion in every configuration. One joint is fixed.
-
-    The fixed joint is the joint nearest to the tool that leaves a solvable arm.
-    """
+    """Derive the inverse of an arm with a self-motion in every configuration."""
     lines = classification.lines
     if classification.found is not None or classification.give or len(lines.axes) > MAX_FREE:
         return None
@@ -328,17 +323,16 @@ WRITTEN: tuple[Method, ...] = (_by_nominal, _by_determinant)
 A robot with loops can call the handwritten C code for its main chain.
 """
 STRUCTURED = METHODS[: METHODS.index(_by_self_motion)]
-"""Methods whose solution steps can be printed. The method for general arms has no printable steps.
-"""
+"""Methods whose solution steps can be printed."""
 
 
 def _by_free_followers(
     robot: SerialRobot, chain: CoupledChain, terms: Terms, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derives ``ik`` of a robot with coupled joints, and ``ik_position`` of a palletizer.
+    """Derive ``ik`` of a robot with coupled joints, and ``ik_position`` of a palletizer.
 
-    The steps treat all joints as free, unless a structure includes the couplings. The residual is
-    evaluated at the coordinates. Solutions that violate a coupling are therefore invalid.
+    The steps treat all joints as free, unless a structure includes the couplings. Solutions that
+    violate a coupling are therefore invalid.
 
     Args:
         robot: The description.
@@ -367,7 +361,7 @@ def _by_free_followers(
     residual = pose_residual(terms, pose, POSE_SYMBOLS)
     lengths = [e for e, c in zip(q, robot.coordinates, strict=True) if c.unit == "m"]
     unit = common_unit([c.unit for c in robot.coordinates])
-    identity = "fk(q[k]) = T wherever residual[k] is rounding"
+    identity = "fk(q[k]) = T if residual[k] is a rounding error"
     residual = with_rounding(terms, residual, lengths)
     function = function_of("ik", work, (pose_argument(robot),), q, unit, residual, identity)
     solved = {"ik": Solved(function, work)}

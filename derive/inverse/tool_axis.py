@@ -2,12 +2,13 @@
 
 The added joint 6 rotates the tool about the tool axis. The position and direction of the tool axis
 do not depend on angle 6. Therefore, every reachable pose has a solution with angle 6 at 0. If the
-six joints fit no family, another revolute axis is added instead. Its joint angle must be 0, because
-the arm has no joint there. At each end of the arm, two positions of the added axis are tried. At
-the first position, the added axis passes through the intersection of the last two axes at this end,
-as in a spherical wrist. If one of these two joints is prismatic, the added axis passes through a
-point of the axis at the end. At the second position, the added axis does not intersect the axis at
-the end.
+resulting six-joint arm belongs to no family, a different revolute axis is added instead. A solution
+is valid only if the angle of the added joint is 0, because the real arm has no joint at this axis.
+The derivation tries two positions of the added axis at each end of the arm. At the first position,
+the added axis passes through the intersection of the last two axes at this end, as in a spherical
+wrist. If one of these two joints is prismatic, the added axis passes through a point of the
+outermost joint axis. At the second position, the added axis does not intersect the outermost joint
+axis.
 """
 
 from collections.abc import Iterator, Sequence
@@ -35,7 +36,7 @@ FEW_DECIMALS = 2
 def by_tool_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Classification, dict[str, Solved]] | None:
-    """Solves an arm with five free joints by adding a sixth axis.
+    """Solve an arm with five free joints by adding a sixth axis.
 
     Args:
         robot: The description.
@@ -67,7 +68,9 @@ def by_tool_axis(
 def with_still_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Lines, Attempt] | None:
-    """Returns five joints and a sixth joint at 0 that fit a family exactly, or None.
+    """Add a sixth joint at 0 so that the six axes fit a family exactly.
+
+    Return None if no such joint is found.
 
     Args:
         robot: The description.
@@ -103,14 +106,6 @@ def _by_added_axis(
 
 
 def _with_added_axis(lines: Lines) -> Iterator[Lines]:
-    """Yields chains with an added joint of value 0 at the tool end or the base end.
-
-    Two positions of the added axis are tried at each end. At the first position of the added axis,
-    the axis passes through the intersection of the two axes at the end of the chain. If one of
-    these two joints is prismatic, the added axis passes through a point of the end axis. At the
-    second position, the added axis does not intersect the end axis. The added axis is perpendicular
-    to the end axis, because a wrist with perpendicular axes can reach every orientation.
-    """
     terms, axes, last = lines.terms, lines.axes, len(lines.axes) - 1
     size = sp.Rational(round(lines.length, FEW_DECIMALS)).limit_denominator() or sp.Integer(1)
     for end, before in ((last, last - 1), (0, 1)):

@@ -68,10 +68,8 @@ _OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
     "singularities": ("Singular configurations", singularities_of_coupled),
     "example": ("Worked example", example_of_coupled),
 }
-"""Sections of the article of a coupled serial robot.
-
-Each section replaces the section with the same name of a serial robot without couplings.
-"""
+"""Sections of the article about a coupled serial robot, which replace or supplement the sections in
+``_FRAGMENTS``."""
 _DRAWING = "drawing"
 """Name of the LaTeX fragment with the figure of the robot."""
 _WORKSPACE = "workspace"
@@ -80,7 +78,8 @@ _PICTURES: Mapping[str, Mapping[str, str]] = {
     "parameters": {_DRAWING: "Drawing"},
     "singularities": {_WORKSPACE: "Workspace"},
 }
-"""Name and heading of each picture, keyed by the fragment that the picture follows."""
+"""Pictures that follow a fragment, keyed by the name of the fragment. Each value maps the names of
+the pictures to their headings."""
 _NEEDS_GEOMETRY = "parametric"
 """Name of the LaTeX fragment with the parametric functions."""
 
@@ -133,15 +132,15 @@ _BRIEF = frozenset(
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Returns the article and its fragments, keyed by file path.
+    """Return the article and its fragments, keyed by file path.
 
-    The article prints equations. The second argument, the programs of the functions, is not used.
+    The second argument is not used, because an article contains no programs.
     """
     return _files(derivation, fragments(derivation))
 
 
 def brief_files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Returns an article without derivations, screws, examples and singularities."""
+    """Return an article without derivations, screws, examples and singularities."""
     parts = fragments(derivation)
     return _files(derivation, {k: v for k, v in parts.items() if k.removesuffix(".tex") in _BRIEF})
 
@@ -153,12 +152,11 @@ def _files(derivation: Derivation, parts: Mapping[str, str]) -> dict[str, str]:
 
 
 def fragments(derivation: Derivation) -> dict[str, str]:
-    r"""Returns LaTeX fragments that any article can include with ``\input``.
+    r"""Return LaTeX fragments that any article can include with ``\input``.
 
     The fragments need amsmath and booktabs. The fragments have no headings and fit a line of 345 pt
-    at 10 pt. ``drawing.tex`` and ``workspace.tex`` need TikZ. The drawing may be wider than 345 pt.
-    ``jacobian.tex`` and ``inverse.tex`` use terms defined in ``fk.tex``. ``symbols.tex`` explains
-    the short symbols.
+    at 10 pt. ``drawing.tex`` and ``workspace.tex`` need TikZ. ``jacobian.tex`` and ``inverse.tex``
+    use terms defined in ``fk.tex``. ``symbols.tex`` explains the short symbols.
 
     Args:
         derivation: A robot with its functions.
@@ -227,10 +225,7 @@ def _has_legs(derivation: Derivation) -> bool:
 
 
 def _has_poses(derivation: Derivation) -> bool:
-    """Whether the article prints a separate inverse of the main chain.
-
-    If the separate inverse exists, some poses determine all joints of the main chain.
-    """
+    """Whether the article prints a separate inverse of the main chain."""
     hybrid = derivation.hybrid
     if hybrid is None or not hybrid.forward.open:
         return False
@@ -240,7 +235,7 @@ def _has_poses(derivation: Derivation) -> bool:
 
 
 def document(derivation: Derivation) -> str:
-    r"""Returns an article that includes its fragments from the folder :data:`FOLDER`."""
+    r"""Return an article that includes its fragments from the folder :data:`FOLDER`."""
     return _article(derivation, fragments(derivation))
 
 
@@ -293,7 +288,7 @@ def _figure(derivation: Derivation) -> str:
 
 _BOOKTABS = r"\usepackage{booktabs}"
 _KEEP = r"\keepwithnext"
-"""Keeps a page from containing only references."""
+"""LaTeX command that prevents a page that contains only references."""
 _FIGURE = rf"""\begin{{figure}}[H]
 \centering
 \input{{{FOLDER}/drawing}}

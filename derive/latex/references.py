@@ -71,7 +71,7 @@ WORKS: Mapping[str, str] = {
         r" 1996."
     ),
 }
-"""Works keyed by citation text, in the order of the list."""
+"""The cited works, keyed by citation text, in the order of the list."""
 _LAYOUT = (
     r"\setlength{\leftmargin}{1.5em}\setlength{\itemindent}{-1.5em}"
     r"\setlength{\itemsep}{0pt}\setlength{\parsep}{1pt}"
@@ -81,7 +81,7 @@ _UNBROKEN = r"\samepage\small"
 
 
 def references(fragments: Iterable[str]) -> str:
-    """Returns the list of cited publications, or an empty text."""
+    """Return the list of cited publications, or an empty text."""
     text = "\n".join(fragments)
     cited = [entry for words, entry in WORKS.items() if words in text]
     if not cited:

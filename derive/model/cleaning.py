@@ -1,4 +1,4 @@
-"""Numbers of a file that were replaced by exact values, and the effect on the pose."""
+"""Records which numbers of a file were replaced by exact values, and the effect on the pose."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ class Cleaning:
     """All cleaned numbers of a description, and their effect on the tool pose.
 
     Attributes:
-        numbers: The cleaned numbers in order from the base.
+        numbers: The cleaned numbers, ordered by joint from the base to the tool.
         position: Upper bound (meter) of the tool displacement that cleaning causes within the joint
             limits.
         orientation: Upper bound (radian) of the tool rotation that cleaning causes within the joint
@@ -62,16 +62,19 @@ class Cleaning:
 
     @property
     def bound(self) -> str:
-        """The bounds as text. An angle of zero is omitted."""
+        """Return the bounds as a text.
+
+        An angle of zero is omitted.
+        """
         turned = f" and {rounded_up(self.orientation)} rad" if self.orientation else ""
         drawn = f" at {self.samples} random configurations" if self.samples else ""
         return f"{rounded_up(self.position)} m{turned}{drawn}"
 
     @property
     def line(self) -> str:
-        """States how many numbers were cleaned, and how much they move the tool at most.
+        """State how many numbers were cleaned, and how much they move the tool at most.
 
-        The text is empty if no number was cleaned.
+        The text is empty if no rounded number was replaced.
         """
         count = len(self.numbers)
         if not count:
@@ -92,7 +95,7 @@ class Cleaning:
 
     @property
     def warning(self) -> str:
-        """Lists the cleaned numbers if they move the tool by more than ``LARGE_CLEANING``."""
+        """List the cleaned numbers if cleaning moves the tool by more than ``LARGE_CLEANING``."""
         if self.position <= LARGE_CLEANING:
             return ""
         numbers = "; ".join(self.sentences) or f"{len(self.numbers)} numbers without their noise"
@@ -103,7 +106,7 @@ class Cleaning:
 
 
 def places(numbers: Iterable[CleanedNumber]) -> str:
-    """Lists fields and their joints or frames, such as ``alpha, theta of joint2; x of tool``."""
+    """List fields and their joints or frames, such as ``alpha, theta of joint2; x of tool``."""
     fields: dict[str, list[str]] = {}
     for number in numbers:
         fields.setdefault(number.at, []).append(number.field)
@@ -113,12 +116,12 @@ def places(numbers: Iterable[CleanedNumber]) -> str:
 
 
 def rounded_up(bound: float) -> str:
-    """Rounds a bound up to two digits."""
+    """Round a bound up to two digits."""
     return f"{float(_UPWARDS.create_decimal(repr(bound))):.2g}"
 
 
 def decimal_places(value: sp.Expr) -> int | None:
-    """Returns the number of decimal places of a finite decimal.
+    """Return the number of decimal places of a finite decimal.
 
     The result is None if the number is not a finite decimal.
     """
@@ -134,7 +137,7 @@ def decimal_places(value: sp.Expr) -> int | None:
 
 
 def written(value: sp.Expr) -> str:
-    """Formats a number as in a file, with all decimal places or as a rational number of degrees."""
+    """Format a number as in a file, with all decimal places or as a rational number of degrees."""
     places = decimal_places(value)
     if places is not None:
         digits = str(value.p * 10**places // value.q)

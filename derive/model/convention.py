@@ -20,7 +20,8 @@ from .kinds import JointKind
 from .placements import Placement, Rotation, Translation, Vector, filled
 
 FieldKind = Literal["length", "angle", "lengths", "angles", "direction"]
-"""A scalar (meter or radian), or a vector of lengths, angles, or a direction (unitless)."""
+"""A scalar (meter or radian), a vector of lengths (meter) or of angles (radian), or a direction
+(unitless)."""
 Placements = tuple[Placement, Placement]
 """The placements before and after the motion of a joint, see :class:`chasles.derive.Joint`."""
 Numbers = tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]
@@ -36,11 +37,10 @@ class Field:
     Attributes:
         name: Name in robot files.
         kind: Kind of the value, which determines its unit.
-        headings: LaTeX of the vector components in table headings. The heading of a scalar is its
-            name.
+        headings: LaTeX of the vector components in table headings.
         default: Value of an omitted field. If `default` is None, an omitted field is zero.
-        needed_to: What the field defines, for the error message of a moving joint without the
-            field. Empty for optional fields.
+        needed_to: Phrase of the error message for a moving joint that omits this field. Empty for
+            optional fields.
         is_of_motion: Whether the field describes the joint motion, so that fixed joints ignore it.
     """
 
@@ -62,7 +62,7 @@ class Field:
         return tuple(f"{self.name}_{axis}" for axis in _AXES) if self.is_vector else (self.name,)
 
     def value(self, given: Mapping[str, object]) -> sp.Expr | Vector:
-        """Returns the exact value of the field, or its default (meter, radian or 1)."""
+        """Return the exact value of the field, or its default (meter, radian or 1)."""
         if self.name not in given:
             return self.default or ((sp.S.Zero,) * 3 if self.is_vector else sp.S.Zero)
         value = given[self.name]
@@ -102,7 +102,8 @@ class Convention:
     """A convention that describes a joint and its child link.
 
     A convention is callable, as in ``before, after = dh("revolute", a="0.3", d="d1")``. The call
-    returns the placements of a :class:`chasles.derive.Joint` for field values.
+    takes the field values, and returns the placements before and after the joint motion. These
+    placements are arguments of :class:`chasles.derive.Joint`.
 
     Attributes:
         name: Name in robot files.
@@ -114,13 +115,14 @@ class Convention:
             ``words`` also explains the fields.
         transform: The link transform, as a product of motions in the symbols of the fields. The
             motion of the joint is not a factor of this product. The tuple is empty if the link
-            transform is not a product of motions in the fields.
-        turning: Field to which a revolute joint adds its variable, or "".
-        sliding: Field to which a prismatic joint adds its variable, or "".
-        second_part: The printed joint table may be too wide. Then this field is the first column of
-            a second table.
-        numbers: Function of the joint type. The function returns the motions of the link transform
-            that a calibration corrects. By default, a calibration corrects all these motions.
+            transform cannot be written as such a product.
+        turning: Field to which the angle of a revolute joint is added, or "".
+        sliding: Field to which the displacement of a prismatic joint is added, or "".
+        second_part: If the printed joint table is too wide, this field and the fields after it are
+            printed in a second table.
+        numbers: Function that takes the joint type, and returns the elementary motions of the link
+            transform whose parameters a calibration corrects. By default, a calibration corrects
+            the parameters of all elementary motions.
         fit: Function that returns the fields for the axis of a joint relative to the previous axis.
             The value is None if the convention cannot represent the axis.
     """
@@ -138,11 +140,14 @@ class Convention:
     fit: Callable[[AxisLine], Fitted | None] | None = None
 
     def __repr__(self) -> str:
-        """Returns the name. The repr of a robot is hashed, so it must not contain an address."""
+        """Return the name.
+
+        The repr of a robot is hashed, so it must not contain an address.
+        """
         return repr(self.name)
 
     def __call__(self, kind: JointKind, **given: object) -> Placements:
-        """Returns the placements before and after the motion of a joint along its z axis.
+        """Return the placements before and after the motion of a joint about or along its z axis.
 
         Args:
             kind: Kind of the joint.
@@ -163,7 +168,7 @@ class Convention:
         return self.place(kind, **{field.name: field.value(given) for field in self.fields})
 
     def scalars(self, given: Mapping[str, sp.Expr | Vector]) -> tuple[tuple[str, sp.Expr], ...]:
-        """Returns the scalars of the printed table with their names."""
+        """Return the names and values of the scalars in the printed table."""
         scalars: list[tuple[str, sp.Expr]] = []
         for field in self.fields:
             value = given[field.name]
@@ -189,7 +194,7 @@ class Convention:
         )
 
     def variable(self, kind: JointKind) -> str:
-        """Returns the field to which a joint adds its variable, or ""."""
+        """Return the name of the field that contains the variable of a joint, or ""."""
         return {"fixed": "", "prismatic": self.sliding}.get(kind, self.turning)
 
 
@@ -204,12 +209,12 @@ def of_transform(
     sliding: str = "",
     fit: Callable[[AxisLine], Fitted | None] | None = None,
 ) -> Convention:
-    """Returns a convention with a product of motions as its link transform.
+    """Return a convention whose link transform is a product of motions.
 
     Args:
         name: Name in robot files.
         fields: The fields.
-        transform: The product of motions. Each symbol in a motion has the name of a field.
+        transform: The product of motions. Each symbol in the motions has the name of its field.
         source: Publication that defines the convention.
         words: The name of the convention in a sentence of the article.
         turning: Field to which a revolute joint adds its variable.
@@ -231,11 +236,10 @@ def of_transform(
 
 
 def motions_before(transform: Placement, variable: str) -> int:
-    """Returns the number of motions in a link transform before the joint motion.
+    """Return the number of motions in a link transform before the joint motion.
 
-    The joint motion comes after the motion whose field contains the joint variable. Later rotations
-    about z and translations along z also come before the joint motion, because they commute with
-    this motion.
+    Later rotations about z and translations along z also come before the joint motion, because they
+    commute with this motion.
     """
     indices = [k for k, motion in enumerate(transform) if variable in map(str, _arguments(motion))]
     if not indices or not _is_along_z(transform[indices[0]], variable):
@@ -258,7 +262,7 @@ def _placed(
 
 
 def _arguments(motion: Rotation | Translation) -> tuple[sp.Expr, ...]:
-    """Returns the symbols of a motion in the order of its axes."""
+    """Return the symbols of a motion in the order of its axes."""
     if isinstance(motion, Rotation):
         return (motion.angle,)
     return tuple(component for component in motion.vector if component != 0)

@@ -50,14 +50,15 @@ class Motor:
 class Coupling:
     """The equation of a coupled joint: theta = sum of ratio * coordinate + offset.
 
-    A coordinate belongs to a motor or to a joint. If a coupling contains the name of its own joint,
-    this joint has its own coordinate, and the coupling adds multiples of other coordinates. A
-    coordinate may also be another coupled joint, whose equation is then inserted.
+    A coordinate belongs to a motor or to a joint. If the ratios contain the name of the coupled
+    joint itself, this joint has its own coordinate. The coupling then adds multiples of other
+    coordinates to the joint's own coordinate. The ratios may also contain the name of another
+    coupled joint. The equation of this other joint then replaces its name.
 
     Attributes:
         joint: Name of the joint.
-        ratios: The joint motion per unit of each coordinate, by name. A joint without nonzero
-            ratios is constant.
+        ratios: The joint motion per unit of each coordinate, by name. A joint whose ratios are all
+            zero is constant.
         offset: Value of the joint if all coordinates are 0 (radian or meter).
     """
 
@@ -80,7 +81,7 @@ class Coupling:
 def check_joint_couplings(
     robot: str, couplings: Sequence[Coupling], members: Collection[str]
 ) -> None:
-    """Raises an error if a coupling is not an equation between joints of a robot with loops.
+    """Raise an error if a coupling is not an equation between joints of a robot with loops.
 
     Args:
         robot: Name of the robot.
@@ -89,8 +90,7 @@ def check_joint_couplings(
 
     Raises:
         DescriptionError: A coupling contains a name that is no moving joint or cylinder, or the
-            name of its own joint. Two couplings may also have the same joint, or contradict each
-            other.
+            name of its own joint.
     """
     check_unique("coupling of joint", [coupling.joint for coupling in couplings])
     for coupling in couplings:
@@ -112,25 +112,25 @@ def check_joint_couplings(
 
 
 def contradictory(couplings: Sequence[Coupling]) -> tuple[str, ...]:
-    """Returns the joints of couplings that no joint values fulfill together, or no joints."""
+    """Return the joints of contradictory couplings, or no joints."""
     return tuple(couplings[k].joint for k in conflict([*map(equation_of, couplings)]))
 
 
 def equation_of(coupling: Coupling) -> LinearEquation:
-    """Returns the equation: joint - sum of ratio * coordinate = offset."""
+    """Return the equation: joint - sum of ratio * coordinate = offset."""
     factors = {coupling.joint: sp.S.One} | {name: -ratio for name, ratio in coupling.ratios}
     return LinearEquation(factors, coupling.offset)
 
 
 def solved_for(joint: str, equation: LinearEquation) -> Coupling:
-    """Returns an equation that contains a joint as the coupling of this joint."""
+    """Solve a linear equation between joints for one joint."""
     own = equation.factors[joint]
     others = [(name, -factor / own) for name, factor in equation.factors.items() if name != joint]
     return Coupling(joint, tuple(others), equation.value / own)
 
 
 def no_solution(joints: Sequence[str]) -> str:
-    """Returns the message for joints whose couplings have no common solution."""
+    """Return the message for joints whose couplings have no common solution."""
     return (
         f"no joint values fulfill the couplings of {', '.join(joints)} at the same time; correct "
         "or delete one of these couplings"
@@ -138,7 +138,7 @@ def no_solution(joints: Sequence[str]) -> str:
 
 
 Row = tuple[Mapping[str, sp.Expr], sp.Expr]
-"""The ratios of a joint by coordinate, and its offset."""
+"""The coupling ratios of a joint, keyed by coordinate, and the offset of the joint."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,7 @@ class LinearMap:
     c: sp.ImmutableMatrix
 
     def at(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """Returns theta = C q + c."""
+        """Return theta = C q + c."""
         # A sum over all columns would give long expressions, which SymPy simplifies slowly.
         return tuple(
             sp.Add(*(r * s for r, s in zip(self.C.row(j), q, strict=True) if r != 0), self.c[j])
@@ -164,20 +164,18 @@ class LinearMap:
         )
 
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
-        """Returns L with q = L (theta - c), and the joints on which L depends.
+        """Return L with q = L (theta - c), and the joints on which L depends.
 
-        L has one column for each independent joint. The columns belong to the first independent
-        joints from the base.
+        L has one column for each independent joint.
         """
         _, pivots = self.C.T.rref()
         return self.C.extract(list(pivots), list(range(self.C.cols))).inv(), tuple(pivots)
 
 
 def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMap:
-    """Returns the map from the coordinates to the moving joints.
+    """Return the map from the coordinates to the moving joints.
 
-    The coordinates have the order of the joints. A motor is at the place of the first joint that it
-    moves.
+    The coordinates have the order of the joints.
 
     Args:
         joints: Names of the moving joints, in order from the base.
@@ -214,7 +212,10 @@ def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMa
 
 
 def _row(name: str, rules: Mapping[str, Coupling], path: tuple[str, ...]) -> Row:
-    """Returns the equation of a joint in coordinates. ``path`` lists dependent joints."""
+    """Return the equation of a joint in coordinates.
+
+    ``path`` lists dependent joints.
+    """
     if name in path:
         circle = " follows ".join((*path[path.index(name) :], name))
         raise DescriptionError(f"couplings form a cycle: {circle}")

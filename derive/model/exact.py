@@ -67,7 +67,7 @@ def read(
     names: Mapping[str, sp.Symbol] | None = None,
     angle_unit: sp.Expr = sp.S.One,
 ) -> sp.Expr:
-    """Returns the exact value of a number or text, such as ``"pi/2"`` or ``"sqrt(2)/2"``.
+    """Return the exact value of a number or text, such as ``"pi/2"`` or ``"sqrt(2)/2"``.
 
     Args:
         value: int, Decimal (both exact), or text of at most 200 characters.
@@ -79,7 +79,7 @@ def read(
         A SymPy expression of Rationals, pi and the named symbols.
 
     Raises:
-        NotExact: The value has a wrong type, unknown syntax, or is not finite, not real or too
+        NotExact: The value has a wrong type or unknown syntax, or it is not finite, not real or too
             large.
     """
     if isinstance(value, bool):
@@ -98,7 +98,7 @@ def read(
 
 
 def exact(value: object) -> sp.Expr:
-    """Converts a Python value to an exact number.
+    """Convert a Python value to an exact number.
 
     Raises:
         NotExact: The value is a float or has a wrong type.
@@ -113,7 +113,7 @@ def exact(value: object) -> sp.Expr:
 
 
 def exact_vector(values: object) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-    """Converts a sequence of three values to exact numbers.
+    """Convert a sequence of three values to exact numbers.
 
     Raises:
         NotExact: The sequence does not have three values, or a value is not exact.
@@ -125,7 +125,7 @@ def exact_vector(values: object) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
 
 
 def snap_angle(value: sp.Expr) -> sp.Expr:
-    """Rounds an angle (radian) to a multiple of pi/12 if it is within ``ANGLE_SNAP``."""
+    """Round an angle (radian) to a multiple of pi/12 if it is within ``ANGLE_SNAP``."""
     twelfths = round(float(value) * 12 / math.pi)
     multiple = sp.pi * sp.Rational(twelfths, 12)
     return multiple if abs(float(value) - float(multiple)) <= ANGLE_SNAP else value
@@ -142,7 +142,7 @@ def is_zero(expression: sp.Expr) -> bool:
 
 
 def checked(expression: sp.Expr) -> sp.Expr:
-    """Returns an expression, after a test that it is finite, real and not too large.
+    """Return the expression unchanged if its value is finite, real and not too large.
 
     Raises:
         NotExact: The expression is infinite, complex or too large.
@@ -273,7 +273,7 @@ class _Reader:
 
 
 def _nesting(node: ast.expr) -> int:
-    """Returns the maximum nesting depth of functions and powers."""
+    """Return the maximum nesting depth of functions and powers."""
     deepest = max(map(_nesting, _operands(node)), default=0)
     is_power = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)
     return deepest + (is_power or isinstance(node, ast.Call))

@@ -5,12 +5,13 @@ The pose of the tool is a product of motions that depend on the coordinates q an
     T_base_tool = B(p) base  prod_k before_k(p) motion_k(value_k(q, p)) after_k(p)  tool E(p)
 
 The named parameters of the description come first. A named parameter changes all values that
-contain the parameter. The other parameters of a joint are the numeric fields of its convention,
-except directions, and the corrections of its axis. The axis corrections are two tilts and, for a
-revolute joint, two shifts. B and E correct the base frame and the tool frame. All corrections are 0
-in the nominal robot. The corrections of axes and tool are a complete and minimal model of any
-chain. There are 4 parameters per revolute joint, 2 per prismatic joint, and 6 for the tool. The
-value of a joint is a function of the coordinate q and the torque tau.
+contain the parameter. Each joint also has two other kinds of parameters: the corrections of its
+axis, and the numeric fields of its convention except directions. The axis corrections are two tilts
+and, for a revolute joint, two shifts. B and E correct the base frame and the tool frame. All
+corrections are 0 in the nominal robot. For any chain, the corrections of the axes and the tool are
+a complete and minimal set of geometric parameters. There are 4 parameters per revolute joint, 2 per
+prismatic joint, and 6 for the tool. The value of a joint is a function of the coordinate q and the
+torque tau.
 
     value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau.
 
@@ -79,8 +80,8 @@ class GeometryParameter:
     """A geometric parameter, which is an input of the parametric functions.
 
     Attributes:
-        name: Unique name, such as ``elbow_alpha``. The name contains a joint, "base" or "tool", and
-            a quantity.
+        name: Unique name, such as ``elbow_alpha``. The name consists of a joint name, "base" or
+            "tool", followed by the name of a quantity.
         symbol: The symbol in the equations.
         value: The nominal value (meter, radian or 1).
         unit: "m", "rad", "1" for a gain, or for example "m/rad" for a ratio.
@@ -117,7 +118,7 @@ class Geometry:
 
 
 def geometry(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Geometry:
-    """Returns the geometry of a serial robot.
+    """Return the geometry of a serial robot.
 
     Args:
         robot: The description.
@@ -145,7 +146,7 @@ class Parameters:
     """
 
     def __init__(self, robot: Described) -> None:
-        """Starts without parameters.
+        """Start without parameters.
 
         Args:
             robot: A description whose named parameters have constant values.
@@ -170,9 +171,10 @@ class Parameters:
         value: sp.Expr = sp.S.Zero,
         part: Part = "joint",
     ) -> sp.Expr:
-        """Creates a parameter and returns the value that it changes.
+        """Create a parameter and return an expression that equals `value` by default.
 
-        A value with a named parameter then depends on the new and on the named parameter.
+        If `value` contains a named parameter, the expression depends on this parameter and on the
+        new parameter.
         """
         nominal = value.xreplace(self._nominal)
         symbol = self._added(f"{joint}_{name}", unit, joint, meaning, nominal, part)
@@ -191,11 +193,11 @@ class Parameters:
         return symbol
 
     def at_value(self, value: sp.Expr) -> sp.Expr:
-        """Replaces the named parameters in an expression by symbols p."""
+        """Replace the named parameters in an expression by symbols p."""
         return value.xreplace(self._varied)
 
     def at_values(self, placement: Placement) -> Placement:
-        """Replaces the named parameters in a placement by symbols p."""
+        """Replace the named parameters in a placement by symbols p."""
         return tuple(
             Rotation(motion.axis, self.at_value(motion.angle))
             if isinstance(motion, Rotation)
@@ -204,7 +206,7 @@ class Parameters:
         )
 
     def corrected(self, joint: str, part: Part) -> Placement:
-        """Returns T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll), a correction with six parameters."""
+        """Return T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll), a correction with six parameters."""
         x, y, z, roll, pitch, yaw = (
             self.new(joint, name, unit, f"correction: {meaning}", part=part)
             for name, unit, meaning in _CORRECTION
@@ -214,7 +216,7 @@ class Parameters:
         )
 
     def placed(self, joint: Joint, tilts: str = "xy") -> Placements:
-        """Returns the placements of a moving joint with a symbol for each value.
+        """Return the placements of a moving joint with a symbol for each value.
 
         Args:
             joint: The joint.
@@ -234,7 +236,10 @@ class Parameters:
         return before + off, inverse(off) + after
 
     def _axis(self, joint: Joint, tilts: str) -> Placement:
-        """Returns the correction of a joint axis. A prismatic axis has no shifts."""
+        """Return the correction of a joint axis.
+
+        A prismatic axis has no shift parameters.
+        """
 
         def new(name: str, unit: str, meaning: str) -> sp.Expr:
             return self.new(joint.name, name, unit, f"correction: {meaning}", part="axis")
@@ -265,7 +270,7 @@ class Parameters:
 def _values(
     robot: SerialRobot, made: Parameters, q: Sequence[sp.Symbol], torques: Sequence[sp.Symbol]
 ) -> dict[str, sp.Expr]:
-    """Returns the value of each moving joint as a function of q and p."""
+    """Return the value of each moving joint as a function of q and p."""
     driven_q = [
         driven(joint, coordinate, made)
         for joint, coordinate in zip(robot.coordinates, q, strict=True)
@@ -285,7 +290,10 @@ def _values(
 def _coupled(
     robot: SerialRobot, made: Parameters, driven_q: Sequence[sp.Expr]
 ) -> tuple[sp.Expr, ...]:
-    """Returns the joint values with a parameter for each ratio of a coupling."""
+    """Return the joint values as functions of the coordinates.
+
+    Each nonzero coupling ratio becomes a new parameter.
+    """
     own, C = robot.linear_map, robot.linear_map.C.as_mutable()
     for j, joint in enumerate(robot.moving):
         if not robot.is_coupled(joint.name):
@@ -299,7 +307,7 @@ def _coupled(
 
 
 def driven(joint: Joint | Coordinate | Motor, coordinate: sp.Symbol, made: Parameters) -> sp.Expr:
-    """Returns the output of the drive of a joint or motor, without direction and offset."""
+    """Return the output of the drive of a joint or motor, without direction and offset."""
     value = made.new(joint.name, "gain", "1", "gain of the drive", sp.S.One, _DRIVE) * coordinate
     for name, words, wave in _WAVES if joint.unit == "rad" else ():
         amplitude = made.new(joint.name, name, "rad", words, sp.S.Zero, _DRIVE)
@@ -308,13 +316,13 @@ def driven(joint: Joint | Coordinate | Motor, coordinate: sp.Symbol, made: Param
 
 
 def _compliance(joint: Joint | Motor, made: Parameters) -> sp.Expr:
-    """Returns the symbol of a compliance (rotation per torque, or translation per force)."""
+    """Return the symbol of a compliance (rotation per torque, or translation per force)."""
     unit = "m/N" if joint.unit == "m" else "rad/(N m)"
     return made.new(joint.name, "compliance", unit, "yield to gravity", part="compliance")
 
 
 def moved(joint: Joint, value: sp.Expr, made: Parameters) -> Placement:
-    """Returns the motion of a joint along the z axis of its frame."""
+    """Return the motion of a joint along the z axis of its frame."""
     if joint.kind == "prismatic":
         return translation(sp.S.Zero, sp.S.Zero, value)
     if joint.kind == "helical":

@@ -22,11 +22,11 @@ class LinearEquation:
 
     @property
     def is_contradiction(self) -> bool:
-        """Whether the equation has no joints and a nonzero value."""
+        """Whether the equation has the form 0 = value with a nonzero value."""
         return not self.factors and abs(float(self.value)) > SAME_EQUATION
 
     def without(self, name: str, other: "LinearEquation") -> "LinearEquation":
-        """Eliminates a joint by means of another equation."""
+        """Eliminate a joint by means of another equation."""
         if name not in self.factors:
             return self
         part = self.factors[name] / other.factors[name]
@@ -43,7 +43,9 @@ class LinearEquation:
 def eliminated(
     equations: Iterable[LinearEquation], names: Iterable[str]
 ) -> tuple[Mapping[str, LinearEquation], Sequence[LinearEquation]]:
-    """Solves equations for as many of the first names as possible.
+    """Solve linear equations for as many of the named unknowns as possible.
+
+    Unknowns are eliminated in the order of the names.
 
     Returns:
         The solved equations, keyed by the solved joint, and the remaining equations. The solved
@@ -60,7 +62,7 @@ def eliminated(
 
 
 def conflict(equations: Sequence[LinearEquation]) -> tuple[int, ...]:
-    """Returns indices of equations without a common solution, or none if a solution exists.
+    """Return indices of equations without a common solution, or none if a solution exists.
 
     If one of the returned equations is omitted, the other ones have a common solution.
     """
@@ -80,6 +82,6 @@ def _is_contradictory(equations: Sequence[LinearEquation]) -> bool:
 
 
 def _difference(a: sp.Expr, b: sp.Expr) -> sp.Expr:
-    """Returns a - b, or zero if the numbers are equal except for rounding errors."""
+    """Return a - b, or zero if the numbers are equal except for rounding errors."""
     size = max(abs(float(a)), abs(float(b)))
     return sp.S.Zero if abs(float(a - b)) <= SAME_EQUATION * size else a - b

@@ -132,8 +132,8 @@ class Drive:
     Attributes:
         name: Name of the motor coordinate.
         joint: The joint or cylinder that moves.
-        ratio: Displacement of the joint per radian of the motor, which is a radius (meter) or a
-            ratio (1).
+        ratio: Joint displacement per radian of the motor: meters for a prismatic joint,
+            dimensionless for a revolute joint.
         kind: The transmission between motor and joint.
         assumed: Whether the source does not state the ratio.
     """
@@ -160,7 +160,8 @@ class Coordinate:
         limits: Lowest and highest value (radian or meter), or None if unbounded.
         moves: The joint or cylinder that the coordinate moves.
         ratio: Displacement of the joint or cylinder per unit of the coordinate.
-        assumed: Whether the source does not state the limits.
+        assumed: Whether the limits are assumed, because the source of the dimensions does not state
+            limits.
     """
 
     name: str
@@ -190,7 +191,7 @@ class Mechanism:
         tool_body: The body that carries the tool.
         title: The name of the robot in printed sentences.
         source: Source of the dimensions.
-        base: The frame of the base body in the base frame.
+        base: The pose of the base body in the frame ``base_frame``.
         tool: The tool frame in the frame of its body.
         base_frame: Name of the base frame and the base body.
         tool_frame: Name of the tool frame.
@@ -201,18 +202,17 @@ class Mechanism:
             approximate.
         notes: Changes and assumptions that the file reader made.
         transmissions: The transmission errors of coordinates with imperfect drives.
-        closure: Whether loops with slightly misaligned pins close in the least-squares sense.
+        closure: Whether loops with slightly misaligned pins are closed with minimum squared error.
         nominal: The nominal design of a calibrated robot, with the same joints and struts, or None.
         springs: Passive joints with springs, and their values at rest (radian or meter). The
             mobility of the mechanism is computed without the springs.
         couplings: Linear equations between joints or cylinders, such as gear pairs.
         load: The masses of links and of strut sections, or None.
-        cleaning: The numbers that were replaced by exact values. Bounds of the tool displacement
-            are added when the loops are solved.
+        cleaning: The numbers that were replaced by exact values.
         as_written: The robot with all numbers of its file, or None if no number was replaced by an
             exact value.
-        omitted: Names of coordinates without a reference value. The reference value is the middle
-            of the limits.
+        omitted: Names of coordinates for which the description omits the reference value. The
+            middle of the limits then serves as the reference value.
 
     Raises:
         DescriptionError: Names clash, a body or joint is unknown, or a body has two parents.
@@ -300,12 +300,12 @@ class Mechanism:
 
     @property
     def bodies(self) -> tuple[str, ...]:
-        """The names of all bodies. The base comes first."""
+        """The names of all bodies."""
         return (self.base_frame, *(joint.link for joint in self.joints))
 
     @cached_property
     def joint_of(self) -> Mapping[str, Joint]:
-        """The tree joint that carries each body except the base."""
+        """Map each body except the base to the joint that connects the body to its parent."""
         return {joint.link: joint for joint in self.joints}
 
     @cached_property
@@ -338,7 +338,7 @@ class Mechanism:
         return tuple(found)
 
     def path_to(self, body: str) -> list[Joint]:
-        """Returns the joints from the base to a body."""
+        """Return the joints from the base to a body."""
         return joints_to_root(self.joint_of, body)[::-1]
 
     @cached_property
@@ -360,7 +360,7 @@ class Mechanism:
     def passive(self) -> tuple[str, ...]:
         """Names of the joints and swing angles that are neither actuated nor in the main chain.
 
-        A motor that follows a joint is not a joint, so its angle is not in the list.
+        Passive drives, which follow a joint, are not included.
         """
         taken = {c.moves for c in self.coordinates}
         taken |= {joint.name for joint in self.main_chain.moving}
@@ -400,14 +400,11 @@ class Mechanism:
         return {strut.swing_name for strut in self.struts}
 
     def reference_of(self, name: str) -> sp.Expr:
-        """Returns the reference value of a coordinate, joint or swing angle."""
+        """Return the reference value of a coordinate, joint or swing angle."""
         return dict(self.reference).get(name, sp.S.Zero)
 
     def _middles(self) -> Iterator[tuple[str, sp.Expr]]:
-        """Yields the reference values in the middle of the limits.
-
-        Reference values are computed for cylinders, and for joints whose limits exclude zero.
-        """
+        """Yield the middle of the limits of struts, and of joints whose limits exclude zero."""
         given = {name for name, _ in self.reference}
         given |= {drive.joint for drive in self.drives if drive.name in given}
         for strut in self.struts:
@@ -481,7 +478,7 @@ class Mechanism:
 
 
 def _outline(member: Joint | Closure | Strut | Drive | Coupling) -> tuple[str, ...]:
-    """Returns the kind and the bodies of a joint or strut, without dimensions."""
+    """Return the kind and the bodies of a joint or strut, without dimensions."""
     if isinstance(member, Coupling):
         return member.joint, *(name for name, _ in member.ratios)
     if isinstance(member, Joint):

@@ -1,4 +1,4 @@
-"""Checks names and choices in descriptions."""
+"""Checks the names in robot descriptions, and the fields that allow only certain values."""
 
 import re
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ OWN_PREFIX = "chasles_"
 
 
 def check_unique(what: str, names: Sequence[str]) -> None:
-    """Raises DescriptionError if two names are equal."""
+    """Raise DescriptionError if two names are equal."""
     known: set[str] = set()
     for name in names:
         if name in known:
@@ -19,13 +19,13 @@ def check_unique(what: str, names: Sequence[str]) -> None:
 
 
 def check_name(what: str, name: object) -> None:
-    """Raises DescriptionError if a name is not an identifier."""
+    """Raise DescriptionError if a name is not an identifier."""
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
         raise DescriptionError(f"{what} {name!r}: expected a name of letters, digits and _")
 
 
 def check_robot_name(name: object) -> None:
-    """Raises an error if a name cannot be the prefix of generated names.
+    """Raise an error if a name cannot be the prefix of generated names.
 
     CasADi does not allow two underscores in succession, and an underscore follows the prefix.
     """
@@ -40,7 +40,7 @@ def check_robot_name(name: object) -> None:
 
 
 def check_choice(what: str, name: str, value: object, choices: Sequence[object]) -> None:
-    """Raises DescriptionError if a value is not among the choices."""
+    """Raise DescriptionError if a value is not among the choices."""
     if value not in choices:
         expected = ", ".join(map(str, choices))
         raise DescriptionError(f"{what} {name!r}: {value!r} is not one of {expected}")

@@ -1,7 +1,8 @@
 """Constant poses as products of motions, in exact numbers.
 
 Lengths are in meters, angles in radians. Each motion is expressed in the frame that results from
-the motions to its left. The motions of a placement are thus in the order of their matrix product.
+the motions to its left. The matrix of a placement is therefore the product of the motion matrices
+in the listed order.
 """
 
 from collections.abc import Mapping
@@ -42,7 +43,7 @@ class Rotation:
         return self.axis == "z"
 
     def at(self, values: Mapping[sp.Symbol, sp.Expr]) -> "Rotation":
-        """Returns the rotation with values for its symbols."""
+        """Return the rotation with its symbols replaced by values."""
         return Rotation(self.axis, self.angle.xreplace(values))
 
 
@@ -66,7 +67,7 @@ class Translation:
         return self.vector[:2] == _ORIGIN[:2]
 
     def at(self, values: Mapping[sp.Symbol, sp.Expr]) -> "Translation":
-        """Returns the translation with values for its symbols."""
+        """Return the translation with values for its symbols."""
         x, y, z = (component.xreplace(values) for component in self.vector)
         return Translation((x, y, z))
 
@@ -76,25 +77,28 @@ Placement = tuple[Rotation | Translation, ...]
 
 
 def rotation(axis: Literal["x", "y", "z"], angle: sp.Expr) -> Placement:
-    """Returns the rotation about an axis (radian), or () if the angle is zero."""
+    """Return the rotation about an axis (radian), or () if the angle is zero."""
     turn = Rotation(axis, angle)
     return () if turn.is_identity else (turn,)
 
 
 def translation(x: sp.Expr, y: sp.Expr, z: sp.Expr) -> Placement:
-    """Returns a translation (meter), or () if the vector is zero."""
+    """Return a translation (meter), or () if the vector is zero."""
     shift = Translation((x, y, z))
     return () if shift.is_identity else (shift,)
 
 
 def filled(placement: Placement, values: Mapping[sp.Symbol, sp.Expr]) -> Placement:
-    """Returns a placement with values for symbols. Zero motions are removed."""
+    """Return a placement in which symbols are replaced by values.
+
+    Rotations by 0 and translations by 0 are removed.
+    """
     motions = (motion.at(values) for motion in placement)
     return tuple(motion for motion in motions if not motion.is_identity)
 
 
 def from_xyz_rpy(xyz: Vector, rpy: Vector) -> Placement:
-    """Returns the placement T(xyz) Rz(yaw) Ry(pitch) Rx(roll) of a URDF origin.
+    """Return the placement T(xyz) Rz(yaw) Ry(pitch) Rx(roll) of a URDF origin.
 
     Args:
         xyz: Position of the frame in its parent frame (meter).
@@ -110,9 +114,10 @@ def from_xyz_rpy(xyz: Vector, rpy: Vector) -> Placement:
 
 
 def align_z(axis: Vector) -> Placement:
-    """Returns rotations Rz(azimuth) Rx(tilt) from the z axis to a direction of any length.
+    """Return rotations Rz(azimuth) Rx(tilt) from the z axis to a direction of any length.
 
-    If the numbers of the direction are long, both angles are rounded to ``AXIS_DIGITS`` digits.
+    If the components are rational but not proportional to small integers, angles other than
+    multiples of 90 degrees are rounded to ``AXIS_DIGITS`` digits.
 
     Raises:
         DescriptionError: The direction is zero or contains a parameter.
@@ -129,7 +134,7 @@ def align_z(axis: Vector) -> Placement:
 
 
 def _azimuth_and_tilt(axis: Vector) -> tuple[sp.Expr, sp.Expr]:
-    """Returns the angles of a direction that is not along z.
+    """Return the angles of a direction that is not along z.
 
     The angles are exact if the components of the direction are proportional to small integers.
     """
@@ -153,14 +158,14 @@ def _is_short(axis: Vector) -> bool:
 
 
 def _twelfths(angle: sp.Expr) -> sp.Expr:
-    """Returns an angle as an exact multiple of pi/12 if it is one."""
+    """Return an angle, exactly if it is a multiple of pi/12."""
     twelfths = (12 * angle / sp.pi).evalf(EVALUATION_DIGITS)
     nearest = sp.Integer(round(twelfths))
     return sp.pi * nearest / 12 if abs(twelfths - nearest) < ROUNDING else angle
 
 
 def inverse(placement: Placement) -> Placement:
-    """Returns the inverse pose."""
+    """Return the inverse pose."""
     return tuple(
         Rotation(motion.axis, -motion.angle)
         if isinstance(motion, Rotation)
@@ -170,7 +175,7 @@ def inverse(placement: Placement) -> Placement:
 
 
 def symbols_of(placement: Placement) -> set[sp.Symbol]:
-    """Returns the parameters in a placement."""
+    """Return the parameters in a placement."""
     found: set[sp.Symbol] = set()
     for motion in placement:
         values = (motion.angle,) if isinstance(motion, Rotation) else motion.vector

@@ -1,6 +1,6 @@
-"""Counts things in words: a number with its noun in the singular or plural."""
+"""Formats a count with its noun in the singular or plural."""
 
 
 def counted(count: int, noun: str) -> str:
-    """Returns a number with a noun, for example ``1 slot`` or ``2 slots``."""
+    """Return a number with a noun, for example ``1 slot`` or ``2 slots``."""
     return f"{count} {noun}{'s' if count != 1 else ''}"

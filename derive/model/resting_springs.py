@@ -8,7 +8,7 @@ from .mechanism import Mechanism
 
 
 def springs_at_rest(robot: Mechanism) -> Mechanism:
-    """Returns a robot whose passive joints with springs are rigid.
+    """Return a robot whose passive joints with springs are rigid.
 
     In an MJCF model, passive joints with springs have a stiffness and no actuator. The rigid joints
     keep the values at which the springs exert no torque. The loops of stiff springs, such as leaf

@@ -119,7 +119,7 @@ class Joint:
         return "m" if self.kind == "prismatic" else "rad"
 
     def fixed_at(self, value: sp.Expr) -> "Joint":
-        """Returns a fixed joint instead of a revolute or prismatic joint.
+        """Return a fixed joint instead of a revolute or prismatic joint.
 
         Args:
             value: Displacement along the z axis (radian or meter).
@@ -131,7 +131,7 @@ class Joint:
 
 
 def joints_to_root(joint_of: Mapping[str, Joint], body: str) -> list[Joint]:
-    """Returns the joints from a body to the root of its tree.
+    """Return the joints from a body to the root of its tree.
 
     Args:
         joint_of: The joint of each body. The root body has no joint.
@@ -180,13 +180,13 @@ class Load:
 
     @property
     def symbols(self) -> set[sp.Symbol]:
-        """The parameters in masses and positions."""
+        """The parameters that masses and their positions contain."""
         return {
             symbol for m in self.masses for part in (m.mass, *m.at) for symbol in part.free_symbols
         }
 
     def check_links(self, robot: str, links: Collection[str]) -> None:
-        """Checks that each mass is on a link.
+        """Check that each mass is on a link.
 
         Raises:
             DescriptionError: A mass is on an unknown link.
@@ -212,8 +212,8 @@ class Transmission:
 
     Attributes:
         coordinate: Name of the coordinate.
-        gain: Derivative of the true coordinate with respect to r, without the waves.
-        waves: sin1, cos1, sin2 and cos2 (radian).
+        gain: Mean derivative of the true coordinate with respect to the controller reading r.
+        waves: The amplitudes sin1, cos1, sin2 and cos2 (radian).
 
     Raises:
         DescriptionError: The waves are so large that q does not always increase with r.
@@ -239,14 +239,12 @@ class Transmission:
 class Spring:
     """The compliance of a joint, and the mass whose weight deflects it.
 
-    The axis and the mass refer to the nominal robot at zero, in the base frame.
-
     Attributes:
         coordinate: Name of the coordinate.
         compliance: Rotation per torque (rad/(N m)), or translation per force (m/N).
         axis: Direction of the joint axis.
         point: A point on the axis (meter).
-        mass: Mass that deflects the joint (kilogram).
+        mass: Mass whose weight deflects the joint (kilogram).
         center: Center of this mass (meter).
     """
 
@@ -301,7 +299,7 @@ class SerialRobot:
         base_frame: Name of the base frame in ``T_<base>_<tool>``.
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles of the placements.
-        notes: Changes and assumptions of the reader, such as rounded angles.
+        notes: Changes and assumptions that the file reader made, such as rounded angles.
         cleaning: The numbers that were replaced by exact values. Robots may be equal although
             `cleaning` differs.
         load: The masses whose weight deflects the joints, or None for rigid joints.
@@ -313,8 +311,8 @@ class SerialRobot:
         motors: The motors, and the coordinates of coupled joints with their limits.
 
     Raises:
-        DescriptionError: Names are equal, a symbol is not a parameter, the joints do not determine
-            the coordinates, or no joint moves.
+        DescriptionError: Names are not unique, a symbol is not a parameter, coordinates are
+            undetermined, or no joint moves.
     """
 
     name: str
@@ -349,7 +347,7 @@ class SerialRobot:
         self._check_springs()
 
     def _check_motors(self) -> None:
-        """Checks that the coordinates of couplings are motors or joints."""
+        """Check that the coordinates of couplings are motors or joints."""
         if not self.couplings and not self.motors:
             return
         check_unique("motor", [motor.name for motor in self.motors])
@@ -399,7 +397,7 @@ class SerialRobot:
 
     @property
     def moving(self) -> tuple[Joint, ...]:
-        """The moving joints with the coupled joints, in order from the base."""
+        """The moving joints, including the coupled joints, in order from the base."""
         return tuple(joint for joint in self.joints if joint.kind != "fixed")
 
     @property
@@ -436,7 +434,7 @@ class SerialRobot:
         return any(rule.joint == joint for rule in self.couplings)
 
     def coupling_of(self, joint: str) -> Coupling:
-        """Returns the equation of a joint in coordinates, with the equations of its leaders."""
+        """Return the equation for a joint value in terms of the coordinates."""
         k = [other.name for other in self.moving].index(joint)
         own = self.linear_map
         return Coupling(joint, tuple(zip(own.coordinates, own.C.row(k), strict=True)), own.c[k])
@@ -452,20 +450,20 @@ class SerialRobot:
         return tuple(joint.link or f"link{k}" for k, joint in enumerate(self.joints, 1))
 
     def joint_values(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """Returns the motions of all moving joints at q."""
+        """Return the motions of all moving joints at q."""
         theta = self.linear_map.at(q) if self.couplings else q
         return tuple(
             joint.direction * value for joint, value in zip(self.moving, theta, strict=True)
         )
 
     def joint_values_D_q(self) -> sp.ImmutableMatrix:
-        """Returns the constant derivative of the joint values with respect to q, (moving, n)."""
+        """Return the constant (moving, n) derivative of the joint values with respect to q."""
         signs = sp.diag(*(joint.direction for joint in self.moving))
         return sp.ImmutableMatrix(signs * self.linear_map.C)
 
 
 def check_transmissions(transmissions: Sequence[Transmission], coordinates: Sequence[str]) -> None:
-    """Raises DescriptionError if a transmission names no coordinate or two name the same one."""
+    """Raise DescriptionError if a transmission names no coordinate or two name the same one."""
     check_unique("transmission", [law.coordinate for law in transmissions])
     for law in transmissions:
         check_choice("transmission of", law.coordinate, law.coordinate, coordinates)

@@ -1,7 +1,10 @@
-"""Roots and angles of numbers: exact for short numbers, decimals for long numbers.
+"""Computes roots and angles of numbers.
 
-A long number is already rounded, so its exact root is no better than a decimal. For an exact root,
-SymPy would also factor the number, which may take long or fail.
+Results are exact for short numbers (fractions of integers up to ``LONGEST_EXACT``), and decimal for
+long numbers.
+
+A long number is already rounded, so an exact root would be no more accurate than a decimal root.
+For an exact root, SymPy would also factor the number, which may take long or fail.
 """
 
 from collections.abc import Mapping
@@ -14,8 +17,7 @@ from .values import Values
 LONGEST_EXACT = 10**15
 """Maximum numerator and denominator of a short fraction.
 
-Numerator and denominator have about as many digits as a double. SymPy can factor integers of this
-size, which simplifies square roots.
+SymPy can factor integers of this size, which simplifies square roots.
 """
 
 
@@ -25,22 +27,23 @@ def is_short(expression: sp.Expr) -> bool:
 
 
 def power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
-    """Returns a power with a rational exponent. Roots of long numbers become decimals.
+    """Return a power with a rational exponent.
 
     Raises:
-        NoValue: The base is a long negative number, and its power is not real.
+        NoValue: The base is a negative number without a short exact form, and the power is not
+            real.
     """
     result_is_exact = exponent.is_Integer or base.free_symbols or _has_short_numbers(base)
     return base**exponent if result_is_exact else _decimal(sp.Pow(base, exponent, evaluate=False))
 
 
 def root(square: sp.Expr) -> sp.Expr:
-    """Returns the square root of an expression. Roots of long numbers become decimals."""
+    """Return the square root of an expression."""
     return power(square, sp.Rational(1, 2))
 
 
 def drawn_out(expression: sp.Expr) -> sp.Expr:
-    """Takes square factors out of roots: sqrt(4 a + 4 b) becomes 2 sqrt(a + b)."""
+    """Take square factors out of roots: sqrt(4 a + 4 b) becomes 2 sqrt(a + b)."""
     return expression.replace(_is_root_of_sum, _drawn_out)
 
 
@@ -55,9 +58,11 @@ def _drawn_out(whole: sp.Expr) -> sp.Expr:
 
 
 def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
-    """Returns atan2(y, x), as a decimal if y or x has a long square.
+    """Return atan2(y, x).
 
-    The result is also a decimal if SymPy would take long to find signs, or would return a complex
+    The result is a decimal if y^2 or x^2 contains numbers with many digits.
+
+    The result is also a decimal if exact evaluation would be slow or would return a complex
     logarithm.
     """
     angle = sp.atan2(y, x, evaluate=False)
@@ -70,7 +75,7 @@ def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
 
 
 def at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Replaces symbols by numbers.
+    """Replace symbols by numbers.
 
     Roots are computed by :func:`power`, and angles by :func:`angle_of`.
 

@@ -7,16 +7,16 @@ from types import MappingProxyType
 import sympy as sp
 
 MANY = 10_000
-"""Upper limit of the numbers that ``addends`` and ``size`` return."""
+"""Maximum value that ``addends`` and ``size`` return."""
 _NONE: Mapping[sp.Symbol, int] = MappingProxyType({})
 
 
 def addends(expression: sp.Expr, known: Mapping[sp.Symbol, int] = _NONE) -> int:
-    """Returns an upper bound, at most ``MANY``, of the number of terms after expansion.
+    """Return an upper bound, at most ``MANY``, of the number of terms after expansion.
 
     Args:
         expression: An expression.
-        known: The number of terms of each symbol that stands for a sum.
+        known: For each symbol that stands for a sum: the number of terms of this sum.
     """
     if expression.is_Symbol:
         return known.get(expression, 1)
@@ -32,7 +32,7 @@ def addends(expression: sp.Expr, known: Mapping[sp.Symbol, int] = _NONE) -> int:
 
 
 def size(expression: sp.Expr, known: Mapping[sp.Symbol, int]) -> int:
-    """Returns the number of symbols and numbers in an expression, at most ``MANY``.
+    """Return the number of symbols and numbers in an expression, at most ``MANY``.
 
     Args:
         expression: An expression.

@@ -1,7 +1,8 @@
 """Values of constant expressions with 60 digits, evaluated operation by operation.
 
-SymPy itself would increase the precision until a difference has nonzero digits. For an exact zero,
-SymPy would be slow. In this module, a sum is zero if cancellation removes nearly all digits.
+SymPy's own evaluation increases the precision until a difference has nonzero digits, which is slow
+if the difference is exactly zero. In this module, a sum is zero if cancellation removes nearly all
+digits.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,9 +16,7 @@ from .errors import DescriptionError
 from .tolerances import EVALUATION_DIGITS, ROUNDING, WORKING_DIGITS
 
 MAX_OPERATIONS = 30
-"""Maximum number of operations in an expression of numbers that gets no name. Numbers from nominal
-dimensions need fewer operations. Numbers from measured dimensions need hundreds of operations.
-"""
+"""A constant expression with more operations than this number gets a name."""
 
 
 class NoValue(DescriptionError):
@@ -27,19 +26,19 @@ class NoValue(DescriptionError):
 class Values:
     """The values of symbols, with a cache of evaluated expressions.
 
-    Zeros are exact. A sum below ``ROUNDING`` times its largest term is 0.
+    Zeros are exact.
     """
 
     def __init__(self) -> None:
-        """Creates the evaluator without known symbols."""
+        """Create an evaluator in which no symbol has a value yet."""
         self._known: dict[sp.Basic, mpmath.mpf] = {}
 
     def know(self, symbol: sp.Symbol, value: mpmath.mpf) -> None:
-        """Assigns a value to a symbol."""
+        """Assign a value to a symbol."""
         self._known[symbol] = value
 
     def of(self, expression: sp.Expr) -> mpmath.mpf:
-        """Returns the value of an expression of numbers and known symbols.
+        """Return the value of an expression of numbers and known symbols.
 
         Raises:
             NoValue: The value is not finite or not real, or a symbol is unknown.
@@ -74,7 +73,7 @@ class Values:
         return rule(*(self._of(argument) for argument in expression.args))
 
     def _choice(self, expression: sp.Piecewise) -> mpmath.mpf:
-        """Returns the value for the first condition that holds.
+        """Return the value for the first condition that holds.
 
         The values of the conditions after the first true condition may be undefined.
         """
@@ -94,7 +93,7 @@ class Values:
 
 
 def value_at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> mpmath.mpf:
-    """Returns the value of an expression in which numbers replace the symbols.
+    """Return the value of an expression if its symbols have the given values.
 
     Raises:
         NoValue: The value is not finite or not real, or a symbol is unknown.
@@ -106,9 +105,7 @@ def value_at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> mpmat
 
 
 def shortened(expression: sp.Expr) -> sp.Expr:
-    """Returns a number with many operations as a decimal with 40 digits.
-
-    Short numbers stay as they are. Products of measured rotations have very long exact forms.
+    """Convert a constant expression with many operations to a 40-digit decimal.
 
     Args:
         expression: Any expression. An expression with symbols is returned unchanged.
@@ -119,7 +116,7 @@ def shortened(expression: sp.Expr) -> sp.Expr:
 
 
 def to_digits(value: mpmath.mpf) -> sp.Expr:
-    """Converts a value to a SymPy number with 40 digits. Zero becomes the integer 0."""
+    """Convert a value to a SymPy number with 40 digits. Zero becomes the integer 0."""
     return sp.Float(value, EVALUATION_DIGITS) if value else sp.Integer(0)
 
 

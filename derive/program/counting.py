@@ -36,6 +36,6 @@ class Operations:
 
 
 def count_operations(program: Program) -> Operations:
-    """Counts the operations of a program by kind. Loads, stores and constants do not count."""
+    """Count the operations of a program by kind. Loads, stores and constants do not count."""
     kinds = (_KINDS.get(statement.operation, "other") for statement in program.computed)
     return Operations(**Counter(kinds))

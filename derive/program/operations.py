@@ -1,7 +1,8 @@
-"""The typed program of a function.
+"""Typed intermediate representation of a function.
 
 A :class:`Program` is in single assignment form: each :class:`Variable` is computed once, before its
-use. Statements do not depend on the output language. A printer converts the statements to text.
+use. The statements of a program do not depend on the output language. A printer converts the
+statements to text.
 """
 
 from collections.abc import Iterator, Sequence
@@ -42,12 +43,9 @@ class Operation(Enum):
     The value that is not selected has no effect, even if this value is NaN.
     """
     RECIPROCAL_SQRT = auto()
-    """The operation 1 / sqrt(x), which only strength reduction introduces."""
+    """The operation 1 / sqrt(x), which only the strength reduction inserts."""
     SUPPLEMENT = auto()
-    """``SUPPLEMENT(a, y)`` is the angle of magnitude pi - |a| with the sign of y.
-
-    Only strength reduction introduces the operation SUPPLEMENT.
-    """
+    """``SUPPLEMENT(a, y)`` is pi - |a| with the sign of y."""
 
 
 COMPARISONS = frozenset(
@@ -57,12 +55,12 @@ LOGIC = frozenset({Operation.NOT, Operation.AND, Operation.OR})
 CONDITIONS = COMPARISONS | LOGIC
 """Operations whose result is Boolean."""
 CALLS = frozenset({Operation.SIN, Operation.COS, Operation.TAN, Operation.ATAN, Operation.ATAN2})
-"""Operations that call the mathematical library on every machine."""
+"""Operations that every target machine computes by a call of the mathematical library."""
 
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A constant. The constants -0.0 and 0.0 differ."""
+    """A constant."""
 
     value: float
 
@@ -122,7 +120,7 @@ class Store:
 
     @property
     def operands(self) -> tuple[Operand, ...]:
-        """The stored value as a tuple, like the operands of :class:`Compute`."""
+        """The stored value in a tuple with one element, with the type of ``Compute.operands``."""
         return (self.value,)
 
 
@@ -135,8 +133,8 @@ class Program:
 
     Attributes:
         name: The name of the function with the prefix of the robot.
-        arguments: Names of the arguments. An :class:`Input` contains an index of ``arguments``.
-        results: Names of the outputs. A :class:`Store` contains an index of ``results``.
+        arguments: Names of the arguments. An :class:`Input` contains an index into ``arguments``.
+        results: Names of the outputs. A :class:`Store` contains an index into ``results``.
         inputs: All entries that the program reads, in order.
         statements: All statements, in the order of execution.
     """
@@ -163,5 +161,5 @@ class Program:
 
 
 def variables(operands: Sequence[Operand]) -> Iterator[Variable]:
-    """Returns the variables of a list of operands."""
+    """Return the variables of a list of operands."""
     return (operand for operand in operands if isinstance(operand, Variable))

@@ -18,29 +18,29 @@ COORDINATES, RESIDUAL = 0, 1
 
 @dataclass(frozen=True)
 class Programs:
-    """The programs of a robot's functions.
+    """The programs that compute the functions of a robot.
 
     Attributes:
-        whole: The program of each function by name. A function with branches has a program that
-            computes all branches in order.
-        branch: The program of a single branch, for each function with branches. The last argument
-            ``choice`` of this program contains the signs of the branch.
+        whole: The program of each function, keyed by the function name. A function with branches
+            has a program that computes all branches in order.
+        branch: For each function with branches, the program that computes a single branch. The last
+            argument ``choice`` of this program contains the signs of the branch.
     """
 
     whole: Mapping[str, Program]
     branch: Mapping[str, Program]
 
     def alone(self, function: SymbolicFunction) -> Program:
-        """Returns the program of a single branch, or the whole program without branches."""
+        """Return the program of a single branch, or of the whole function if it has no branches."""
         return self.branch.get(function.name) or self.whole[function.name]
 
 
 NO_PROGRAMS = Programs({}, {})
-"""Empty programs, for output languages that print equations."""
+"""An empty collection of programs, for output languages that print equations."""
 
 
 def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
-    """Translates functions to CasADi and reads the generated programs.
+    """Translate functions to CasADi and read the generated programs.
 
     Args:
         functions: Functions whose entries share terms.
@@ -62,17 +62,17 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
 
 
 def with_input_check(program: Program) -> Program:
-    """Makes the residual NaN or infinite if an input of the coordinates is not finite.
+    """Make the residual NaN or infinite if an input that affects the coordinates is not finite.
 
     If a prismatic joint is parallel to a base axis, the residual contains the difference x - x.
     CasADi simplifies the difference x - x to 0. Without the difference x - x in the residual, a
     target with x = NaN would count as solved.
 
     Args:
-        program: The program of an inverse, for one or all solutions.
+        program: The program of an inverse function that computes one solution or all solutions.
 
     Returns:
-        A program in which every input that changes the coordinates also changes the residual.
+        A program whose residual depends on every input on which the coordinates depend.
     """
     inputs = _inputs_behind(program)
     unseen = inputs[COORDINATES] - inputs[RESIDUAL]

@@ -69,7 +69,7 @@ _FUNCTIONS = {
 
 
 def programs(lowered: Sequence[ca.Function]) -> list[Program]:
-    """Returns the programs of lowered functions from the C code that CasADi generates.
+    """Return the programs of CasADi functions, read from the C code that CasADi generates.
 
     Raises:
         LoweringError: An output is not dense, or an operation is unknown.
@@ -110,7 +110,7 @@ class _Reader:
         self.name = name
         self.inputs: set[Input] = set()
         self.statements: list[Statement] = []
-        # CasADi reuses its variables, so this dictionary maps each of them to its current operand.
+        # CasADi reuses variables, so this dictionary maps each variable to its current operand.
         self._now: dict[str, Operand] = {}
         self._numbers = itertools.count(1)
 

@@ -7,19 +7,14 @@ from .operations import CALLS, Compute, Operand, Program, Statement, Store, Vari
 
 
 def by_depth(program: Program) -> Program:
-    """Moves each statement as far forward as its operands allow.
-
-    CasADi completes one sum before it starts the next sum. The statements of independent sums are
-    therefore far apart in the program of CasADi. In the order of CasADi, the processor would wait
-    for every product of a sum.
-    """
+    """Move each statement to the earliest position that its operands allow."""
     return _numbered(program, [s for level in levels(program) for s in level])
 
 
 def levels(program: Program) -> list[list[Statement]]:
-    """Returns lists of statements with equal depth.
+    """Return the statements of a program, grouped by depth.
 
-    The depth is the length of the longest chain of operands before a statement.
+    The depth of a statement is the length of the longest chain of statements that must precede it.
     """
     depth: dict[Variable, int] = {}
     found: dict[int, list[Statement]] = {}
@@ -32,7 +27,7 @@ def levels(program: Program) -> list[list[Statement]]:
 
 
 def needed_only(program: Program) -> Program:
-    """Drops statements whose results are not used.
+    """Drop statements whose results are not used.
 
     The remaining variables are not renumbered.
     """
@@ -46,12 +41,12 @@ def needed_only(program: Program) -> Program:
 
 
 def calls_first(program: Program) -> Program:
-    """Moves library calls as far forward as possible.
+    """Move library calls as early as possible.
 
-    A call stays behind the statements that compute its arguments.
+    Each call stays after the statements that compute its arguments.
 
-    A library call overwrites the vector registers. Arithmetic after the last call keeps its values
-    in registers.
+    A library call overwrites the vector registers. Values that are computed after the last call can
+    stay in registers.
     """
     needed: set[Variable] = set()
     early: set[Variable] = set()

@@ -23,18 +23,19 @@ from .schedule import by_depth, needed_only
 
 
 def reduced(program: Program, sign: Input | None = None) -> Program:
-    """Replaces expensive operations of a program.
+    """Replace expensive operations of a program.
 
-    Square roots that are only divisors become reciprocal square roots. Points that are equal up to
-    sign share an arc tangent. Angles are computed from points before the points are normalized, so
-    that the angle computation does not wait for the square roots.
+    A square root that is used only as a divisor becomes a reciprocal square root. For two points
+    that differ only in the sign of x or y, only one arc tangent is computed.
 
-    The identities are atan2(-y, x) = -atan2(y, x), and atan2(y, -x) = pi - atan2(y, x) for y > 0.
+    Each angle is computed from a point before the point is normalized, so the arc tangent does not
+    wait for the square root. The identities are atan2(-y, x) = -atan2(y, x), and atan2(y, -x) = pi
+    - atan2(y, x) for y > 0.
 
     Args:
         program: The program.
-        sign: An input whose value is 1 or -1. As few angles as possible depend on the input
-            ``sign``.
+        sign: An input whose value is 1 or -1. Where possible, arc tangents are computed before the
+            sign is applied.
     """
     program = _angles_before_lengths(_angles_of_opposites(_reciprocal_roots(program)))
     return by_depth(needed_only(_angles_before_sign(program, sign) if sign else program))

@@ -51,10 +51,7 @@ _OPPOSITE = {Operation.MIN: Operation.MAX, Operation.MAX: Operation.MIN}
 
 
 def unrolled(branch: Program, signs: Iterable[Sequence[int]], name: str) -> Program:
-    """Returns the program of all branches, in order.
-
-    Entry i of branch b equals entry i of the function ``branch`` with the signs of branch b as last
-    argument.
+    """Return one program that computes all solution branches in order.
 
     Args:
         branch: The program that computes a single solution branch. Its last argument contains the
@@ -112,7 +109,10 @@ _MINUS_ONE = Constant(-1.0)
 
 
 class _Writer:
-    """Writes a statement unless an earlier statement has the same value up to its sign."""
+    """Writes statements.
+
+    If an earlier statement has the same value or its negative, that statement is reused.
+    """
 
     def __init__(self) -> None:
         self.statements: list[Statement] = []

@@ -1,8 +1,8 @@
 """Symbolic det(D^T D) of a link. The determinant is zero at discontinuities of the model.
 
-D is the derivative of the link's homogeneous matrix with respect to the parameters. D^T D sums
-squared entries of the derivative D. In this sum, a meter of translation has weight 1, and a radian
-of rotation has weight 2.
+D is the derivative of the link's homogeneous matrix with respect to the parameters. The diagonal
+entries of D^T D are sums of squared entries of D. In these sums, a meter of translation has weight
+1, and a radian of rotation has weight 2.
 
 Source: Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
 Engineering, 3.1, after Schroeer. The zeros of det(D^T D) are the discontinuities of the model.
@@ -29,19 +29,20 @@ _Pair = tuple[sp.Symbol, sp.Symbol]
 
 @cache
 def determinant(convention: Convention, kind: JointKind) -> sp.Expr:
-    """Returns det(D^T D) for the parameters of the convention. The unit is a power of meter."""
+    """Return det(D^T D) for the parameters of the convention.
+
+    The unit is meter to some power.
+    """
     found = axis_map(convention, kind)
     return _simplified(_gram(twists(numbers_of(convention, kind), found.own)))
 
 
 @cache
 def completed_determinant(convention: Convention, kind: JointKind) -> sp.Expr:
-    """Returns det(D^T D) for a link model that has all parameters of a pose.
+    """Return det(D^T D) for a link model that has all parameters of a pose.
 
-    The parameters include rotations about, and translations along, the two axes at the ends of the
-    link. Parameters about or along an end axis belong to the adjacent joint. For a prismatic joint,
-    only the orientation counts, because the position depends on the coordinate. The result is 0 if
-    there are more than six parameters.
+    For a prismatic joint, D contains only rotations, because the position depends on the joint
+    coordinate. The result is 0 if there are more than six parameters.
     """
     found = axis_map(convention, kind)
     if kind == "prismatic":

@@ -48,15 +48,15 @@ def model_report(
     conventions: Sequence[Convention] = CONVENTIONS,
     rng: int | np.random.Generator | None = 0,
 ) -> ModelReport:
-    """Reports which conventions suit the joints of a robot.
+    """Report which conventions suit the joints of a robot.
 
     Args:
         description: A serial robot or a robot with loops. If the robot has loops, the report
             describes only the main chain.
         conventions: The conventions to compare. Conventions that cannot represent an axis are
             omitted.
-        rng: Seed or generator of the random configurations for the rank. With None, each call uses
-            different random configurations.
+        rng: Seed or generator of the random configurations at which the rank is computed. With
+            None, each call uses different random configurations.
 
     Raises:
         DescriptionError: Legs carry the tool, and there is no chain of joints to evaluate.
@@ -164,7 +164,7 @@ def _rank_of(J: NDArray[np.float64]) -> int:
 
 
 def missed(rows: NDArray[np.float64], words: tuple[str, ...]) -> tuple[str, ...]:
-    """Describes the displacements that no parameter produces, with one sentence each.
+    """Return a sentence for each displacement that no parameter produces.
 
     Args:
         rows: Displacements (d, k) for k parameters.
@@ -202,11 +202,11 @@ def _named(direction: NDArray[np.float64], words: tuple[str, ...]) -> str:
 
 
 def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float64]:
-    """Returns the displacements (d, k) of a joint axis, with one column per parameter.
+    """Return the displacements (d, k) of a joint axis, with one column per parameter.
 
-    The axis depends on parameters of two joints. The parameters of the previous joint are its
-    coordinate offset and the transforms after its motion. The parameters of the joint itself are
-    the transforms before its motion. The axis of a prismatic joint has an arbitrary position.
+    The axis depends on the coordinate offset of the previous joint, and on the parameters of the
+    transforms between the motions of the two joints. The axis of a prismatic joint has an arbitrary
+    position.
 
     Args:
         robot: The robot.

@@ -22,8 +22,7 @@ class ConventionQuality:
         numbers: Names of the convention's parameters.
         needed: Number of parameters for the axis: 4 for a line, 2 for a direction.
         determinant: det(D^T D) of the convention's parameters.
-        completed: det(D^T D) with all parameters of a pose. The parameters of a pose include
-            rotations about, and translations along, the adjacent axes. The determinant is zero at
+        completed: det(D^T D) with all parameters of a pose. The determinant is zero at
             discontinuities of the model.
         value: The determinant ``completed``, evaluated at the robot's dimensions (meter). None if
             the convention cannot represent the axis.
@@ -60,7 +59,7 @@ class ConventionQuality:
 
     @property
     def verdict(self) -> str:
-        """Returns the properties of the convention as text."""
+        """Return the properties of the convention as text."""
         if self.value is None:
             return "cannot represent this axis"
         if not self.is_complete:
@@ -71,17 +70,16 @@ class ConventionQuality:
 
 @dataclass(frozen=True)
 class JointQuality:
-    """The quality of each convention for a joint axis relative to the previous joint axis.
+    """How well each convention describes a joint axis relative to the previous joint axis.
 
     Attributes:
         joint: Name of the joint.
         kind: Kind of the joint.
         before: Name of the previous joint.
         angle: Angle between the joint axis and the previous joint axis (radian).
-        distance: Distance between the joint axis and the previous joint axis (meter). The distance
-            is 0 if one axis is only a direction.
-        own: Names of the conventions with which the robot file leads from the previous axis to the
-            joint axis.
+        distance: Distance between the joint axis and the previous joint axis (meter).
+        own: Names of the conventions with which the robot file describes the joint axis relative to
+            the previous axis.
         misses: The axis displacements that the robot's parameters cannot represent.
         conventions: The quality of every tested convention.
         suitable: The suitable convention.
@@ -145,18 +143,18 @@ class ModelReport:
         return "\n".join(_lines(self))
 
     def conventions_of(self, *, slides: bool) -> tuple[ConventionQuality, ...]:
-        """Returns the conventions that suit revolute or prismatic joints."""
+        """Return the conventions that suit revolute or prismatic joints."""
         found = (joint for joint in self.joints if (joint.kind == "prismatic") == slides)
         return next((joint.conventions for joint in found), ())
 
 
 def plain(expression: sp.Expr) -> str:
-    """Formats an expression in ordinary notation."""
+    """Format an expression in ordinary notation."""
     return str(expression).replace("**", "^").replace("*", " ")
 
 
 def ranked(model: str, numbers: int, rank: int, identifiable: int) -> str:
-    """Returns a sentence about the number of parameters and the rank."""
+    """Return a sentence about the number of parameters and the rank."""
     found = "complete"
     if rank < identifiable:
         found = f"misses {identifiable - rank} of {identifiable} displacements"

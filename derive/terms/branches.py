@@ -8,12 +8,12 @@ from .symbolic_function import Argument, SymbolicFunction
 
 
 def patterns(function: SymbolicFunction) -> Iterator[tuple[int, ...]]:
-    """Returns the signs of each branch, in order."""
+    """Return the signs of each branch, in order."""
     return itertools.product((1, -1), repeat=len(function.signs))
 
 
 def branch(function: SymbolicFunction) -> SymbolicFunction:
-    """Returns a single branch as a function whose last input ``choice`` contains the signs."""
+    """Return a single branch as a function whose last input ``choice`` contains the signs."""
     meaning = "1 or -1 for each choice"
     signs = Argument("choice", function.signs, (len(function.signs),), "1", meaning)
     return replace(

@@ -31,18 +31,17 @@ class LoweringError(DescriptionError):
 
 
 def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Function]:
-    """Converts functions to CasADi.
+    """Convert functions to CasADi.
 
     The CasADi functions have the names ``<prefix>_<name>``. Outputs are dense and row-major.
 
     The outputs of calls become additional inputs.
 
-    A function with signs becomes the single branch ``<prefix>_<name>_branch``. The last input
-    ``choice`` of the function ``<prefix>_<name>_branch`` contains the signs.
+    A function with branch signs becomes a function ``<prefix>_<name>_branch`` that computes a
+    single branch. The last input ``choice`` of this function contains the signs.
 
     Args:
-        functions: Functions with a shared table of terms. Functions without signs share converted
-            terms.
+        functions: The functions to convert. Functions without branch signs share converted terms.
         prefix: The robot's name.
 
     Raises:
@@ -58,7 +57,7 @@ def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Functio
 
 
 def values_at(function: ca.Function, arguments: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Returns the results (m, k) of a one-argument function at m arguments (m, n).
+    """Return the results (m, k) of a one-argument function at m arguments (m, n).
 
     CasADi reads and writes the arrays directly, which is ten times faster than its own matrices.
     """
@@ -74,7 +73,7 @@ def values_at(function: ca.Function, arguments: NDArray[np.float64]) -> NDArray[
 
 
 def combined(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
-    """Joins functions with one output each to a single CasADi function, for optimal control.
+    """Join functions with one output each to a single CasADi function, for optimal control.
 
     The joined function has the arguments of all functions. Each output has the name of its
     function, such as ``fk``. Dimensions after the first are flattened.
@@ -118,7 +117,7 @@ class _Visitor:
             ca.densify(ca.vertcat(*(self.node(entry) for entry in result.entries)))
             for result in function.outputs
         ]
-        # Equal terms already share a name. The graph also shares equal parts of long sums.
+        # Equal terms already share a name. In addition, CasADi shares equal parts of long sums.
         with _as_written():
             return ca.cse(nodes)
 
@@ -205,7 +204,7 @@ class _Visitor:
         return reduce(operator.mul, signs) * self._angle(sp.Mul(*rest), x)
 
     def _choice(self, expression: sp.Piecewise) -> ca.SX:
-        """Returns the value of the first true condition; a NaN in other values has no effect."""
+        """Return the value of the first true condition; a NaN in other values has no effect."""
         *cases, (value, last) = expression.args
         if last != sp.true:
             raise LoweringError(f"no value if no condition is true: {expression}")
@@ -229,7 +228,7 @@ class _Visitor:
 
 @contextmanager
 def _as_written() -> Iterator[None]:
-    """Disables the simplification of CasADi, which would create the product (c ? x : 0) * y."""
+    """Disable the simplification of CasADi, which would create the product (c ? x : 0) * y."""
     ca.GlobalOptions.setSimplificationOnTheFly(False)
     try:
         yield

@@ -18,7 +18,7 @@ class GenericPoint:
     """A generic configuration at which terms are evaluated with 40 digits."""
 
     def __init__(self, terms: Terms, symbols: Sequence[sp.Symbol], phase: int = 0) -> None:
-        """Sets the configuration."""
+        """Set the configuration."""
         self.terms = terms
         self.values: dict[sp.Symbol, sp.Expr] = {}
         for k, symbol in enumerate(symbols):
@@ -29,7 +29,7 @@ class GenericPoint:
             self.values.setdefault(symbol, default.evalf(EVALUATION_DIGITS))
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the value of an expression of terms."""
+        """Return the numerical value of an expression in named terms."""
         for symbol, definition in self.terms.constants.items():
             self._add(symbol, definition)
         for symbol in self.terms.needed([expression]):
@@ -45,17 +45,15 @@ class GenericPoint:
         try:
             return to_digits(value_at(expression, numbers))
         except NoValue:
-            # SymPy also evaluates an expression with the root of a negative number, but far more
-            # slowly.
+            # The expression may contain the root of a negative number. SymPy evaluates such an
+            # expression, but far more slowly.
             return expression.xreplace(numbers).evalf(EVALUATION_DIGITS)
 
 
 def _between_0_and_1(number: int, phase: int) -> sp.Expr:
-    """Returns a number between 0 and 1 that depends on both arguments.
+    """Return a number between 0 and 1 that depends on `number` and `phase`.
 
-    The fractional parts of multiples of the golden ratio all differ. The term with number^2 also
-    depends on `phase`. The increment from the result for ``number`` to the result for
-    ``number + 1`` therefore depends on `phase`.
+    The fractional parts of multiples of the golden ratio all differ.
     """
     with mpmath.workdps(WORKING_DIGITS):
         golden = (mpmath.sqrt(5) - 1) / 2
@@ -64,7 +62,7 @@ def _between_0_and_1(number: int, phase: int) -> sp.Expr:
 
 
 def coordinates_in(terms: Terms, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
-    """Returns the coordinates of expressions by name, including the coordinates of their terms."""
+    """Return the coordinates of expressions by name, including the coordinates of their terms."""
     meanings = [terms.definitions[symbol] for symbol in terms.needed(entries)]
     used = {symbol for e in (*entries, *meanings) for symbol in e.free_symbols}
     found = {s for s in used if s not in terms.definitions and not terms.is_constant(s)}

@@ -43,7 +43,7 @@ Matrix: TypeAlias = ImmutableDenseMatrix
 
 
 def hat_so3(omega: Matrix) -> Matrix:
-    """Returns the skew-symmetric matrix of a vector: `hat_so3(a) b` is the cross product a x b.
+    """Return the skew-symmetric matrix of a vector: `hat_so3(a) b` is the cross product a x b.
 
     Args:
         omega: (3, 1) vector.
@@ -61,9 +61,10 @@ def hat_so3(omega: Matrix) -> Matrix:
 
 
 def swap_twist_order(twists: Matrix) -> Matrix:
-    """Converts twists from (v, omega) to (omega, v), or back.
+    """Convert twists from (v, omega) to (omega, v), or back.
 
-    The rows and the columns of an operator on twists, such as `adjoint(T)`, are exchanged:
+    The argument may also be an operator on twists, such as `adjoint(T)`. To convert an operator A,
+    exchange its rows, and then its columns by means of the transpose:
     `swap_twist_order(swap_twist_order(A).T).T`.
 
     Args:
@@ -111,7 +112,7 @@ def rotation(T: Matrix) -> Matrix:
 
 
 def translation(T: Matrix) -> Matrix:
-    """Translation of a pose.
+    """Return the translation of a pose.
 
     Args:
         T: (4, 4) pose `T_a_b`.
@@ -144,7 +145,7 @@ def inverse_se3(T: Matrix) -> Matrix:
 
 
 def adjoint(T: Matrix) -> Matrix:
-    """Returns the adjoint Ad = [[R, hat(p) R], [0, R]] from twists of frame b to frame a.
+    """Return the adjoint Ad = [[R, hat(p) R], [0, R]] from twists of frame b to frame a.
 
     `T hat(x) T^-1 = hat(Ad x)`, and the adjoint of a product of poses is the product of the
     adjoints. The inverse is `adjoint(inverse_se3(T))`.
@@ -165,10 +166,11 @@ def adjoint(T: Matrix) -> Matrix:
 
 
 def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix:
-    """Unit twist of a screw: v = point x direction + pitch direction, omega = direction.
+    """Return the unit twist of a screw: v = point x direction + pitch direction, omega = direction.
 
     Args:
-        direction: (3, 1) unit vector along the axis. Symbols are assumed to have unit length.
+        direction: (3, 1) unit vector along the axis. The function assumes that a symbolic direction
+            has length 1.
         point: (3, 1) any point of the axis, meter, in the same frame.
         pitch: Translation per angle, meter per radian. The pitch of a revolute joint is 0. The
             pitch of a prismatic joint is `sympy.oo`, with the twist (direction, 0).
@@ -193,9 +195,10 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
 
 
 def norm(a: Matrix) -> Expr:
-    """Returns the length of a vector. The length |e| of a symbolic e is returned as e.
+    """Return the length of a vector.
 
-    All functions of this module are even in a length, so the sign of e has no effect.
+    The length |e| of a symbolic e is returned as e. The sign of e has no effect, because the
+    results of all functions in this module are the same for lengths e and -e.
     """
     square = sum((e**2 for e in a), S.Zero)
     length = sqrt(square)
@@ -217,7 +220,7 @@ def is_zero(e: Expr) -> bool:
 
 
 def require_unit(a: Matrix, name: str) -> None:
-    """Raises ValueError if a numerical vector does not have unit length."""
+    """Raise ValueError if a numerical vector does not have unit length."""
     excess = a.dot(a) - 1
     if not excess.is_number:
         return
@@ -227,7 +230,7 @@ def require_unit(a: Matrix, name: str) -> None:
 
 
 def checked(M: Matrix, shape: tuple[int, int], name: str) -> Matrix:
-    """Returns M as an immutable matrix of a given shape.
+    """Return M as an immutable matrix of a given shape.
 
     If one number is a Float, all become Floats.
     """
@@ -242,15 +245,15 @@ def checked(M: Matrix, shape: tuple[int, int], name: str) -> Matrix:
 
 
 def twist(v: Matrix, omega: Matrix) -> Matrix:
-    """Returns the twist column (v, omega)."""
+    """Return the twist column (v, omega)."""
     return Matrix.vstack(Matrix(v), Matrix(omega))
 
 
 def stack(A: Matrix, b: Matrix, last: int) -> Matrix:
-    """Returns the matrix [[A, b], [0, last]]."""
+    """Return the matrix [[A, b], [0, last]]."""
     return Matrix.vstack(Matrix.hstack(A, b), Matrix([[0, 0, 0, last]]))
 
 
 def triangular(A: Matrix, B: Matrix) -> Matrix:
-    """Returns the matrix [[A, B], [0, A]]."""
+    """Return the matrix [[A, B], [0, A]]."""
     return Matrix([[A, B], [zeros(3, 3), A]])

@@ -25,14 +25,15 @@ OTHER = Role("other")
 
 
 def branch_label(choices: Sequence[tuple[str, str]]) -> str:
-    """Returns the label of a branch, such as "coupler_1 left, coupler_2 right".
+    """Return the label of a branch, such as "coupler_1 left, coupler_2 right".
 
     Args:
-        choices: One pair (mirrored body, side) for each choice between two solutions.
+        choices: Pairs (name of a joint or body, branch), one pair for each choice between two
+            solutions.
     """
     return ", ".join(f"{part} {side}" for part, side in choices) or "the only one"
 
 
 def side_of(sign: int) -> str:
-    """Returns the default name of a side from its sign."""
+    """Return the default name of a side from its sign."""
     return "+" if sign > 0 else "-"

@@ -30,8 +30,9 @@ class Argument:
 class Result:
     """An output with its entries (row-major), shape, unit and meaning.
 
-    If the function has branches, the entries belong to a single branch and depend on the signs. For
-    a function with branches, the first dimension of the shape is the number of branches.
+    If the function has branches, the entries describe a single branch, which the values of the sign
+    symbols select. For a function with branches, the first dimension of the shape is the number of
+    branches.
     """
 
     name: str
@@ -56,7 +57,7 @@ class Signature:
         identity: One line with the identity that the function satisfies.
         inputs: The arguments in order.
         outputs: The symbolic expressions that the function returns, in order.
-        role: What the function computes, in a form that the runtime reads.
+        role: Machine-readable description of the result for the runtime.
     """
 
     name: str
@@ -81,13 +82,13 @@ class NativeSolverFunction(Signature):
     """A function that a handwritten solver computes from tables of numbers.
 
     Attributes:
-        solver: Name of the solver, which is the same for all robots. Each output language has a
-            file that is named like the solver.
+        solver: Name of the handwritten solver, whose code does not depend on the robot. Each output
+            language has a file with the name of the solver.
         tables: The numbers of the robot that the solver needs.
-        calls: Names of the functions that the solver calls, in the order of the solver.
+        calls: Names of the functions that the solver calls, in the order that the solver expects.
         branches: Number of solutions that fit into the output.
-        operations: Approximate number of operations, from which the runtime divides a batch over
-            threads.
+        operations: Approximate number of operations. The runtime uses this number to divide a batch
+            among threads.
         margin: Name of the function that states why a result is NaN, or an empty string.
         steps: Names of the loops, one per margin, if the function returns margins.
     """
@@ -103,10 +104,11 @@ class NativeSolverFunction(Signature):
 
 @dataclass(frozen=True)
 class Call:
-    """A call of an iterative solver before the statements of a function.
+    """A call of an iterative solver, placed before the other statements of a function.
 
     Attributes:
-        system: Name of the equations that are solved, and of their C file.
+        system: Name of the system of equations that the solver solves, and of the C file with these
+            equations.
         entry: Name of the C function to call.
         inputs: Names of function inputs, or of outputs of earlier calls.
         outputs: Arrays that the call fills. The symbols of the arrays are arguments of the later
@@ -133,7 +135,7 @@ class SymbolicFunction(Signature):
         signs: Symbols with the value 1 or -1. Each sign symbol selects one of two branches. In
             branch b, the i-th of n signs is -1 if bit n - 1 - i of b is 1, otherwise the sign is 1.
             The first sign varies slowest.
-        calls: Solver calls before the statements, in order.
+        calls: Solver calls that run before the statements, in the order of execution.
     """
 
     terms: Terms
@@ -157,7 +159,7 @@ class SymbolicFunction(Signature):
         return int(2 ** len(self.signs))
 
     def definitions(self) -> list[tuple[sp.Symbol, sp.Expr]]:
-        """Returns the shared terms of the outputs.
+        """Return the shared terms of the outputs.
 
         A term comes after the terms in its definition.
         """
@@ -165,7 +167,7 @@ class SymbolicFunction(Signature):
         return [(symbol, self.terms.definitions[symbol]) for symbol in needed]
 
     def expanded(self) -> tuple[tuple[sp.Expr, ...], ...]:
-        """Returns the entries of each output as expressions in inputs, parameters and numbers.
+        """Return the entries of each output as expressions in inputs, parameters and numbers.
 
         The size of the expressions grows exponentially with the length of the chain.
         """
@@ -181,11 +183,11 @@ class SymbolicFunction(Signature):
 
 
 def matrix_entries(columns: Iterable[Iterable[sp.Expr]]) -> tuple[sp.Expr, ...]:
-    """Returns the entries (row-major) of a matrix of columns."""
+    """Return the row-major entries of a matrix that is given by its columns."""
     return tuple(entry for row in zip(*columns, strict=True) for entry in row)
 
 
 def systems_of(functions: Iterable[SymbolicFunction]) -> list[str]:
-    """Returns the names of the equations that functions solve, in order."""
+    """Return the names of the equation systems that functions solve, in the order of first use."""
     systems = (call.system for function in functions for call in function.calls)
     return list(dict.fromkeys(filter(None, systems)))

@@ -32,7 +32,7 @@ class Tangent:
         self._solving: set[sp.Symbol] = set()
 
     def of(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the rate of an expression as a named term."""
+        """Return the rate of an expression as a named term."""
         parts = []
         for symbol in sorted(expression.free_symbols, key=_by_name):
             rate = self._of_symbol(symbol)
@@ -41,7 +41,7 @@ class Tangent:
         return self.terms.let(sp.Add(*parts))
 
     def of_each(self, expressions: Sequence[sp.Expr]) -> list[sp.Expr]:
-        """Returns the rates of expressions as named terms."""
+        """Return the rates of expressions as named terms."""
         return [self.of(expression) for expression in expressions]
 
     def _of_symbol(self, symbol: sp.Symbol) -> sp.Expr:
@@ -56,8 +56,8 @@ class Tangent:
             self._solving.remove(symbol)
             return rate
         angle, derivative = self.terms.turning.get(symbol, (ZERO, ZERO))
-        # A term of a loop equation may be the cosine or sine of the unknown angle, or of an angle
-        # of another solution.
+        # The angle of this cosine or sine may be an unknown whose rate is still being computed. The
+        # angle may also depend on a solution that is not in `loops`.
         parts = angle.free_symbols
         is_known = parts & self.terms.solved.keys() <= self.loops.keys()
         if angle != 0 and is_known and self._solving.isdisjoint(parts):
@@ -73,7 +73,7 @@ def derivative_columns(
     loops: Mapping[sp.Symbol, LoopRate] | None = None,
     factor: int = 1,
 ) -> list[list[sp.Expr]]:
-    """Returns the derivatives of expressions. Each column belongs to one coordinate.
+    """Return the derivatives of expressions, as one column for each coordinate.
 
     Args:
         terms: Table of named terms.

@@ -1,7 +1,7 @@
 """Named shared terms. Every intermediate result has one name and is computed once.
 
-An expression of named terms has only a few symbols, even for a long chain. Terms that are equal up
-to sign share a name (common subexpression elimination by construction).
+An expression in named terms stays short, even for a long chain. Terms that are equal up to sign
+share a name (common subexpression elimination by construction).
 """
 
 from collections.abc import Callable, Collection, Hashable, Iterable, Mapping
@@ -31,8 +31,8 @@ class Terms:
         definitions: Definition of each named term.
         constants: Definition of each named constant.
         solved: Cosine and sine of each solved loop angle.
-        turning: For each cosine or sine that is a named term of a loop solution, its angle, and its
-            derivative with respect to this angle.
+        turning: For each named cosine or sine of a loop solution, its angle, and its derivative
+            with respect to this angle.
     """
 
     def __init__(self, parameters: Mapping[sp.Symbol, sp.Expr]) -> None:
@@ -58,14 +58,13 @@ class Terms:
             self._values.know(symbol, self._values.of(value))
 
     def let(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the symbol that stands for an expression, or minus this symbol.
+        """Return the symbol of an expression, or the negated symbol of the negated expression.
 
         Symbols and short fractions get no name.
 
         An expression of numbers and parameters becomes a named constant. A number that equals 0, 1
         or -1 in 32 digits becomes this integer, so that more terms vanish. A constant that depends
-        on a parameter never becomes a number. A long fraction becomes a named constant, because it
-        would grow in repeated products.
+        on a parameter never becomes a number. A long fraction becomes a named constant.
 
         Raises:
             NoValue: A constant is not finite or not real.
@@ -83,22 +82,22 @@ class Terms:
             return -self.let(-expression)
         if not any(negative):
             return self._name(expression)
-        # The negated sum may have a name. This is tested only for sums with positive and negative
-        # summands. SymPy takes long to negate a sum.
+        # The negated sum may already have a name that can be reused. Only sums with both positive
+        # and negative summands are looked up. SymPy takes long to negate a sum.
         opposite = self._mixed.get(frozenset((-factor, rest) for factor, rest in parts))
         if opposite is not None:
             return -opposite
         return self._mixed.setdefault(frozenset(parts), self._name(expression))
 
     def partial(self, expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-        """Returns the derivative with respect to a symbol. Named terms are constants."""
+        """Return the derivative with respect to a symbol. Named terms are constants."""
         key = expression, symbol
         if key not in self._partials:
             self._partials[key] = self.let(derivative(expression, symbol))
         return self._partials[key]
 
     def memoize(self, key: Hashable, made: Callable[[], Result]) -> Result:
-        """Stores a result that is needed repeatedly, such as a pose.
+        """Store a result that is needed repeatedly, such as a pose.
 
         Args:
             key: The key: all values that determine the result.
@@ -109,7 +108,7 @@ class Terms:
         return cast("Result", self._made[key])
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the value of an expression with 40 digits. Parameters have their default values.
+        """Return the value of an expression with 40 digits. Parameters have their default values.
 
         Raises:
             NoValue: The value is not finite or not real, or the expression contains coordinates.
@@ -136,9 +135,10 @@ class Terms:
         return self.is_never_zero(expression) and bool(self.value(expression) ** 2 <= ROUNDING)
 
     def cos_sin(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-        """Returns the names of the cosine and sine of an angle. Right angles in a sum are exact.
+        """Return the names of the cosine and sine of an angle.
 
-        If the angle is a sum with solved angles, the addition theorems give the cosine and sine.
+        If the angle is a sum that contains solved angles, the addition theorems give its cosine and
+        sine.
         """
         if not self.is_solved(angle):
             return self.let(sp.cos(angle)), self.let(sp.sin(angle))
@@ -149,7 +149,7 @@ class Terms:
         return self._composed[angle]
 
     def solved_angle(self, c: sp.Expr, s: sp.Expr) -> sp.Expr:
-        """Returns the name of the angle with a known cosine and sine.
+        """Return the symbol of an angle with known cosine and sine.
 
         One atan2 computes the angle.
         """
@@ -161,7 +161,9 @@ class Terms:
         return angle
 
     def solved_rest(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> sp.Expr:
-        """Returns the name of a sum of solved angles, reduced to one full turn without atan2.
+        """Return the name of a sum of solved angles.
+
+        The sum is reduced to one full turn without atan2.
 
         Args:
             angle: The sum of solved angles, between -3 pi and 3 pi.
@@ -176,7 +178,10 @@ class Terms:
         return name
 
     def know_sum(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
-        """Records the cosine and sine of a sum of angles that is solved before the angles."""
+        """Record the cosine and sine of a sum of angles.
+
+        Use this method if the sum is known before the individual angles.
+        """
         self._composed[sp.expand(angle)] = self.let(c), self.let(s)
 
     def is_solved(self, angle: sp.Expr) -> bool:
@@ -184,25 +189,28 @@ class Terms:
         return not self.solved.keys().isdisjoint(angle.free_symbols)
 
     def spelled(self, expression: sp.Expr) -> sp.Expr:
-        """Replaces named constants by their definitions."""
+        """Replace named constants by their definitions."""
         while not self.constants.keys().isdisjoint(expression.free_symbols):
             expression = expression.xreplace(self.constants)
         return expression
 
     def addends(self, expression: sp.Expr) -> int:
-        """Returns an upper bound of the number of terms after full expansion, at most 10000."""
+        """Return an upper bound of the number of terms after full expansion, at most 10000."""
         return self._counted(expression, addends, self._addends)
 
     def size(self, expression: sp.Expr) -> int:
-        """Returns the number of symbols and numbers with expanded constants, at most 10000."""
+        """Return the number of symbols and numbers in an expression, at most 10000.
+
+        Named constants are expanded.
+        """
         return self._counted(expression, size, self._sizes)
 
     def constants_in(self, expression: sp.Expr) -> list[sp.Symbol]:
-        """Returns the constants of an expression, in the order of their definition."""
+        """Return the constants of an expression, in the order of their definition."""
         return self._below(self.constants, [expression])
 
     def needed(self, expressions: Iterable[sp.Expr]) -> list[sp.Symbol]:
-        """Returns the terms of expressions, in the order of their definition."""
+        """Return the terms of expressions, in the order of their definition."""
         return self._below(self.definitions, expressions)
 
     def _counted(
@@ -236,7 +244,8 @@ class Terms:
         last = max((s for s in angle.free_symbols if s in self.solved), key=order.__getitem__)
         factor = angle.coeff(last)
         if not factor.is_Integer:
-            # The addition theorem needs a whole multiple of an angle; gear ratios may be fractions.
+            # The angle sum formulas need integer multiples of an angle, but gear ratios may be
+            # fractions.
             name = self.let(angle)
             return self.let(sp.cos(name)), self.let(sp.sin(name))
         sign = sp.sign(factor)
@@ -298,7 +307,7 @@ class Terms:
 
 
 def derivative(expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-    """Returns a derivative. This function is faster than SymPy for sums and products."""
+    """Return a derivative. This function is faster than SymPy for sums and products."""
     return sp.Add(*(_of_product(addend, symbol) for addend in sp.Add.make_args(expression)))
 
 

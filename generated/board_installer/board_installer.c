@@ -4674,7 +4674,7 @@ void board_installer_passive_D_q(const double q[6], double passive_D_q[36]) {
   passive_D_q[14] = v91;
 }
 
-// All joints, swings and cylinder lengths, angles between -pi and pi.
+// All joints, swing angles and cylinder lengths, angles between -pi and pi.
 // 99 operations: multiply 33, add 42, negate 2, trig 9, other 13
 void board_installer_configuration(const double q[6], double z[16]) {
   // inputs
@@ -4809,7 +4809,7 @@ void board_installer_configuration(const double q[6], double z[16]) {
   z[11] = v99;
 }
 
-// Margin of each step of the loops' solution, zero at its dead point.
+// Margin of each step of the loops' solution, zero at the dead point of the step.
 // 30 operations: multiply 12, add 13, trig 2, other 3
 void board_installer_margin(const double q[6], double margin[2]) {
   // inputs
@@ -4855,7 +4855,7 @@ void board_installer_margin(const double q[6], double margin[2]) {
   margin[0] = v30;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 442 operations: multiply 195, add 163, negate 22, trig 26, other 36
 void board_installer_chain_all(const double q[6], double theta[256], double margin[64]) {
   // inputs
@@ -6045,7 +6045,7 @@ void board_installer_actuator_accelerations(const double theta[8], const double 
   qdd[2] = v118;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 256 operations: multiply 102, add 113, trig 14, other 27
 void board_installer_actuators_all(const double theta[8], double q[12], double margin[2]) {
   // inputs
@@ -6325,7 +6325,7 @@ void board_installer_actuators_all(const double theta[8], double q[12], double m
   q[11] = v256;
 }
 
-// Residuals of the loop closure equations, zero where the loops are closed.
+// Residuals of the loop closure equations, zero if the loops are closed.
 // 91 operations: multiply 26, add 39, trig 26
 void board_installer_constraint(const double z[16], double residual[10]) {
   // inputs

@@ -192,7 +192,7 @@ void board_installer_passive(const double q[6], double passive[6]);
  *   passive_D_q: derivative, 6 x 6 (1, m, 1/m) */
 void board_installer_passive_D_q(const double q[6], double passive_D_q[36]);
 
-/* All joints, swings and cylinder lengths, angles between -pi and pi.
+/* All joints, swing angles and cylinder lengths, angles between -pi and pi.
  * z = (waist, slider, shoulder, elbow, wrist, yaw, pitch, roll, crank, elbow_plate, rod_KH_swing,
  * rod_FH_swing, greater_rod_swing, smaller_rod_swing, push_rod, push_rod_swing), constraint(z) = 0
  * 99 operations: multiply 33, add 42, negate 2, trig 9, other 13.
@@ -200,14 +200,14 @@ void board_installer_passive_D_q(const double q[6], double passive_D_q[36]);
  *   z: full configuration, 16 (rad or m) */
 void board_installer_configuration(const double q[6], double z[16]);
 
-/* Margin of each step of the loops' solution, zero at its dead point.
- * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+/* Margin of each step of the loops' solution, zero at the dead point of the step.
+ * sin^2 of the transmission angle: 0 at a dead point, negative out of reach
  * 30 operations: multiply 12, add 13, trig 2, other 3.
  *   q: actuator coordinates, 6 (rad or m)
  *   margin: margins, 2 (1) */
 void board_installer_margin(const double q[6], double margin[2]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: rod_KH left, rod_FH parallel, greater_rod parallel, smaller_rod parallel, push_rod
  * right; rod_KH left, rod_FH parallel, greater_rod parallel, smaller_rod parallel, push_rod left;
  * rod_KH left, rod_FH parallel, greater_rod parallel, smaller_rod crossed, push_rod right; rod_KH
@@ -277,7 +277,7 @@ void board_installer_actuator_rates(const double theta[8], const double thetad[8
  *   qdd: actuator accelerations, 6 (rad or m/s^2) */
 void board_installer_actuator_accelerations(const double theta[8], const double thetad[8], const double thetadd[8], double qdd[6]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: rod_KH and rod_FH parallel; rod_KH and rod_FH crossed
  * 256 operations: multiply 102, add 113, trig 14, other 27.
  *   theta: joints of the main chain, 8 (rad or m)
@@ -285,7 +285,7 @@ void board_installer_actuator_accelerations(const double theta[8], const double 
  *   margin: margins of each branch, 2 x 1 (1) */
 void board_installer_actuators_all(const double theta[8], double q[12], double margin[2]);
 
-/* Residuals of the loop closure equations, zero where the loops are closed.
+/* Residuals of the loop closure equations, zero if the loops are closed.
  * independent scalar equations of each loop: rod_KH (2), rod_FH (2), greater_rod (2), smaller_rod
  * (2), push_rod (2)
  * 91 operations: multiply 26, add 39, trig 26.
@@ -309,12 +309,12 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
 void board_installer_constraint_D_z_dot(const double z[16], const double zd[16], double residual_D_z_dot[160]);
 
 /* Every solution of the inverse kinematics, in 8 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 942 operations: multiply 307, add 518, negate 22, trig 12, other 83.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution per row, 8 x 6 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 8 (1) */
 void board_installer_ik(const double T[16], double q[48], double residual[8], double margin[8]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -324,7 +324,7 @@ void board_installer_ik(const double T[16], double q[48], double residual[8], do
  *   lower, upper: limits, 6 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 6; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 6; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int board_installer_ik_nearest(const double T[16], const double q_seed[6], const double lower[6],
     const double upper[6], const double weights[6], double q[6], double *residual, double *margin);
 

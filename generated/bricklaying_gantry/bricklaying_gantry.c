@@ -626,7 +626,7 @@ void bricklaying_gantry_passive_D_q(const double q[3], double passive_D_q[30]) {
   passive_D_q[29] = 0.0;
 }
 
-// All joints, swings and cylinder lengths, angles between -pi and pi.
+// All joints, swing angles and cylinder lengths, angles between -pi and pi.
 // 3 operations: multiply 3
 void bricklaying_gantry_configuration(const double q[3], double z[13]) {
   // inputs
@@ -654,7 +654,7 @@ void bricklaying_gantry_configuration(const double q[3], double z[13]) {
   z[8] = v2;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 3 operations: multiply 3
 void bricklaying_gantry_chain_all(const double q[3], double theta[3], double margin[1]) {
   // inputs
@@ -743,7 +743,7 @@ void bricklaying_gantry_actuator_accelerations(const double theta[3], const doub
   qdd[2] = v3;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 3 operations: multiply 3
 void bricklaying_gantry_actuators_all(const double theta[3], double q[3], double margin[1]) {
   // inputs
@@ -762,7 +762,7 @@ void bricklaying_gantry_actuators_all(const double theta[3], double q[3], double
   q[2] = v3;
 }
 
-// Residuals of the loop closure equations, zero where the loops are closed.
+// Residuals of the loop closure equations, zero if the loops are closed.
 // 16 operations: multiply 2, add 2, negate 6, trig 6
 void bricklaying_gantry_constraint(const double z[13], double residual[10]) {
   // inputs

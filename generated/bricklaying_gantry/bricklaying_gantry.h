@@ -188,7 +188,7 @@ void bricklaying_gantry_passive(const double q[3], double passive[10]);
  *   passive_D_q: derivative, 10 x 3 (1, m, 1/m) */
 void bricklaying_gantry_passive_D_q(const double q[3], double passive_D_q[30]);
 
-/* All joints, swings and cylinder lengths, angles between -pi and pi.
+/* All joints, swing angles and cylinder lengths, angles between -pi and pi.
  * z = (y, x, z, y_second, y_cross, y_height, y_roll, y_pitch, x_second, x_cross, x_height, x_roll,
  * x_pitch), constraint(z) = 0
  * 3 operations: multiply 3.
@@ -196,7 +196,7 @@ void bricklaying_gantry_passive_D_q(const double q[3], double passive_D_q[30]);
  *   z: full configuration, 13 (rad or m) */
 void bricklaying_gantry_configuration(const double q[3], double z[13]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: the only one
  * 3 operations: multiply 3.
  *   q: actuator coordinates, 3 (rad)
@@ -235,7 +235,7 @@ void bricklaying_gantry_actuator_rates(const double theta[3], const double theta
  *   qdd: actuator accelerations, 3 (rad/s^2) */
 void bricklaying_gantry_actuator_accelerations(const double theta[3], const double thetad[3], const double thetadd[3], double qdd[3]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: the only one
  * 3 operations: multiply 3.
  *   theta: joints of the main chain, 3 (m)
@@ -243,7 +243,7 @@ void bricklaying_gantry_actuator_accelerations(const double theta[3], const doub
  *   margin: margins of each branch, 1 x 1 (1) */
 void bricklaying_gantry_actuators_all(const double theta[3], double q[3], double margin[1]);
 
-/* Residuals of the loop closure equations, zero where the loops are closed.
+/* Residuals of the loop closure equations, zero if the loops are closed.
  * independent scalar equations of each loop: y_yaw (5), x_yaw (5)
  * 16 operations: multiply 2, add 2, negate 6, trig 6.
  *   z: full configuration, 13 ((rad or m))
@@ -266,12 +266,12 @@ void bricklaying_gantry_constraint_D_z(const double z[13], double residual_D_z[1
 void bricklaying_gantry_constraint_D_z_dot(const double z[13], const double zd[13], double residual_D_z_dot[130]);
 
 /* Every solution of the inverse kinematics, in 1 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 35 operations: multiply 14, add 14, other 7.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution per row, 1 x 3 (rad)
  *   residual: distance of fk(q[k]) from the target, 1 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 1 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 1 (1) */
 void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], double margin[1]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -279,10 +279,10 @@ void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], 
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q_seed: the start configuration, 3
  *   lower, upper: limits, 3 each; NULL for the robot's limits, infinite for no limit
- *     Joints that follow from the coordinates keep their limits.
+ *     Dependent joints keep the limits of the robot.
  *   weights: weight of each coordinate's displacement in the distance, 3; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 3; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int bricklaying_gantry_ik_nearest(const double T[16], const double q_seed[3], const double lower[3],
     const double upper[3], const double weights[3], double q[3], double *residual, double *margin);
 

@@ -302,7 +302,7 @@ def ik(
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 2 slots.
 
-    fk(q[k]) = T wherever residual[k] is rounding
+    fk(q[k]) = T if residual[k] is a rounding error
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).
@@ -313,7 +313,7 @@ def ik(
     Returns:
         q (..., 2, 3): joint coordinates, one solution per row (rad).
         residual (..., 2): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 2): distance from the boundary of the reachable set, negative beyond (1).
+        margin (..., 2): distance from the boundary of the reachable set, negative outside (1).
     """
 
 def ik_planar(
@@ -322,15 +322,15 @@ def ik_planar(
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 2 slots.
 
-    fk(q[k]) has its origin in x[:2] and its first axis at the angle x[2] wherever residual[k] is rounding
+    fk(q[k]) has its origin at x[:2] and its first axis at the angle x[2] if residual[k] is a rounding error
 
     Args:
-        x (..., 3): position of the tool in the plane, its angle (m, rad).
+        x (..., 3): position and angle of the tool in the plane (m, rad).
         out: The output array, or a tuple of output arrays.
         threads: Number of threads for a large batch.
 
     Returns:
         q (..., 2, 3): joint coordinates, one solution per row (rad).
         residual (..., 2): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 2): distance from the boundary of the reachable set, negative beyond (1).
+        margin (..., 2): distance from the boundary of the reachable set, negative outside (1).
     """

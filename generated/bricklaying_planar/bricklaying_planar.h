@@ -143,22 +143,22 @@ void bricklaying_planar_acceleration_body(const double q[3], const double qd[3],
 void bricklaying_planar_acceleration_mixed(const double q[3], const double qd[3], const double qdd[3], double A[6]);
 
 /* Every solution of the inverse kinematics, in 2 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 151 operations: multiply 55, add 64, negate 1, trig 4, other 27.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution per row, 2 x 3 (rad)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 2 (1) */
 void bricklaying_planar_ik(const double T[16], double q[6], double residual[2], double margin[2]);
 
 /* Every solution of the inverse kinematics, in 2 slots.
- * fk(q[k]) has its origin in x[:2] and its first axis at the angle x[2] wherever residual[k] is
- * rounding
+ * fk(q[k]) has its origin at x[:2] and its first axis at the angle x[2] if residual[k] is a
+ * rounding error
  * 132 operations: multiply 46, add 52, negate 1, trig 6, other 27.
- *   x: position of the tool in the plane, its angle, 3 (m, rad)
+ *   x: position and angle of the tool in the plane, 3 (m, rad)
  *   q: joint coordinates, one solution per row, 2 x 3 (rad)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 2 (1) */
 void bricklaying_planar_ik_planar(const double x[3], double q[6], double residual[2], double margin[2]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -168,18 +168,18 @@ void bricklaying_planar_ik_planar(const double x[3], double q[6], double residua
  *   lower, upper: limits, 3 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 3; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 3; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int bricklaying_planar_ik_nearest(const double T[16], const double q_seed[3], const double lower[3],
     const double upper[3], const double weights[3], double q[3], double *residual, double *margin);
 
 /* The solution of ik_planar nearest to q_seed within limits.
  * Returns its slot; -1 if out of reach, -2 if outside the limits, -3 if T or q_seed is NaN.
- *   x: position of the tool in the plane, its angle, 3 (m, rad)
+ *   x: position and angle of the tool in the plane, 3 (m, rad)
  *   q_seed: the start configuration, 3
  *   lower, upper: limits, 3 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 3; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 3; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int bricklaying_planar_ik_planar_nearest(const double x[3], const double q_seed[3], const double
     lower[3], const double upper[3], const double weights[3], double q[3], double *residual, double
     *margin);

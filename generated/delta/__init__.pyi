@@ -370,7 +370,7 @@ def configuration(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """All joints, swings and cylinder lengths, angles between -pi and pi.
+    """All joints, swing angles and cylinder lengths, angles between -pi and pi.
 
     z = (x, y, z, yaw, pitch, roll, arm_1, arm_2, arm_3), constraint(z) = 0
 
@@ -387,9 +387,9 @@ def margin(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Margin of each step of the loops' solution, zero at its dead point.
+    """Margin of each step of the loops' solution, zero at the dead point of the step.
 
-    sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+    sin^2 of the transmission angle: 0 at a dead point, negative out of reach
 
     Args:
         q (..., 3): actuator coordinates (rad).
@@ -404,7 +404,7 @@ def chain_all(
     q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """All branches of the loops' solution, NaN where a branch does not close.
+    """All branches of the loops' solution, NaN if a branch does not close.
 
     branches: rod_1_left and rod_1_right and rod_2_left and rod_2_right and rod_3_left and rod_3_right below; rod_1_left and rod_1_right and rod_2_left and rod_2_right and rod_3_left and rod_3_right above
 
@@ -493,9 +493,9 @@ def actuator_margin(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Margin of each step of the loops' solution, zero at its dead point.
+    """Margin of each step of the loops' solution, zero at the dead point of the step.
 
-    sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+    sin^2 of the transmission angle: 0 at a dead point, negative out of reach
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
@@ -510,7 +510,7 @@ def actuators_all(
     theta: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """All branches of the loops' solution, NaN where a branch does not close.
+    """All branches of the loops' solution, NaN if a branch does not close.
 
     branches: rod_1_left right, rod_2_left right, rod_3_left right; rod_1_left right, rod_2_left right, rod_3_left left; rod_1_left right, rod_2_left left, rod_3_left right; rod_1_left right, rod_2_left left, rod_3_left left; rod_1_left left, rod_2_left right, rod_3_left right; rod_1_left left, rod_2_left right, rod_3_left left; rod_1_left left, rod_2_left left, rod_3_left right; rod_1_left left, rod_2_left left, rod_3_left left
 
@@ -528,7 +528,7 @@ def constraint(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Residuals of the loop closure equations, zero where the loops are closed.
+    """Residuals of the loop closure equations, zero if the loops are closed.
 
     independent scalar equations of each loop: rod_1_left (1), rod_1_right (1), rod_2_left (1), rod_2_right (1), rod_3_left (1), rod_3_right (1)
 
@@ -673,7 +673,7 @@ def ik(
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 8 slots.
 
-    fk(q[k]) = T wherever residual[k] is rounding
+    fk(q[k]) = T if residual[k] is a rounding error
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).
@@ -684,16 +684,16 @@ def ik(
     Returns:
         q (..., 8, 3): joint coordinates, one solution per row (rad).
         residual (..., 8): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 8): distance from the boundary of the reachable set, negative beyond (1).
+        margin (..., 8): distance from the boundary of the reachable set, negative outside (1).
     """
 
 def modes(
     q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Every assembly mode of the platform, up to 40, the highest first.
+    """Every assembly mode of the platform, up to 40, from the highest to the lowest.
 
-    |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite
+    |b_i(theta[k]) - a_i(q)| = l_i if theta[k] is finite
 
     Args:
         q (..., 3): actuator coordinates (rad).
@@ -702,6 +702,6 @@ def modes(
 
     Returns:
         theta (..., 40, 6): main-chain joints, one mode per row (m, rad).
-        margin (..., 40): |det J_x| over the product of its row norms: 0 if the platform is singular and two modes meet (1).
-        unsure (..., 1): number of complex solutions that were not found for certain; 0 where no mode is missing (1).
+        margin (..., 40): |det J_x| over the product of its row norms: 0 if the platform is singular and two modes coincide (1).
+        unsure (..., 1): number of complex solutions that were not found for certain; 0 if no mode is missing (1).
     """

@@ -6050,7 +6050,7 @@ void delta_chain_accelerations(const double q[3], const double qd[3], const doub
   thetadd[1] = v402;
 }
 
-// All joints, swings and cylinder lengths, angles between -pi and pi.
+// All joints, swing angles and cylinder lengths, angles between -pi and pi.
 // 110 operations: multiply 51, add 45, trig 6, other 8
 void delta_configuration(const double q[3], double z[9]) {
   // inputs
@@ -6179,7 +6179,7 @@ void delta_configuration(const double q[3], double z[9]) {
   z[8] = v110;
 }
 
-// Margin of each step of the loops' solution, zero at its dead point.
+// Margin of each step of the loops' solution, zero at the dead point of the step.
 // 95 operations: multiply 49, add 37, trig 6, other 3
 void delta_margin(const double q[3], double margin[1]) {
   // inputs
@@ -6283,7 +6283,7 @@ void delta_margin(const double q[3], double margin[1]) {
   margin[0] = v95;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 109 operations: multiply 52, add 46, trig 6, other 5
 void delta_chain_all(const double q[3], double theta[12], double margin[2]) {
   // inputs
@@ -8049,7 +8049,7 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   qdd[2] = v685;
 }
 
-// Margin of each step of the loops' solution, zero at its dead point.
+// Margin of each step of the loops' solution, zero at the dead point of the step.
 // 128 operations: multiply 65, add 51, trig 6, other 6
 void delta_actuator_margin(const double theta[6], double margin[3]) {
   // inputs
@@ -8192,7 +8192,7 @@ void delta_actuator_margin(const double theta[6], double margin[3]) {
   margin[2] = v128;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 375 operations: multiply 135, add 178, negate 5, trig 12, other 45
 void delta_actuators_all(const double theta[6], double q[24], double margin[24]) {
   // inputs
@@ -8628,7 +8628,7 @@ void delta_actuators_all(const double theta[6], double q[24], double margin[24])
   q[23] = v375;
 }
 
-// Residuals of the loop closure equations, zero where the loops are closed.
+// Residuals of the loop closure equations, zero if the loops are closed.
 // 171 operations: multiply 64, add 89, trig 12, other 6
 void delta_constraint(const double z[9], double residual[6]) {
   // inputs

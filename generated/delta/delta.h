@@ -174,21 +174,21 @@ void delta_chain_rates(const double q[3], const double qd[3], double thetad[6]);
  *   thetadd: accelerations of the main chain, 6 (rad or m/s^2) */
 void delta_chain_accelerations(const double q[3], const double qd[3], const double qdd[3], double thetadd[6]);
 
-/* All joints, swings and cylinder lengths, angles between -pi and pi.
+/* All joints, swing angles and cylinder lengths, angles between -pi and pi.
  * z = (x, y, z, yaw, pitch, roll, arm_1, arm_2, arm_3), constraint(z) = 0
  * 110 operations: multiply 51, add 45, trig 6, other 8.
  *   q: actuator coordinates, 3 (rad)
  *   z: full configuration, 9 (rad or m) */
 void delta_configuration(const double q[3], double z[9]);
 
-/* Margin of each step of the loops' solution, zero at its dead point.
- * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+/* Margin of each step of the loops' solution, zero at the dead point of the step.
+ * sin^2 of the transmission angle: 0 at a dead point, negative out of reach
  * 95 operations: multiply 49, add 37, trig 6, other 3.
  *   q: actuator coordinates, 3 (rad)
  *   margin: margins, 1 (1) */
 void delta_margin(const double q[3], double margin[1]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: rod_1_left and rod_1_right and rod_2_left and rod_2_right and rod_3_left and
  * rod_3_right below; rod_1_left and rod_1_right and rod_2_left and rod_2_right and rod_3_left and
  * rod_3_right above
@@ -229,14 +229,14 @@ void delta_actuator_rates(const double theta[6], const double thetad[6], double 
  *   qdd: actuator accelerations, 3 (rad/s^2) */
 void delta_actuator_accelerations(const double theta[6], const double thetad[6], const double thetadd[6], double qdd[3]);
 
-/* Margin of each step of the loops' solution, zero at its dead point.
- * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+/* Margin of each step of the loops' solution, zero at the dead point of the step.
+ * sin^2 of the transmission angle: 0 at a dead point, negative out of reach
  * 128 operations: multiply 65, add 51, trig 6, other 6.
  *   theta: joints of the main chain, 6 (rad or m)
  *   margin: margins, 3 (1) */
 void delta_actuator_margin(const double theta[6], double margin[3]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: rod_1_left right, rod_2_left right, rod_3_left right; rod_1_left right, rod_2_left
  * right, rod_3_left left; rod_1_left right, rod_2_left left, rod_3_left right; rod_1_left right,
  * rod_2_left left, rod_3_left left; rod_1_left left, rod_2_left right, rod_3_left right;
@@ -248,7 +248,7 @@ void delta_actuator_margin(const double theta[6], double margin[3]);
  *   margin: margins of each branch, 8 x 3 (1) */
 void delta_actuators_all(const double theta[6], double q[24], double margin[24]);
 
-/* Residuals of the loop closure equations, zero where the loops are closed.
+/* Residuals of the loop closure equations, zero if the loops are closed.
  * independent scalar equations of each loop: rod_1_left (1), rod_1_right (1), rod_2_left (1),
  * rod_2_right (1), rod_3_left (1), rod_3_right (1)
  * 171 operations: multiply 64, add 89, trig 12, other 6.
@@ -314,21 +314,21 @@ void delta_chain_fk(const double theta[6], double T_0_ee[16]);
 void delta_rod_ends(const double q[3], double a[18], double l[6]);
 
 /* Every solution of the inverse kinematics, in 8 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 963 operations: multiply 461, add 392, negate 12, trig 6, other 92.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution per row, 8 x 3 (rad)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 8 (1) */
 void delta_ik(const double T[16], double q[24], double residual[8], double margin[8]);
 
-/* Every assembly mode of the platform, up to 40, the highest first.
- * |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite
+/* Every assembly mode of the platform, up to 40, from the highest to the lowest.
+ * |b_i(theta[k]) - a_i(q)| = l_i if theta[k] is finite
  * About 2000000 operations.
  *   q: actuator coordinates, 3 (rad)
  *   theta: main-chain joints, one mode per row, 40 x 6 (m, rad)
- *   margin: |det J_x| over the product of its row norms: 0 if the platform is singular and two modes meet, 40 (1)
- *   unsure: number of complex solutions that were not found for certain; 0 where no mode is missing, 1 (1) */
+ *   margin: |det J_x| over the product of its row norms: 0 if the platform is singular and two modes coincide, 40 (1)
+ *   unsure: number of complex solutions that were not found for certain; 0 if no mode is missing, 1 (1) */
 void delta_modes(const double q[3], double theta[240], double margin[40], double unsure[1]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -338,7 +338,7 @@ void delta_modes(const double q[3], double theta[240], double margin[40], double
  *   lower, upper: limits, 3 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 3; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 3; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int delta_ik_nearest(const double T[16], const double q_seed[3], const double lower[3], const double
     upper[3], const double weights[3], double q[3], double *residual, double *margin);
 

@@ -404,7 +404,7 @@ def configuration(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """All joints, swings and cylinder lengths, angles between -pi and pi.
+    """All joints, swing angles and cylinder lengths, angles between -pi and pi.
 
     z = (swing, boom, stick, bucket, rocker, bucket_link_swing, boom_cylinder, boom_cylinder_swing, stick_cylinder, stick_cylinder_swing, bucket_cylinder, bucket_cylinder_swing), constraint(z) = 0
 
@@ -421,9 +421,9 @@ def margin(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Margin of each step of the loops' solution, zero at its dead point.
+    """Margin of each step of the loops' solution, zero at the dead point of the step.
 
-    sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+    sin^2 of the transmission angle: 0 at a dead point, negative out of reach
 
     Args:
         q (..., 4): actuator coordinates (rad or m).
@@ -438,7 +438,7 @@ def chain_all(
     q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """All branches of the loops' solution, NaN where a branch does not close.
+    """All branches of the loops' solution, NaN if a branch does not close.
 
     branches: boom_cylinder right, stick_cylinder left, bucket_cylinder left, bucket_link right; boom_cylinder right, stick_cylinder left, bucket_cylinder left, bucket_link left; boom_cylinder right, stick_cylinder left, bucket_cylinder right, bucket_link right; boom_cylinder right, stick_cylinder left, bucket_cylinder right, bucket_link left; boom_cylinder right, stick_cylinder right, bucket_cylinder left, bucket_link right; boom_cylinder right, stick_cylinder right, bucket_cylinder left, bucket_link left; boom_cylinder right, stick_cylinder right, bucket_cylinder right, bucket_link right; boom_cylinder right, stick_cylinder right, bucket_cylinder right, bucket_link left; boom_cylinder left, stick_cylinder left, bucket_cylinder left, bucket_link right; boom_cylinder left, stick_cylinder left, bucket_cylinder left, bucket_link left; boom_cylinder left, stick_cylinder left, bucket_cylinder right, bucket_link right; boom_cylinder left, stick_cylinder left, bucket_cylinder right, bucket_link left; boom_cylinder left, stick_cylinder right, bucket_cylinder left, bucket_link right; boom_cylinder left, stick_cylinder right, bucket_cylinder left, bucket_link left; boom_cylinder left, stick_cylinder right, bucket_cylinder right, bucket_link right; boom_cylinder left, stick_cylinder right, bucket_cylinder right, bucket_link left
 
@@ -527,9 +527,9 @@ def actuator_margin(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Margin of each step of the loops' solution, zero at its dead point.
+    """Margin of each step of the loops' solution, zero at the dead point of the step.
 
-    sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+    sin^2 of the transmission angle: 0 at a dead point, negative out of reach
 
     Args:
         theta (..., 4): joints of the main chain (rad).
@@ -544,7 +544,7 @@ def actuators_all(
     theta: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """All branches of the loops' solution, NaN where a branch does not close.
+    """All branches of the loops' solution, NaN if a branch does not close.
 
     branches: bucket_link left; bucket_link right
 
@@ -562,7 +562,7 @@ def constraint(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Residuals of the loop closure equations, zero where the loops are closed.
+    """Residuals of the loop closure equations, zero if the loops are closed.
 
     independent scalar equations of each loop: bucket_link (2), boom_cylinder (2), stick_cylinder (2), bucket_cylinder (2)
 
@@ -617,7 +617,7 @@ def ik(
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 2 slots.
 
-    fk(q[k]) = T wherever residual[k] is rounding
+    fk(q[k]) = T if residual[k] is a rounding error
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_tip (1, m).
@@ -628,5 +628,5 @@ def ik(
     Returns:
         q (..., 2, 4): joint coordinates, one solution per row (rad or m).
         residual (..., 2): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 2): distance from the boundary of the reachable set, negative beyond (1).
+        margin (..., 2): distance from the boundary of the reachable set, negative outside (1).
     """

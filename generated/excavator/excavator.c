@@ -5884,7 +5884,7 @@ void excavator_passive_D_q(const double q[4], double passive_D_q[20]) {
   passive_D_q[7] = v138;
 }
 
-// All joints, swings and cylinder lengths, angles between -pi and pi.
+// All joints, swing angles and cylinder lengths, angles between -pi and pi.
 // 162 operations: multiply 67, add 60, trig 8, other 27
 void excavator_configuration(const double q[4], double z[12]) {
   // inputs
@@ -6072,7 +6072,7 @@ void excavator_configuration(const double q[4], double z[12]) {
   z[5] = v162;
 }
 
-// Margin of each step of the loops' solution, zero at its dead point.
+// Margin of each step of the loops' solution, zero at the dead point of the step.
 // 55 operations: multiply 23, add 22, other 10
 void excavator_margin(const double q[4], double margin[4]) {
   // inputs
@@ -6143,7 +6143,7 @@ void excavator_margin(const double q[4], double margin[4]) {
   margin[3] = v55;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 229 operations: multiply 99, add 89, trig 8, other 33
 void excavator_chain_all(const double q[4], double theta[64], double margin[64]) {
   // inputs
@@ -7163,7 +7163,7 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
   qdd[3] = v261;
 }
 
-// Margin of each step of the loops' solution, zero at its dead point.
+// Margin of each step of the loops' solution, zero at the dead point of the step.
 // 17 operations: multiply 8, add 7, trig 2
 void excavator_actuator_margin(const double theta[4], double margin[1]) {
   // inputs
@@ -7191,7 +7191,7 @@ void excavator_actuator_margin(const double theta[4], double margin[1]) {
   margin[0] = v17;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 85 operations: multiply 34, add 35, trig 6, other 10
 void excavator_actuators_all(const double theta[4], double q[8], double margin[2]) {
   // inputs
@@ -7297,7 +7297,7 @@ void excavator_actuators_all(const double theta[4], double q[8], double margin[2
   q[7] = v85;
 }
 
-// Residuals of the loop closure equations, zero where the loops are closed.
+// Residuals of the loop closure equations, zero if the loops are closed.
 // 66 operations: multiply 22, add 28, trig 16
 void excavator_constraint(const double z[12], double residual[8]) {
   // inputs

@@ -189,7 +189,7 @@ void excavator_passive(const double q[4], double passive[5]);
  *   passive_D_q: derivative, 5 x 4 (1, m, 1/m) */
 void excavator_passive_D_q(const double q[4], double passive_D_q[20]);
 
-/* All joints, swings and cylinder lengths, angles between -pi and pi.
+/* All joints, swing angles and cylinder lengths, angles between -pi and pi.
  * z = (swing, boom, stick, bucket, rocker, bucket_link_swing, boom_cylinder, boom_cylinder_swing,
  * stick_cylinder, stick_cylinder_swing, bucket_cylinder, bucket_cylinder_swing), constraint(z) = 0
  * 162 operations: multiply 67, add 60, trig 8, other 27.
@@ -197,14 +197,14 @@ void excavator_passive_D_q(const double q[4], double passive_D_q[20]);
  *   z: full configuration, 12 (rad or m) */
 void excavator_configuration(const double q[4], double z[12]);
 
-/* Margin of each step of the loops' solution, zero at its dead point.
- * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+/* Margin of each step of the loops' solution, zero at the dead point of the step.
+ * sin^2 of the transmission angle: 0 at a dead point, negative out of reach
  * 55 operations: multiply 23, add 22, other 10.
  *   q: actuator coordinates, 4 (rad or m)
  *   margin: margins, 4 (1) */
 void excavator_margin(const double q[4], double margin[4]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: boom_cylinder right, stick_cylinder left, bucket_cylinder left, bucket_link right;
  * boom_cylinder right, stick_cylinder left, bucket_cylinder left, bucket_link left; boom_cylinder
  * right, stick_cylinder left, bucket_cylinder right, bucket_link right; boom_cylinder right,
@@ -258,14 +258,14 @@ void excavator_actuator_rates(const double theta[4], const double thetad[4], dou
  *   qdd: actuator accelerations, 4 (rad or m/s^2) */
 void excavator_actuator_accelerations(const double theta[4], const double thetad[4], const double thetadd[4], double qdd[4]);
 
-/* Margin of each step of the loops' solution, zero at its dead point.
- * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+/* Margin of each step of the loops' solution, zero at the dead point of the step.
+ * sin^2 of the transmission angle: 0 at a dead point, negative out of reach
  * 17 operations: multiply 8, add 7, trig 2.
  *   theta: joints of the main chain, 4 (rad)
  *   margin: margins, 1 (1) */
 void excavator_actuator_margin(const double theta[4], double margin[1]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: bucket_link left; bucket_link right
  * 85 operations: multiply 34, add 35, trig 6, other 10.
  *   theta: joints of the main chain, 4 (rad)
@@ -273,7 +273,7 @@ void excavator_actuator_margin(const double theta[4], double margin[1]);
  *   margin: margins of each branch, 2 x 1 (1) */
 void excavator_actuators_all(const double theta[4], double q[8], double margin[2]);
 
-/* Residuals of the loop closure equations, zero where the loops are closed.
+/* Residuals of the loop closure equations, zero if the loops are closed.
  * independent scalar equations of each loop: bucket_link (2), boom_cylinder (2), stick_cylinder
  * (2), bucket_cylinder (2)
  * 66 operations: multiply 22, add 28, trig 16.
@@ -297,12 +297,12 @@ void excavator_constraint_D_z(const double z[12], double residual_D_z[96]);
 void excavator_constraint_D_z_dot(const double z[12], const double zd[12], double residual_D_z_dot[96]);
 
 /* Every solution of the inverse kinematics, in 2 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 566 operations: multiply 269, add 229, negate 1, trig 1, other 66.
  *   T: pose of the tool, T_0_tip, 4 x 4 (1, m)
  *   q: joint coordinates, one solution per row, 2 x 4 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 2 (1) */
 void excavator_ik(const double T[16], double q[8], double residual[2], double margin[2]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -312,7 +312,7 @@ void excavator_ik(const double T[16], double q[8], double residual[2], double ma
  *   lower, upper: limits, 4 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 4; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 4; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int excavator_ik_nearest(const double T[16], const double q_seed[4], const double lower[4], const
     double upper[4], const double weights[4], double q[4], double *residual, double *margin);
 

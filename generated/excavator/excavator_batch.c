@@ -5,9 +5,10 @@
 
 #include "excavator.h"
 
-/* Instruction sets to compile: every x86-64 set above the compiler flags, and a choice at run time.
- * CHASLES_NO_DISPATCH selects the set of the compiler flags, CHASLES_PLAIN plain C. clang has no
- * choice: without AVX flags, it passes wide vectors to libmvec in the wrong registers. */
+/* Compiles each x86-64 instruction set above the compiler flags, and selects a set at run time.
+ * CHASLES_NO_DISPATCH selects the set of the compiler flags, CHASLES_PLAIN plain C. With clang,
+ * the set is not selected at run time: without AVX flags, clang passes wide vectors to libmvec in
+ * the wrong registers. */
 #if defined(__clang__) && !defined(CHASLES_NO_DISPATCH)
 #define CHASLES_NO_DISPATCH 1
 #endif

@@ -2209,7 +2209,7 @@ void five_bar_passive_D_q(const double q[2], double passive_D_q[2]) {
   passive_D_q[1] = v34;
 }
 
-// All joints, swings and cylinder lengths, angles between -pi and pi.
+// All joints, swing angles and cylinder lengths, angles between -pi and pi.
 // 50 operations: multiply 24, add 15, trig 6, other 5
 void five_bar_configuration(const double q[2], double z[4]) {
   // inputs
@@ -2274,7 +2274,7 @@ void five_bar_configuration(const double q[2], double z[4]) {
   z[3] = v50;
 }
 
-// Margin of each step of the loops' solution, zero at its dead point.
+// Margin of each step of the loops' solution, zero at the dead point of the step.
 // 17 operations: multiply 8, add 5, trig 4
 void five_bar_margin(const double q[2], double margin[1]) {
   // inputs
@@ -2301,7 +2301,7 @@ void five_bar_margin(const double q[2], double margin[1]) {
   margin[0] = v17;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 50 operations: multiply 25, add 14, trig 6, other 5
 void five_bar_chain_all(const double q[2], double theta[4], double margin[2]) {
   // inputs
@@ -2691,7 +2691,7 @@ void five_bar_actuator_accelerations(const double theta[2], const double thetad[
   qdd[1] = v126;
 }
 
-// Margin of each step of the loops' solution, zero at its dead point.
+// Margin of each step of the loops' solution, zero at the dead point of the step.
 // 19 operations: multiply 8, add 7, trig 4
 void five_bar_actuator_margin(const double theta[2], double margin[1]) {
   // inputs
@@ -2721,7 +2721,7 @@ void five_bar_actuator_margin(const double theta[2], double margin[1]) {
   margin[0] = v19;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 44 operations: multiply 18, add 14, trig 6, other 6
 void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]) {
   // inputs
@@ -2783,7 +2783,7 @@ void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]
   q[3] = v44;
 }
 
-// Residuals of the loop closure equations, zero where the loops are closed.
+// Residuals of the loop closure equations, zero if the loops are closed.
 // 25 operations: multiply 8, add 9, trig 8
 void five_bar_constraint(const double z[4], double residual[2]) {
   // inputs

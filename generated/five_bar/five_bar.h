@@ -186,21 +186,21 @@ void five_bar_passive(const double q[2], double passive[1]);
  *   passive_D_q: derivative, 1 x 2 (1, m, 1/m) */
 void five_bar_passive_D_q(const double q[2], double passive_D_q[2]);
 
-/* All joints, swings and cylinder lengths, angles between -pi and pi.
+/* All joints, swing angles and cylinder lengths, angles between -pi and pi.
  * z = (left, left_elbow, right, right_elbow), constraint(z) = 0
  * 50 operations: multiply 24, add 15, trig 6, other 5.
  *   q: actuator coordinates, 2 (rad)
  *   z: full configuration, 4 (rad or m) */
 void five_bar_configuration(const double q[2], double z[4]);
 
-/* Margin of each step of the loops' solution, zero at its dead point.
- * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+/* Margin of each step of the loops' solution, zero at the dead point of the step.
+ * sin^2 of the transmission angle: 0 at a dead point, negative out of reach
  * 17 operations: multiply 8, add 5, trig 4.
  *   q: actuator coordinates, 2 (rad)
  *   margin: margins, 1 (1) */
 void five_bar_margin(const double q[2], double margin[1]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: right_coupler left; right_coupler right
  * 50 operations: multiply 25, add 14, trig 6, other 5.
  *   q: actuator coordinates, 2 (rad)
@@ -239,14 +239,14 @@ void five_bar_actuator_rates(const double theta[2], const double thetad[2], doub
  *   qdd: actuator accelerations, 2 (rad/s^2) */
 void five_bar_actuator_accelerations(const double theta[2], const double thetad[2], const double thetadd[2], double qdd[2]);
 
-/* Margin of each step of the loops' solution, zero at its dead point.
- * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+/* Margin of each step of the loops' solution, zero at the dead point of the step.
+ * sin^2 of the transmission angle: 0 at a dead point, negative out of reach
  * 19 operations: multiply 8, add 7, trig 4.
  *   theta: joints of the main chain, 2 (rad)
  *   margin: margins, 1 (1) */
 void five_bar_actuator_margin(const double theta[2], double margin[1]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: right_coupler right; right_coupler left
  * 44 operations: multiply 18, add 14, trig 6, other 6.
  *   theta: joints of the main chain, 2 (rad)
@@ -254,7 +254,7 @@ void five_bar_actuator_margin(const double theta[2], double margin[1]);
  *   margin: margins of each branch, 2 x 1 (1) */
 void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]);
 
-/* Residuals of the loop closure equations, zero where the loops are closed.
+/* Residuals of the loop closure equations, zero if the loops are closed.
  * independent scalar equations of each loop: right_coupler (2)
  * 25 operations: multiply 8, add 9, trig 8.
  *   z: full configuration, 4 ((rad or m))
@@ -277,12 +277,12 @@ void five_bar_constraint_D_z(const double z[4], double residual_D_z[8]);
 void five_bar_constraint_D_z_dot(const double z[4], const double zd[4], double residual_D_z_dot[8]);
 
 /* Every solution of the inverse kinematics, in 2 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 174 operations: multiply 73, add 77, trig 3, other 21.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution per row, 2 x 2 (rad)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 2 (1) */
 void five_bar_ik(const double T[16], double q[4], double residual[2], double margin[2]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -292,7 +292,7 @@ void five_bar_ik(const double T[16], double q[4], double residual[2], double mar
  *   lower, upper: limits, 2 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 2; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 2; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int five_bar_ik_nearest(const double T[16], const double q_seed[2], const double lower[2], const
     double upper[2], const double weights[2], double q[2], double *residual, double *margin);
 

@@ -404,7 +404,7 @@ def configuration(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """All joints, swings and cylinder lengths, angles between -pi and pi.
+    """All joints, swing angles and cylinder lengths, angles between -pi and pi.
 
     z = (crank, coupler, rocker), constraint(z) = 0
 
@@ -421,9 +421,9 @@ def margin(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Margin of each step of the loops' solution, zero at its dead point.
+    """Margin of each step of the loops' solution, zero at the dead point of the step.
 
-    sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+    sin^2 of the transmission angle: 0 at a dead point, negative out of reach
 
     Args:
         q (..., 1): actuator coordinates (rad).
@@ -438,7 +438,7 @@ def chain_all(
     q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """All branches of the loops' solution, NaN where a branch does not close.
+    """All branches of the loops' solution, NaN if a branch does not close.
 
     branches: rocker_pin left; rocker_pin right
 
@@ -527,7 +527,7 @@ def actuators_all(
     theta: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """All branches of the loops' solution, NaN where a branch does not close.
+    """All branches of the loops' solution, NaN if a branch does not close.
 
     branches: the only one
 
@@ -545,7 +545,7 @@ def constraint(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Residuals of the loop closure equations, zero where the loops are closed.
+    """Residuals of the loop closure equations, zero if the loops are closed.
 
     independent scalar equations of each loop: rocker_pin (2)
 
@@ -600,7 +600,7 @@ def ik(
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 1 slots.
 
-    fk(q[k]) = T wherever residual[k] is rounding
+    fk(q[k]) = T if residual[k] is a rounding error
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).
@@ -611,5 +611,5 @@ def ik(
     Returns:
         q (..., 1, 1): joint coordinates, one solution per row (rad).
         residual (..., 1): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 1): distance from the boundary of the reachable set, negative beyond (1).
+        margin (..., 1): distance from the boundary of the reachable set, negative outside (1).
     """

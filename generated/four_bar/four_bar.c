@@ -1858,7 +1858,7 @@ void four_bar_passive_D_q(const double q[1], double passive_D_q[1]) {
   passive_D_q[0] = v28;
 }
 
-// All joints, swings and cylinder lengths, angles between -pi and pi.
+// All joints, swing angles and cylinder lengths, angles between -pi and pi.
 // 42 operations: multiply 19, add 13, trig 4, other 6
 void four_bar_configuration(const double q[1], double z[3]) {
   // inputs
@@ -1915,7 +1915,7 @@ void four_bar_configuration(const double q[1], double z[3]) {
   z[1] = v42;
 }
 
-// Margin of each step of the loops' solution, zero at its dead point.
+// Margin of each step of the loops' solution, zero at the dead point of the step.
 // 12 operations: multiply 6, add 4, trig 2
 void four_bar_margin(const double q[1], double margin[1]) {
   // inputs
@@ -1938,7 +1938,7 @@ void four_bar_margin(const double q[1], double margin[1]) {
   margin[0] = v12;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 50 operations: multiply 24, add 15, negate 1, trig 4, other 6
 void four_bar_chain_all(const double q[1], double theta[4], double margin[2]) {
   // inputs
@@ -2046,7 +2046,7 @@ void four_bar_actuator_accelerations(const double theta[2], const double thetad[
   qdd[0] = thetadd_0;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 32 operations: multiply 13, add 9, trig 4, other 6
 void four_bar_actuators_all(const double theta[2], double q[1], double margin[1]) {
   // inputs
@@ -2091,7 +2091,7 @@ void four_bar_actuators_all(const double theta[2], double q[1], double margin[1]
   q[0] = v32;
 }
 
-// Residuals of the loop closure equations, zero where the loops are closed.
+// Residuals of the loop closure equations, zero if the loops are closed.
 // 18 operations: multiply 6, add 6, trig 6
 void four_bar_constraint(const double z[3], double residual[2]) {
   // inputs

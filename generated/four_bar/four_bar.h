@@ -185,21 +185,21 @@ void four_bar_passive(const double q[1], double passive[1]);
  *   passive_D_q: derivative, 1 x 1 (1, m, 1/m) */
 void four_bar_passive_D_q(const double q[1], double passive_D_q[1]);
 
-/* All joints, swings and cylinder lengths, angles between -pi and pi.
+/* All joints, swing angles and cylinder lengths, angles between -pi and pi.
  * z = (crank, coupler, rocker), constraint(z) = 0
  * 42 operations: multiply 19, add 13, trig 4, other 6.
  *   q: actuator coordinates, 1 (rad)
  *   z: full configuration, 3 (rad or m) */
 void four_bar_configuration(const double q[1], double z[3]);
 
-/* Margin of each step of the loops' solution, zero at its dead point.
- * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+/* Margin of each step of the loops' solution, zero at the dead point of the step.
+ * sin^2 of the transmission angle: 0 at a dead point, negative out of reach
  * 12 operations: multiply 6, add 4, trig 2.
  *   q: actuator coordinates, 1 (rad)
  *   margin: margins, 1 (1) */
 void four_bar_margin(const double q[1], double margin[1]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: rocker_pin left; rocker_pin right
  * 50 operations: multiply 24, add 15, negate 1, trig 4, other 6.
  *   q: actuator coordinates, 1 (rad)
@@ -238,7 +238,7 @@ void four_bar_actuator_rates(const double theta[2], const double thetad[2], doub
  *   qdd: actuator accelerations, 1 (rad/s^2) */
 void four_bar_actuator_accelerations(const double theta[2], const double thetad[2], const double thetadd[2], double qdd[1]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: the only one
  * 32 operations: multiply 13, add 9, trig 4, other 6.
  *   theta: joints of the main chain, 2 (rad)
@@ -246,7 +246,7 @@ void four_bar_actuator_accelerations(const double theta[2], const double thetad[
  *   margin: margins of each branch, 1 x 1 (1) */
 void four_bar_actuators_all(const double theta[2], double q[1], double margin[1]);
 
-/* Residuals of the loop closure equations, zero where the loops are closed.
+/* Residuals of the loop closure equations, zero if the loops are closed.
  * independent scalar equations of each loop: rocker_pin (2)
  * 18 operations: multiply 6, add 6, trig 6.
  *   z: full configuration, 3 ((rad or m))
@@ -269,12 +269,12 @@ void four_bar_constraint_D_z(const double z[3], double residual_D_z[6]);
 void four_bar_constraint_D_z_dot(const double z[3], const double zd[3], double residual_D_z_dot[6]);
 
 /* Every solution of the inverse kinematics, in 1 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 93 operations: multiply 41, add 40, trig 1, other 11.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution per row, 1 x 1 (rad)
  *   residual: distance of fk(q[k]) from the target, 1 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 1 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 1 (1) */
 void four_bar_ik(const double T[16], double q[1], double residual[1], double margin[1]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -284,7 +284,7 @@ void four_bar_ik(const double T[16], double q[1], double residual[1], double mar
  *   lower, upper: limits, 1 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 1; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 1; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int four_bar_ik_nearest(const double T[16], const double q_seed[1], const double lower[1], const
     double upper[1], const double weights[1], double q[1], double *residual, double *margin);
 

@@ -5956,7 +5956,7 @@ void iiwa14_ik(const double T[16], const double swivel[1], double q[56], double 
 #endif
 }
 
-// Angle by which the elbow is turned about the line from shoulder to wrist.
+// Angle by which the elbow is rotated about the line from shoulder to wrist.
 // 83 operations: multiply 40, add 23, trig 9, other 11
 void iiwa14_swivel(const double q[7], double swivel[1]) {
   // inputs

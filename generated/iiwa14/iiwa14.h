@@ -147,16 +147,16 @@ void iiwa14_acceleration_body(const double q[7], const double qd[7], const doubl
 void iiwa14_acceleration_mixed(const double q[7], const double qd[7], const double qdd[7], double A[6]);
 
 /* Every solution of the inverse kinematics, in 8 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 728 operations: multiply 379, add 238, negate 21, trig 23, other 67.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   swivel: swivel angle of the elbow,  (rad)
  *   q: joint coordinates, one solution per row, 8 x 7 (rad)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 8 (1) */
 void iiwa14_ik(const double T[16], const double swivel[1], double q[56], double residual[8], double margin[8]);
 
-/* Angle by which the elbow is turned about the line from shoulder to wrist.
+/* Angle by which the elbow is rotated about the line from shoulder to wrist.
  * q is among the solutions of ik(fk(q), swivel(q))
  * 83 operations: multiply 40, add 23, trig 9, other 11.
  *   q: joint coordinates, 7 (rad)
@@ -171,7 +171,7 @@ void iiwa14_swivel(const double q[7], double swivel[1]);
  *   lower, upper: limits, 7 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 7; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 7; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int iiwa14_ik_nearest(const double T[16], const double q_seed[7], const double lower[7], const
     double upper[7], const double weights[7], double q[7], double *residual, double *margin);
 

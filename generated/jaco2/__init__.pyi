@@ -302,7 +302,7 @@ def ik(
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 16 slots, solutions first.
 
-    fk(q[k]) = T wherever residual[k] is rounding
+    fk(q[k]) = T if residual[k] is a rounding error
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).
@@ -313,5 +313,5 @@ def ik(
     Returns:
         q (..., 16, 6): joint coordinates, one solution per row (rad).
         residual (..., 16): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 16): distance from a singularity; in a slot without a solution the negative residual (1).
+        margin (..., 16): distance from a singularity; the negative residual in a slot without a solution (1).
     """

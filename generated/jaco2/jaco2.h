@@ -146,12 +146,12 @@ void jaco2_acceleration_body(const double q[6], const double qd[6], const double
 void jaco2_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]);
 
 /* Every solution of the inverse kinematics, in 16 slots, solutions first.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * About 60000 operations.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution per row, 16 x 6 (rad)
  *   residual: distance of fk(q[k]) from the target, 16 (m or rad)
- *   margin: distance from a singularity; in a slot without a solution the negative residual, 16 (1) */
+ *   margin: distance from a singularity; the negative residual in a slot without a solution, 16 (1) */
 void jaco2_ik(const double T[16], double q[96], double residual[16], double margin[16]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -161,7 +161,7 @@ void jaco2_ik(const double T[16], double q[96], double residual[16], double marg
  *   lower, upper: limits, 6 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 6; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 6; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int jaco2_ik_nearest(const double T[16], const double q_seed[6], const double lower[6], const double
     upper[6], const double weights[6], double q[6], double *residual, double *margin);
 

@@ -302,7 +302,7 @@ def ik(
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 4 slots.
 
-    fk(q[k]) = T wherever residual[k] is rounding
+    fk(q[k]) = T if residual[k] is a rounding error
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).
@@ -313,7 +313,7 @@ def ik(
     Returns:
         q (..., 4, 5): joint coordinates, one solution per row (rad).
         residual (..., 4): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 4): distance from the boundary of the reachable set, negative beyond (1).
+        margin (..., 4): distance from the boundary of the reachable set, negative outside (1).
     """
 
 def ik_position(
@@ -322,7 +322,7 @@ def ik_position(
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 4 slots.
 
-    fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0
+    fk(q[k]) has its origin at p if residual[k] is a rounding error; free joints are 0
 
     Args:
         p (..., 3): position of the tool in the base frame (m).
@@ -332,7 +332,7 @@ def ik_position(
     Returns:
         q (..., 4, 5): joint coordinates, one solution per row (rad).
         residual (..., 4): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 4): distance from the boundary of the reachable set, negative beyond (1).
+        margin (..., 4): distance from the boundary of the reachable set, negative outside (1).
     """
 
 def ik_position_pitch(
@@ -341,17 +341,17 @@ def ik_position_pitch(
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 8 slots.
 
-    fk(q[k]) has its origin in x[:3] and its third axis the elevation x[3] wherever residual[k] is rounding; a free joint is 0
+    fk(q[k]) has its origin at x[:3] and its third axis has the elevation x[3] if residual[k] is a rounding error; a free joint is 0
 
     Args:
-        x (..., 4): position of the tool, elevation of its axis (m, rad).
+        x (..., 4): position of the tool and elevation of its axis (m, rad).
         out: The output array, or a tuple of output arrays.
         threads: Number of threads for a large batch.
 
     Returns:
         q (..., 8, 5): joint coordinates, one solution per row (rad).
         residual (..., 8): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 8): distance from the boundary of the reachable set, negative beyond (1).
+        margin (..., 8): distance from the boundary of the reachable set, negative outside (1).
     """
 
 def ik_position_direction(
@@ -360,15 +360,15 @@ def ik_position_direction(
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 4 slots.
 
-    fk(q[k]) has its origin in x[:3] and the third axis x[3:] / |x[3:]| wherever residual[k] is rounding; a free joint is 0
+    fk(q[k]) has its origin at x[:3] and the third axis x[3:] / |x[3:]| if residual[k] is a rounding error; a free joint is 0
 
     Args:
-        x (..., 6): position of the tool, direction of its axis, of any length (m, 1).
+        x (..., 6): position of the tool and direction of its axis as a vector of any length (m, 1).
         out: The output array, or a tuple of output arrays.
         threads: Number of threads for a large batch.
 
     Returns:
         q (..., 4, 5): joint coordinates, one solution per row (rad).
         residual (..., 4): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 4): distance from the boundary of the reachable set, negative beyond (1).
+        margin (..., 4): distance from the boundary of the reachable set, negative outside (1).
     """

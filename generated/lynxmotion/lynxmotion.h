@@ -145,41 +145,41 @@ void lynxmotion_acceleration_body(const double q[5], const double qd[5], const d
 void lynxmotion_acceleration_mixed(const double q[5], const double qd[5], const double qdd[5], double A[6]);
 
 /* Every solution of the inverse kinematics, in 4 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 392 operations: multiply 151, add 160, negate 6, trig 10, other 65.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution per row, 4 x 5 (rad)
  *   residual: distance of fk(q[k]) from the target, 4 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 4 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 4 (1) */
 void lynxmotion_ik(const double T[16], double q[20], double residual[4], double margin[4]);
 
 /* Every solution of the inverse kinematics, in 4 slots.
- * fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0
+ * fk(q[k]) has its origin at p if residual[k] is a rounding error; free joints are 0
  * 296 operations: multiply 130, add 107, negate 4, trig 9, other 46.
  *   p: position of the tool in the base frame, 3 (m)
  *   q: joint coordinates, one solution per row, 4 x 5 (rad)
  *   residual: distance of fk(q[k]) from the target, 4 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 4 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 4 (1) */
 void lynxmotion_ik_position(const double p[3], double q[20], double residual[4], double margin[4]);
 
 /* Every solution of the inverse kinematics, in 8 slots.
- * fk(q[k]) has its origin in x[:3] and its third axis the elevation x[3] wherever residual[k] is
- * rounding; a free joint is 0
+ * fk(q[k]) has its origin at x[:3] and its third axis has the elevation x[3] if residual[k] is a
+ * rounding error; a free joint is 0
  * 473 operations: multiply 161, add 197, negate 8, trig 15, other 92.
- *   x: position of the tool, elevation of its axis, 4 (m, rad)
+ *   x: position of the tool and elevation of its axis, 4 (m, rad)
  *   q: joint coordinates, one solution per row, 8 x 5 (rad)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 8 (1) */
 void lynxmotion_ik_position_pitch(const double x[4], double q[40], double residual[8], double margin[8]);
 
 /* Every solution of the inverse kinematics, in 4 slots.
- * fk(q[k]) has its origin in x[:3] and the third axis x[3:] / |x[3:]| wherever residual[k] is
- * rounding; a free joint is 0
+ * fk(q[k]) has its origin at x[:3] and the third axis x[3:] / |x[3:]| if residual[k] is a rounding
+ * error; a free joint is 0
  * 300 operations: multiply 106, add 118, negate 5, trig 8, other 63.
- *   x: position of the tool, direction of its axis, of any length, 6 (m, 1)
+ *   x: position of the tool and direction of its axis as a vector of any length, 6 (m, 1)
  *   q: joint coordinates, one solution per row, 4 x 5 (rad)
  *   residual: distance of fk(q[k]) from the target, 4 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 4 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 4 (1) */
 void lynxmotion_ik_position_direction(const double x[6], double q[20], double residual[4], double margin[4]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -189,7 +189,7 @@ void lynxmotion_ik_position_direction(const double x[6], double q[20], double re
  *   lower, upper: limits, 5 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 5; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 5; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int lynxmotion_ik_nearest(const double T[16], const double q_seed[5], const double lower[5], const
     double upper[5], const double weights[5], double q[5], double *residual, double *margin);
 
@@ -200,30 +200,30 @@ int lynxmotion_ik_nearest(const double T[16], const double q_seed[5], const doub
  *   lower, upper: limits, 5 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 5; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 5; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int lynxmotion_ik_position_nearest(const double p[3], const double q_seed[5], const double lower[5],
     const double upper[5], const double weights[5], double q[5], double *residual, double *margin);
 
 /* The solution of ik_position_pitch nearest to q_seed within limits.
  * Returns its slot; -1 if out of reach, -2 if outside the limits, -3 if T or q_seed is NaN.
- *   x: position of the tool, elevation of its axis, 4 (m, rad)
+ *   x: position of the tool and elevation of its axis, 4 (m, rad)
  *   q_seed: the start configuration, 5
  *   lower, upper: limits, 5 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 5; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 5; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int lynxmotion_ik_position_pitch_nearest(const double x[4], const double q_seed[5], const double
     lower[5], const double upper[5], const double weights[5], double q[5], double *residual, double
     *margin);
 
 /* The solution of ik_position_direction nearest to q_seed within limits.
  * Returns its slot; -1 if out of reach, -2 if outside the limits, -3 if T or q_seed is NaN.
- *   x: position of the tool, direction of its axis, of any length, 6 (m, 1)
+ *   x: position of the tool and direction of its axis as a vector of any length, 6 (m, 1)
  *   q_seed: the start configuration, 5
  *   lower, upper: limits, 5 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 5; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 5; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int lynxmotion_ik_position_direction_nearest(const double x[6], const double q_seed[5], const double
     lower[5], const double upper[5], const double weights[5], double q[5], double *residual, double
     *margin);

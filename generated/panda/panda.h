@@ -147,13 +147,13 @@ void panda_acceleration_body(const double q[7], const double qd[7], const double
 void panda_acceleration_mixed(const double q[7], const double qd[7], const double qdd[7], double A[6]);
 
 /* Every solution of the inverse kinematics, in 8 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 1213 operations: multiply 632, add 427, negate 30, trig 34, other 90.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
- *   q7: the value of joint7, which is given,  (rad)
+ *   q7: the value of the fixed joint joint7,  (rad)
  *   q: joint coordinates, one solution per row, 8 x 7 (rad)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 8 (1) */
 void panda_ik(const double T[16], const double q7[1], double q[56], double residual[8], double margin[8]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -164,7 +164,7 @@ void panda_ik(const double T[16], const double q7[1], double q[56], double resid
  *   lower, upper: limits, 7 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 7; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 7; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int panda_ik_nearest(const double T[16], const double q_seed[7], const double lower[7], const double
     upper[7], const double weights[7], double q[7], double *residual, double *margin);
 

@@ -302,7 +302,7 @@ def ik(
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 8 slots.
 
-    fk(q[k]) = T wherever residual[k] is rounding
+    fk(q[k]) = T if residual[k] is a rounding error
 
     Args:
         T (..., 4, 4): pose of the tool, T_w_ee (1, m).
@@ -313,5 +313,5 @@ def ik(
     Returns:
         q (..., 8, 8): joint coordinates, one solution per row (rad or m).
         residual (..., 8): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 8): distance from the boundary of the reachable set, negative beyond (1).
+        margin (..., 8): distance from the boundary of the reachable set, negative outside (1).
     """

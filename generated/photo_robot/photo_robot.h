@@ -148,14 +148,14 @@ void photo_robot_acceleration_body(const double q[8], const double qd[8], const 
 void photo_robot_acceleration_mixed(const double q[8], const double qd[8], const double qdd[8], double A[6]);
 
 /* Every solution of the inverse kinematics, in 8 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 885 operations: multiply 425, add 321, negate 34, trig 32, other 73.
  *   T: pose of the tool, T_w_ee, 4 x 4 (1, m)
- *   q1: the value of r1, which is given,  (m)
- *   q4: the value of r4, which is given,  (m)
+ *   q1: the value of the fixed joint r1,  (m)
+ *   q4: the value of the fixed joint r4,  (m)
  *   q: joint coordinates, one solution per row, 8 x 8 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 8 (1) */
 void photo_robot_ik(const double T[16], const double q1[1], const double q4[1], double q[64], double residual[8], double margin[8]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -166,7 +166,7 @@ void photo_robot_ik(const double T[16], const double q1[1], const double q4[1], 
  *   lower, upper: limits, 8 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 8; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 8; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int photo_robot_ik_nearest(const double T[16], const double q_seed[8], const double lower[8], const
     double upper[8], const double weights[8], double q[8], double *residual, double *margin);
 

@@ -298,7 +298,7 @@ def chain(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Joints of the main chain, swings between -pi and pi.
+    """Joints of the main chain, swing angles between -pi and pi.
 
     theta = (x, y, phi), with every loop closed
 
@@ -369,7 +369,7 @@ def passive(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Passive joints that are not in the main chain, swings between -pi and pi.
+    """Passive joints that are not in the main chain, swing angles between -pi and pi.
 
     passive = (psi_1, psi_2, psi_3), with every loop closed
 
@@ -403,7 +403,7 @@ def configuration(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """All joints, swings and cylinder lengths, swings between -pi and pi.
+    """All joints, swing angles and cylinder lengths, swing angles between -pi and pi.
 
     z = (x, y, phi, theta_1, theta_2, theta_3, psi_1, psi_2, psi_3), constraint(z) = 0
 
@@ -439,7 +439,7 @@ def margin(
 ) -> NDArray[np.float64]:
     """Square of the determinant of the loops' equations, 1 at the reference.
 
-    0 at a singularity, where the loops do not determine the unknown variables; NaN where they do not close or a singularity is between the reference and q
+    0 at a singularity, where the loops do not determine the unknown variables; NaN if the loops do not close or if a singularity is between the reference and q
 
     Args:
         q (..., 3): actuator coordinates (rad).
@@ -454,13 +454,13 @@ def configuration_near(
     q: ArrayLike, seed: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """All joints, swings and cylinder lengths, from a nearby configuration by at most eight Newton steps.
+    """All joints, swing angles and cylinder lengths, from a nearby configuration by at most eight Newton steps.
 
     constraint(z) = 0; NaN if the seed is too far from q
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        seed (..., 9): nearby configuration; strut swings are ignored ((rad or m)).
+        seed (..., 9): nearby configuration; swing angles of struts are ignored ((rad or m)).
         out: The output array, or a tuple of output arrays.
         threads: Number of threads for a large batch.
 
@@ -478,7 +478,7 @@ def fk_near(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        seed (..., 9): nearby configuration; strut swings are ignored ((rad or m)).
+        seed (..., 9): nearby configuration; swing angles of struts are ignored ((rad or m)).
         out: The output array, or a tuple of output arrays.
         threads: Number of threads for a large batch.
 
@@ -562,9 +562,9 @@ def actuator_margin(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Margin of each step of the loops' solution, zero at its dead point.
+    """Margin of each step of the loops' solution, zero at the dead point of the step.
 
-    sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+    sin^2 of the transmission angle: 0 at a dead point, negative out of reach
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
@@ -579,7 +579,7 @@ def actuators_all(
     theta: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """All branches of the loops' solution, NaN where a branch does not close.
+    """All branches of the loops' solution, NaN if a branch does not close.
 
     branches: coupler_1 left, coupler_2 left, coupler_3 left; coupler_1 left, coupler_2 left, coupler_3 right; coupler_1 left, coupler_2 right, coupler_3 left; coupler_1 left, coupler_2 right, coupler_3 right; coupler_1 right, coupler_2 left, coupler_3 left; coupler_1 right, coupler_2 left, coupler_3 right; coupler_1 right, coupler_2 right, coupler_3 left; coupler_1 right, coupler_2 right, coupler_3 right
 
@@ -597,7 +597,7 @@ def constraint(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Residuals of the loop closure equations, zero where the loops are closed.
+    """Residuals of the loop closure equations, zero if the loops are closed.
 
     independent scalar equations of each loop: coupler_1 (2), coupler_2 (2), coupler_3 (2)
 
@@ -1008,7 +1008,7 @@ def assembly_position(
 ) -> NDArray[np.float64]:
     """Platform pose at an angle phi that solves the assembly polynomial.
 
-    rods((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)
+    rods((x, y, phi), q) = 0 if phi is a zero of assembly_polynomial(q)
 
     Args:
         q (..., 3): actuator coordinates (rad).
@@ -1026,7 +1026,7 @@ def assembly_mirror(
 ) -> NDArray[np.float64]:
     """Platform pose at an angle phi that solves the assembly polynomial, mirrored about the line of two centers.
 
-    rods((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)
+    rods((x, y, phi), q) = 0 if phi is a zero of assembly_polynomial(q)
 
     Args:
         q (..., 3): actuator coordinates (rad).
@@ -1042,12 +1042,12 @@ def closure(
     w: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Reduced closure equations, zero where the loops are closed, and their derivative.
+    """Reduced closure equations, zero if the loops are closed, and their derivative.
 
     |b - a| - l of each strut; the equations of constraint(z) for other loops
 
     Args:
-        w (..., 6): configuration without the swings of struts ((rad or m)).
+        w (..., 6): configuration without the swing angles of struts ((rad or m)).
         out: The output array, or a tuple of output arrays.
         threads: Number of threads for a large batch.
 
@@ -1060,13 +1060,13 @@ def closure_D_w_dot(
     w: ArrayLike, wd: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Time derivative of the derivative of the loops' least equations.
+    """Time derivative of the derivative of the reduced closure equations.
 
     closure_D_w(w) wdd + closure_D_w_dot(w, wd) wd = 0
 
     Args:
-        w (..., 6): configuration without the swings of struts ((rad or m)).
-        wd (..., 6): rates of the configuration without the swings of struts ((rad or m)/s).
+        w (..., 6): configuration without the swing angles of struts ((rad or m)).
+        wd (..., 6): rates of the configuration without the swing angles of struts ((rad or m)/s).
         out: The output array, or a tuple of output arrays.
         threads: Number of threads for a large batch.
 
@@ -1080,7 +1080,7 @@ def modes(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Every assembly mode of the platform, up to 6, sorted by phi.
 
-    |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite
+    |b_i(theta[k]) - a_i(q)| = l_i if theta[k] is finite
 
     Args:
         q (..., 3): actuator coordinates (rad).
@@ -1089,6 +1089,6 @@ def modes(
 
     Returns:
         theta (..., 6, 3): main-chain joints, one mode per row (m, rad).
-        margin (..., 6): |det J_x| over the product of its row norms: 0 if the platform is singular and two modes meet (1).
+        margin (..., 6): |det J_x| over the product of its row norms: 0 if the platform is singular and two modes coincide (1).
         unsure (..., 1): 0 if certainly no mode is missing (1).
     """

@@ -851,7 +851,7 @@ void planar_3rrr_acceleration_mixed(const double q[3], const double qd[3], const
   A[5] = wdd_2;
 }
 
-// Joints of the main chain, swings between -pi and pi.
+// Joints of the main chain, swing angles between -pi and pi.
 // 0 operations, after about 3200 operations of the loop iteration
 void planar_3rrr_chain(const double q[3], double theta[3]) {
   planar_3rrr_loops_closed loops;
@@ -938,7 +938,7 @@ void planar_3rrr_chain_accelerations(const double q[3], const double qd[3], cons
   thetadd[2] = wdd_2;
 }
 
-// Passive joints that are not in the main chain, swings between -pi and pi.
+// Passive joints that are not in the main chain, swing angles between -pi and pi.
 // 63 operations: multiply 22, add 26, trig 15, after about 3200 operations of the loop iteration
 void planar_3rrr_passive(const double q[3], double passive[3]) {
   planar_3rrr_loops_closed loops;
@@ -1298,7 +1298,7 @@ void planar_3rrr_passive_D_q(const double q[3], double passive_D_q[9]) {
   passive_D_q[5] = v252;
 }
 
-// All joints, swings and cylinder lengths, swings between -pi and pi.
+// All joints, swing angles and cylinder lengths, swing angles between -pi and pi.
 // 63 operations: multiply 22, add 26, trig 15, after about 3200 operations of the loop iteration
 void planar_3rrr_configuration(const double q[3], double z[9]) {
   planar_3rrr_loops_closed loops;
@@ -1694,8 +1694,8 @@ void planar_3rrr_margin(const double q[3], double margin[1]) {
   planar_3rrr_loops_margin(&loops, margin);
 }
 
-// All joints, swings and cylinder lengths, from a nearby configuration by at most eight Newton
-// steps.
+// All joints, swing angles and cylinder lengths, from a nearby configuration by at most eight
+// Newton steps.
 // 63 operations: multiply 22, add 26, trig 15, after about 800 operations of the loop iteration
 void planar_3rrr_configuration_near(const double q[3], const double seed[9], double z[9]) {
   planar_3rrr_loops_closed loops;
@@ -2602,7 +2602,7 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   qdd[1] = v288;
 }
 
-// Margin of each step of the loops' solution, zero at its dead point.
+// Margin of each step of the loops' solution, zero at the dead point of the step.
 // 43 operations: multiply 18, add 23, trig 2
 void planar_3rrr_actuator_margin(const double theta[3], double margin[3]) {
   // inputs
@@ -2662,7 +2662,7 @@ void planar_3rrr_actuator_margin(const double theta[3], double margin[3]) {
   margin[1] = v43;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 123 operations: multiply 48, add 49, negate 2, trig 8, other 16
 void planar_3rrr_actuators_all(const double theta[3], double q[24], double margin[24]) {
   // inputs
@@ -2850,7 +2850,7 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   q[22] = v123;
 }
 
-// Residuals of the loop closure equations, zero where the loops are closed.
+// Residuals of the loop closure equations, zero if the loops are closed.
 // 61 operations: multiply 18, add 29, trig 14
 void planar_3rrr_constraint(const double z[9], double residual[6]) {
   // inputs
@@ -4500,7 +4500,7 @@ void planar_3rrr_assembly_mirror(const double q[3], const double phi[1], double 
   theta[1] = v85;
 }
 
-// Reduced closure equations, zero where the loops are closed, and their derivative.
+// Reduced closure equations, zero if the loops are closed, and their derivative.
 // 104 operations: multiply 48, add 36, negate 6, trig 8, other 6
 void planar_3rrr_closure(const double w[6], double residual[3], double residual_D_w[18]) {
   // inputs
@@ -4639,7 +4639,7 @@ void planar_3rrr_closure(const double w[6], double residual[3], double residual_
   residual_D_w[7] = v104;
 }
 
-// Time derivative of the derivative of the loops' least equations.
+// Time derivative of the derivative of the reduced closure equations.
 // 230 operations: multiply 122, add 86, negate 5, trig 8, other 9
 void planar_3rrr_closure_D_w_dot(const double w[6], const double wd[6], double residual_D_w_dot[18]) {
   // inputs

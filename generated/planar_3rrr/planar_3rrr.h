@@ -142,7 +142,7 @@ void planar_3rrr_acceleration_body(const double q[3], const double qd[3], const 
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void planar_3rrr_acceleration_mixed(const double q[3], const double qd[3], const double qdd[3], double A[6]);
 
-/* Joints of the main chain, swings between -pi and pi.
+/* Joints of the main chain, swing angles between -pi and pi.
  * theta = (x, y, phi), with every loop closed
  * 0 operations, after about 3200 operations of the loop iteration.
  *   q: actuator coordinates, 3 (rad)
@@ -173,7 +173,7 @@ void planar_3rrr_chain_rates(const double q[3], const double qd[3], double theta
  *   thetadd: accelerations of the main chain, 3 (rad or m/s^2) */
 void planar_3rrr_chain_accelerations(const double q[3], const double qd[3], const double qdd[3], double thetadd[3]);
 
-/* Passive joints that are not in the main chain, swings between -pi and pi.
+/* Passive joints that are not in the main chain, swing angles between -pi and pi.
  * passive = (psi_1, psi_2, psi_3), with every loop closed
  * 63 operations: multiply 22, add 26, trig 15, after about 3200 operations of the loop iteration.
  *   q: actuator coordinates, 3 (rad)
@@ -187,7 +187,7 @@ void planar_3rrr_passive(const double q[3], double passive[3]);
  *   passive_D_q: derivative, 3 x 3 (1, m, 1/m) */
 void planar_3rrr_passive_D_q(const double q[3], double passive_D_q[9]);
 
-/* All joints, swings and cylinder lengths, swings between -pi and pi.
+/* All joints, swing angles and cylinder lengths, swing angles between -pi and pi.
  * z = (x, y, phi, theta_1, theta_2, theta_3, psi_1, psi_2, psi_3), constraint(z) = 0
  * 63 operations: multiply 22, add 26, trig 15, after about 3200 operations of the loop iteration.
  *   q: actuator coordinates, 3 (rad)
@@ -202,18 +202,18 @@ void planar_3rrr_configuration(const double q[3], double z[9]);
 void planar_3rrr_configuration_D_q(const double q[3], double z_D_q[27]);
 
 /* Square of the determinant of the loops' equations, 1 at the reference.
- * 0 at a singularity, where the loops do not determine the unknown variables; NaN where they do
- * not close or a singularity is between the reference and q
+ * 0 at a singularity, where the loops do not determine the unknown variables; NaN if the loops do
+ * not close or if a singularity is between the reference and q
  * 0 operations, after about 3230 operations of the loop iteration.
  *   q: actuator coordinates, 3 (rad)
  *   margin: margin, 1 (1) */
 void planar_3rrr_margin(const double q[3], double margin[1]);
 
-/* All joints, swings and cylinder lengths, from a nearby configuration by at most eight Newton steps.
+/* All joints, swing angles and cylinder lengths, from a nearby configuration by at most eight Newton steps.
  * constraint(z) = 0; NaN if the seed is too far from q
  * 63 operations: multiply 22, add 26, trig 15, after about 800 operations of the loop iteration.
  *   q: actuator coordinates, 3 (rad)
- *   seed: nearby configuration; strut swings are ignored, 9 ((rad or m))
+ *   seed: nearby configuration; swing angles of struts are ignored, 9 ((rad or m))
  *   z: full configuration, 9 ((rad or m)) */
 void planar_3rrr_configuration_near(const double q[3], const double seed[9], double z[9]);
 
@@ -221,7 +221,7 @@ void planar_3rrr_configuration_near(const double q[3], const double seed[9], dou
  * (fk(q), z) on the branch of the seed; NaN if the seed is too far from q
  * 66 operations: multiply 22, add 26, negate 1, trig 17, after about 800 operations of the loop iteration.
  *   q: actuator coordinates, 3 (rad)
- *   seed: nearby configuration; strut swings are ignored, 9 ((rad or m))
+ *   seed: nearby configuration; swing angles of struts are ignored, 9 ((rad or m))
  *   T_0_ee: pose of the tool, 4 x 4 (1, m)
  *   z: full configuration, 9 ((rad or m)) */
 void planar_3rrr_fk_near(const double q[3], const double seed[9], double T_0_ee[16], double z[9]);
@@ -257,14 +257,14 @@ void planar_3rrr_actuator_rates(const double theta[3], const double thetad[3], d
  *   qdd: actuator accelerations, 3 (rad/s^2) */
 void planar_3rrr_actuator_accelerations(const double theta[3], const double thetad[3], const double thetadd[3], double qdd[3]);
 
-/* Margin of each step of the loops' solution, zero at its dead point.
- * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+/* Margin of each step of the loops' solution, zero at the dead point of the step.
+ * sin^2 of the transmission angle: 0 at a dead point, negative out of reach
  * 43 operations: multiply 18, add 23, trig 2.
  *   theta: joints of the main chain, 3 (rad or m)
  *   margin: margins, 3 (1) */
 void planar_3rrr_actuator_margin(const double theta[3], double margin[3]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: coupler_1 left, coupler_2 left, coupler_3 left; coupler_1 left, coupler_2 left,
  * coupler_3 right; coupler_1 left, coupler_2 right, coupler_3 left; coupler_1 left, coupler_2
  * right, coupler_3 right; coupler_1 right, coupler_2 left, coupler_3 left; coupler_1 right,
@@ -276,7 +276,7 @@ void planar_3rrr_actuator_margin(const double theta[3], double margin[3]);
  *   margin: margins of each branch, 8 x 3 (1) */
 void planar_3rrr_actuators_all(const double theta[3], double q[24], double margin[24]);
 
-/* Residuals of the loop closure equations, zero where the loops are closed.
+/* Residuals of the loop closure equations, zero if the loops are closed.
  * independent scalar equations of each loop: coupler_1 (2), coupler_2 (2), coupler_3 (2)
  * 61 operations: multiply 18, add 29, trig 14.
  *   z: full configuration, 9 ((rad or m))
@@ -457,7 +457,7 @@ void planar_3rrr_velocity_relation(const double theta[3], const double q[3], dou
 void planar_3rrr_assembly_polynomial(const double q[3], double coefficients[7]);
 
 /* Platform pose at an angle phi that solves the assembly polynomial.
- * rods((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)
+ * rods((x, y, phi), q) = 0 if phi is a zero of assembly_polynomial(q)
  * 85 operations: multiply 31, add 29, negate 4, trig 8, other 13.
  *   q: actuator coordinates, 3 (rad)
  *   phi: angle of the platform,  (rad)
@@ -465,35 +465,35 @@ void planar_3rrr_assembly_polynomial(const double q[3], double coefficients[7]);
 void planar_3rrr_assembly_position(const double q[3], const double phi[1], double theta[3]);
 
 /* Platform pose at an angle phi that solves the assembly polynomial, mirrored about the line of two centers.
- * rods((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)
+ * rods((x, y, phi), q) = 0 if phi is a zero of assembly_polynomial(q)
  * 85 operations: multiply 31, add 29, negate 4, trig 8, other 13.
  *   q: actuator coordinates, 3 (rad)
  *   phi: angle of the platform,  (rad)
  *   theta: pose of the platform, 3 (m, rad) */
 void planar_3rrr_assembly_mirror(const double q[3], const double phi[1], double theta[3]);
 
-/* Reduced closure equations, zero where the loops are closed, and their derivative.
+/* Reduced closure equations, zero if the loops are closed, and their derivative.
  * |b - a| - l of each strut; the equations of constraint(z) for other loops
  * 104 operations: multiply 48, add 36, negate 6, trig 8, other 6.
- *   w: configuration without the swings of struts, 6 ((rad or m))
+ *   w: configuration without the swing angles of struts, 6 ((rad or m))
  *   residual: residuals, 3 (m or 1)
  *   residual_D_w: their derivative, 3 x 6 (1, m, 1/m) */
 void planar_3rrr_closure(const double w[6], double residual[3], double residual_D_w[18]);
 
-/* Time derivative of the derivative of the loops' least equations.
+/* Time derivative of the derivative of the reduced closure equations.
  * closure_D_w(w) wdd + closure_D_w_dot(w, wd) wd = 0
  * 230 operations: multiply 122, add 86, negate 5, trig 8, other 9.
- *   w: configuration without the swings of struts, 6 ((rad or m))
- *   wd: rates of the configuration without the swings of struts, 6 ((rad or m)/s)
+ *   w: configuration without the swing angles of struts, 6 ((rad or m))
+ *   wd: rates of the configuration without the swing angles of struts, 6 ((rad or m)/s)
  *   residual_D_w_dot: rate of the derivative, 3 x 6 (1/s, m/s, 1/(m s)) */
 void planar_3rrr_closure_D_w_dot(const double w[6], const double wd[6], double residual_D_w_dot[18]);
 
 /* Every assembly mode of the platform, up to 6, sorted by phi.
- * |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite
+ * |b_i(theta[k]) - a_i(q)| = l_i if theta[k] is finite
  * About 12000 operations.
  *   q: actuator coordinates, 3 (rad)
  *   theta: main-chain joints, one mode per row, 6 x 3 (m, rad)
- *   margin: |det J_x| over the product of its row norms: 0 if the platform is singular and two modes meet, 6 (1)
+ *   margin: |det J_x| over the product of its row norms: 0 if the platform is singular and two modes coincide, 6 (1)
  *   unsure: 0 if certainly no mode is missing, 1 (1) */
 void planar_3rrr_modes(const double q[3], double theta[18], double margin[6], double unsure[1]);
 

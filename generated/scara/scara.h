@@ -144,12 +144,12 @@ void scara_acceleration_body(const double q[4], const double qd[4], const double
 void scara_acceleration_mixed(const double q[4], const double qd[4], const double qdd[4], double A[6]);
 
 /* Every solution of the inverse kinematics, in 2 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 155 operations: multiply 55, add 66, negate 2, trig 4, other 28.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution per row, 2 x 4 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 2 (1) */
 void scara_ik(const double T[16], double q[8], double residual[2], double margin[2]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -159,7 +159,7 @@ void scara_ik(const double T[16], double q[8], double residual[2], double margin
  *   lower, upper: limits, 4 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 4; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 4; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int scara_ik_nearest(const double T[16], const double q_seed[4], const double lower[4], const double
     upper[4], const double weights[4], double q[4], double *residual, double *margin);
 

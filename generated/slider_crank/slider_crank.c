@@ -918,7 +918,7 @@ void slider_crank_passive_D_q(const double q[1], double passive_D_q[1]) {
   passive_D_q[0] = v19;
 }
 
-// All joints, swings and cylinder lengths, angles between -pi and pi.
+// All joints, swing angles and cylinder lengths, angles between -pi and pi.
 // 23 operations: multiply 9, add 6, negate 1, trig 3, other 4
 void slider_crank_configuration(const double q[1], double z[3]) {
   // inputs
@@ -956,7 +956,7 @@ void slider_crank_configuration(const double q[1], double z[3]) {
   z[2] = v23;
 }
 
-// Margin of each step of the loops' solution, zero at its dead point.
+// Margin of each step of the loops' solution, zero at the dead point of the step.
 // 6 operations: multiply 3, add 2, trig 1
 void slider_crank_margin(const double q[1], double margin[1]) {
   // inputs
@@ -974,7 +974,7 @@ void slider_crank_margin(const double q[1], double margin[1]) {
   margin[0] = v6;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 11 operations: multiply 4, add 4, trig 2, other 1
 void slider_crank_chain_all(const double q[1], double theta[2], double margin[2]) {
   // inputs
@@ -1124,7 +1124,7 @@ void slider_crank_actuator_accelerations(const double theta[1], const double the
   qdd[0] = v38;
 }
 
-// Margin of each step of the loops' solution, zero at its dead point.
+// Margin of each step of the loops' solution, zero at the dead point of the step.
 // 5 operations: multiply 3, add 2
 void slider_crank_actuator_margin(const double theta[1], double margin[1]) {
   // inputs
@@ -1139,7 +1139,7 @@ void slider_crank_actuator_margin(const double theta[1], double margin[1]) {
   margin[0] = v5;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 19 operations: multiply 9, add 4, negate 1, trig 2, other 3
 void slider_crank_actuators_all(const double theta[1], double q[2], double margin[2]) {
   // inputs
@@ -1173,7 +1173,7 @@ void slider_crank_actuators_all(const double theta[1], double q[2], double margi
   q[1] = v19;
 }
 
-// Residuals of the loop closure equations, zero where the loops are closed.
+// Residuals of the loop closure equations, zero if the loops are closed.
 // 12 operations: multiply 4, add 4, trig 4
 void slider_crank_constraint(const double z[3], double residual[2]) {
   // inputs

@@ -185,21 +185,21 @@ void slider_crank_passive(const double q[1], double passive[1]);
  *   passive_D_q: derivative, 1 x 1 (1, m, 1/m) */
 void slider_crank_passive_D_q(const double q[1], double passive_D_q[1]);
 
-/* All joints, swings and cylinder lengths, angles between -pi and pi.
+/* All joints, swing angles and cylinder lengths, angles between -pi and pi.
  * z = (slider, crank, rod_angle), constraint(z) = 0
  * 23 operations: multiply 9, add 6, negate 1, trig 3, other 4.
  *   q: actuator coordinates, 1 (rad)
  *   z: full configuration, 3 (rad or m) */
 void slider_crank_configuration(const double q[1], double z[3]);
 
-/* Margin of each step of the loops' solution, zero at its dead point.
- * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+/* Margin of each step of the loops' solution, zero at the dead point of the step.
+ * sin^2 of the transmission angle: 0 at a dead point, negative out of reach
  * 6 operations: multiply 3, add 2, trig 1.
  *   q: actuator coordinates, 1 (rad)
  *   margin: margins, 1 (1) */
 void slider_crank_margin(const double q[1], double margin[1]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: connecting_rod far; connecting_rod near
  * 11 operations: multiply 4, add 4, trig 2, other 1.
  *   q: actuator coordinates, 1 (rad)
@@ -238,14 +238,14 @@ void slider_crank_actuator_rates(const double theta[1], const double thetad[1], 
  *   qdd: actuator accelerations, 1 (rad/s^2) */
 void slider_crank_actuator_accelerations(const double theta[1], const double thetad[1], const double thetadd[1], double qdd[1]);
 
-/* Margin of each step of the loops' solution, zero at its dead point.
- * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+/* Margin of each step of the loops' solution, zero at the dead point of the step.
+ * sin^2 of the transmission angle: 0 at a dead point, negative out of reach
  * 5 operations: multiply 3, add 2.
  *   theta: joints of the main chain, 1 (m)
  *   margin: margins, 1 (1) */
 void slider_crank_actuator_margin(const double theta[1], double margin[1]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: connecting_rod left; connecting_rod right
  * 19 operations: multiply 9, add 4, negate 1, trig 2, other 3.
  *   theta: joints of the main chain, 1 (m)
@@ -253,7 +253,7 @@ void slider_crank_actuator_margin(const double theta[1], double margin[1]);
  *   margin: margins of each branch, 2 x 1 (1) */
 void slider_crank_actuators_all(const double theta[1], double q[2], double margin[2]);
 
-/* Residuals of the loop closure equations, zero where the loops are closed.
+/* Residuals of the loop closure equations, zero if the loops are closed.
  * independent scalar equations of each loop: connecting_rod (2)
  * 12 operations: multiply 4, add 4, trig 4.
  *   z: full configuration, 3 ((rad or m))
@@ -301,12 +301,12 @@ void slider_crank_rods_D_chain(const double theta[1], const double q[1], double 
 void slider_crank_velocity_relation(const double theta[1], const double q[1], double J_x[1], double J_q[1]);
 
 /* Every solution of the inverse kinematics, in 2 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 79 operations: multiply 30, add 34, trig 2, other 13.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution per row, 2 x 1 (rad)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 2 (1) */
 void slider_crank_ik(const double T[16], double q[2], double residual[2], double margin[2]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -316,7 +316,7 @@ void slider_crank_ik(const double T[16], double q[2], double residual[2], double
  *   lower, upper: limits, 1 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 1; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 1; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int slider_crank_ik_nearest(const double T[16], const double q_seed[1], const double lower[1], const
     double upper[1], const double weights[1], double q[1], double *residual, double *margin);
 

@@ -370,7 +370,7 @@ def configuration(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """All joints, swings and cylinder lengths.
+    """All joints, swing angles and cylinder lengths.
 
     z = (x, y, z, yaw, pitch, roll, leg_1, leg_2, leg_3, leg_4, leg_5, leg_6), constraint(z) = 0
 
@@ -406,7 +406,7 @@ def margin(
 ) -> NDArray[np.float64]:
     """Square of the determinant of the loops' equations, 1 at the reference.
 
-    0 at a singularity, where the loops do not determine the unknown variables; NaN where they do not close or a singularity is between the reference and q
+    0 at a singularity, where the loops do not determine the unknown variables; NaN if the loops do not close or if a singularity is between the reference and q
 
     Args:
         q (..., 6): actuator coordinates (m).
@@ -421,13 +421,13 @@ def configuration_near(
     q: ArrayLike, seed: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """All joints, swings and cylinder lengths, from a nearby configuration by at most eight Newton steps.
+    """All joints, swing angles and cylinder lengths, from a nearby configuration by at most eight Newton steps.
 
     constraint(z) = 0; NaN if the seed is too far from q
 
     Args:
         q (..., 6): actuator coordinates (m).
-        seed (..., 12): nearby configuration; strut swings are ignored ((rad or m)).
+        seed (..., 12): nearby configuration; swing angles of struts are ignored ((rad or m)).
         out: The output array, or a tuple of output arrays.
         threads: Number of threads for a large batch.
 
@@ -445,7 +445,7 @@ def fk_near(
 
     Args:
         q (..., 6): actuator coordinates (m).
-        seed (..., 12): nearby configuration; strut swings are ignored ((rad or m)).
+        seed (..., 12): nearby configuration; swing angles of struts are ignored ((rad or m)).
         out: The output array, or a tuple of output arrays.
         threads: Number of threads for a large batch.
 
@@ -529,7 +529,7 @@ def actuators_all(
     theta: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """All branches of the loops' solution, NaN where a branch does not close.
+    """All branches of the loops' solution, NaN if a branch does not close.
 
     branches: the only one
 
@@ -547,7 +547,7 @@ def constraint(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Residuals of the loop closure equations, zero where the loops are closed.
+    """Residuals of the loop closure equations, zero if the loops are closed.
 
     independent scalar equations of each loop: leg_1 (1), leg_2 (1), leg_3 (1), leg_4 (1), leg_5 (1), leg_6 (1)
 
@@ -976,12 +976,12 @@ def closure(
     w: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Reduced closure equations, zero where the loops are closed, and their derivative.
+    """Reduced closure equations, zero if the loops are closed, and their derivative.
 
     |b - a| - l of each strut; the equations of constraint(z) for other loops
 
     Args:
-        w (..., 12): configuration without the swings of struts ((rad or m)).
+        w (..., 12): configuration without the swing angles of struts ((rad or m)).
         out: The output array, or a tuple of output arrays.
         threads: Number of threads for a large batch.
 
@@ -994,13 +994,13 @@ def closure_D_w_dot(
     w: ArrayLike, wd: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Time derivative of the derivative of the loops' least equations.
+    """Time derivative of the derivative of the reduced closure equations.
 
     closure_D_w(w) wdd + closure_D_w_dot(w, wd) wd = 0
 
     Args:
-        w (..., 12): configuration without the swings of struts ((rad or m)).
-        wd (..., 12): rates of the configuration without the swings of struts ((rad or m)/s).
+        w (..., 12): configuration without the swing angles of struts ((rad or m)).
+        wd (..., 12): rates of the configuration without the swing angles of struts ((rad or m)/s).
         out: The output array, or a tuple of output arrays.
         threads: Number of threads for a large batch.
 
@@ -1012,9 +1012,9 @@ def modes(
     q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Every assembly mode of the platform, up to 28, the highest first.
+    """Every assembly mode of the platform, up to 28, from the highest to the lowest.
 
-    |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite
+    |b_i(theta[k]) - a_i(q)| = l_i if theta[k] is finite
 
     Args:
         q (..., 6): actuator coordinates (m).
@@ -1023,8 +1023,8 @@ def modes(
 
     Returns:
         theta (..., 28, 6): main-chain joints, one mode per row (m, rad).
-        margin (..., 28): |det J_x| over the product of its row norms: 0 if the platform is singular and two modes meet (1).
-        unsure (..., 1): number of complex solutions that were not found for certain; 0 where no mode is missing (1).
+        margin (..., 28): |det J_x| over the product of its row norms: 0 if the platform is singular and two modes coincide (1).
+        unsure (..., 1): number of complex solutions that were not found for certain; 0 if no mode is missing (1).
     """
 
 def ik(
@@ -1034,7 +1034,7 @@ def ik(
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 1 slots.
 
-    fk(q[k]) = T wherever residual[k] is rounding; the loops close with q[k] at T in another assembly mode than that of fk(q[k]) wherever residual[k] is infinite and q[k] is not NaN
+    fk(q[k]) = T if residual[k] is a rounding error; if residual[k] is infinite and q[k] is not NaN, the loops close with q[k] at T, but in another assembly mode than at fk(q[k])
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).

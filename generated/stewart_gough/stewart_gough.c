@@ -4215,7 +4215,7 @@ void stewart_gough_chain_accelerations(const double q[6], const double qd[6], co
   thetadd[5] = wdd_5;
 }
 
-// All joints, swings and cylinder lengths.
+// All joints, swing angles and cylinder lengths.
 // 0 operations, after about 3200 operations of the loop iteration
 void stewart_gough_configuration(const double q[6], double z[12]) {
   stewart_gough_loops_closed loops;
@@ -4380,8 +4380,8 @@ void stewart_gough_margin(const double q[6], double margin[1]) {
   stewart_gough_loops_margin(&loops, margin);
 }
 
-// All joints, swings and cylinder lengths, from a nearby configuration by at most eight Newton
-// steps.
+// All joints, swing angles and cylinder lengths, from a nearby configuration by at most eight
+// Newton steps.
 // 0 operations, after about 800 operations of the loop iteration
 void stewart_gough_configuration_near(const double q[6], const double seed[12], double z[12]) {
   stewart_gough_loops_closed loops;
@@ -6063,7 +6063,7 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   qdd[4] = v670;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 138 operations: multiply 54, add 72, trig 6, other 6
 void stewart_gough_actuators_all(const double theta[6], double q[6], double margin[1]) {
   // inputs
@@ -6220,7 +6220,7 @@ void stewart_gough_actuators_all(const double theta[6], double q[6], double marg
   q[5] = v138;
 }
 
-// Residuals of the loop closure equations, zero where the loops are closed.
+// Residuals of the loop closure equations, zero if the loops are closed.
 // 144 operations: multiply 54, add 78, trig 6, other 6
 void stewart_gough_constraint(const double z[12], double residual[6]) {
   // inputs
@@ -10454,7 +10454,7 @@ void stewart_gough_ik_legs(const double T[16], double q[6], double residual[1], 
   margin[0] = v163;
 }
 
-// Reduced closure equations, zero where the loops are closed, and their derivative.
+// Reduced closure equations, zero if the loops are closed, and their derivative.
 // 327 operations: multiply 186, add 114, negate 9, trig 6, other 12
 void stewart_gough_closure(const double w[12], double residual[6], double residual_D_w[72]) {
   // inputs
@@ -10878,7 +10878,7 @@ void stewart_gough_closure(const double w[12], double residual[6], double residu
   residual_D_w[65] = v327;
 }
 
-// Time derivative of the derivative of the loops' least equations.
+// Time derivative of the derivative of the reduced closure equations.
 // 862 operations: multiply 492, add 342, negate 4, trig 6, other 18
 void stewart_gough_closure_D_w_dot(const double w[12], const double wd[12], double residual_D_w_dot[72]) {
   // inputs

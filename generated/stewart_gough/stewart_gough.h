@@ -177,7 +177,7 @@ void stewart_gough_chain_rates(const double q[6], const double qd[6], double the
  *   thetadd: accelerations of the main chain, 6 (rad or m/s^2) */
 void stewart_gough_chain_accelerations(const double q[6], const double qd[6], const double qdd[6], double thetadd[6]);
 
-/* All joints, swings and cylinder lengths.
+/* All joints, swing angles and cylinder lengths.
  * z = (x, y, z, yaw, pitch, roll, leg_1, leg_2, leg_3, leg_4, leg_5, leg_6), constraint(z) = 0
  * 0 operations, after about 3200 operations of the loop iteration.
  *   q: actuator coordinates, 6 (m)
@@ -192,18 +192,18 @@ void stewart_gough_configuration(const double q[6], double z[12]);
 void stewart_gough_configuration_D_q(const double q[6], double z_D_q[72]);
 
 /* Square of the determinant of the loops' equations, 1 at the reference.
- * 0 at a singularity, where the loops do not determine the unknown variables; NaN where they do
- * not close or a singularity is between the reference and q
+ * 0 at a singularity, where the loops do not determine the unknown variables; NaN if the loops do
+ * not close or if a singularity is between the reference and q
  * 0 operations, after about 3422 operations of the loop iteration.
  *   q: actuator coordinates, 6 (m)
  *   margin: margin, 1 (1) */
 void stewart_gough_margin(const double q[6], double margin[1]);
 
-/* All joints, swings and cylinder lengths, from a nearby configuration by at most eight Newton steps.
+/* All joints, swing angles and cylinder lengths, from a nearby configuration by at most eight Newton steps.
  * constraint(z) = 0; NaN if the seed is too far from q
  * 0 operations, after about 800 operations of the loop iteration.
  *   q: actuator coordinates, 6 (m)
- *   seed: nearby configuration; strut swings are ignored, 12 ((rad or m))
+ *   seed: nearby configuration; swing angles of struts are ignored, 12 ((rad or m))
  *   z: full configuration, 12 ((rad or m)) */
 void stewart_gough_configuration_near(const double q[6], const double seed[12], double z[12]);
 
@@ -211,7 +211,7 @@ void stewart_gough_configuration_near(const double q[6], const double seed[12], 
  * (fk(q), z) on the branch of the seed; NaN if the seed is too far from q
  * 25 operations: multiply 14, add 4, negate 1, trig 6, after about 800 operations of the loop iteration.
  *   q: actuator coordinates, 6 (m)
- *   seed: nearby configuration; strut swings are ignored, 12 ((rad or m))
+ *   seed: nearby configuration; swing angles of struts are ignored, 12 ((rad or m))
  *   T_0_ee: pose of the tool, 4 x 4 (1, m)
  *   z: full configuration, 12 ((rad or m)) */
 void stewart_gough_fk_near(const double q[6], const double seed[12], double T_0_ee[16], double z[12]);
@@ -247,7 +247,7 @@ void stewart_gough_actuator_rates(const double theta[6], const double thetad[6],
  *   qdd: actuator accelerations, 6 (m/s^2) */
 void stewart_gough_actuator_accelerations(const double theta[6], const double thetad[6], const double thetadd[6], double qdd[6]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: the only one
  * 138 operations: multiply 54, add 72, trig 6, other 6.
  *   theta: joints of the main chain, 6 (rad or m)
@@ -255,7 +255,7 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
  *   margin: margins of each branch, 1 x 1 (1) */
 void stewart_gough_actuators_all(const double theta[6], double q[6], double margin[1]);
 
-/* Residuals of the loop closure equations, zero where the loops are closed.
+/* Residuals of the loop closure equations, zero if the loops are closed.
  * independent scalar equations of each loop: leg_1 (1), leg_2 (1), leg_3 (1), leg_4 (1), leg_5
  * (1), leg_6 (1)
  * 144 operations: multiply 54, add 78, trig 6, other 6.
@@ -447,34 +447,34 @@ void stewart_gough_rod_ends(const double q[6], double a[18], double l[6]);
  *   margin: length of the shortest leg, 1 (m) */
 void stewart_gough_ik_legs(const double T[16], double q[6], double residual[1], double margin[1]);
 
-/* Reduced closure equations, zero where the loops are closed, and their derivative.
+/* Reduced closure equations, zero if the loops are closed, and their derivative.
  * |b - a| - l of each strut; the equations of constraint(z) for other loops
  * 327 operations: multiply 186, add 114, negate 9, trig 6, other 12.
- *   w: configuration without the swings of struts, 12 ((rad or m))
+ *   w: configuration without the swing angles of struts, 12 ((rad or m))
  *   residual: residuals, 6 (m or 1)
  *   residual_D_w: their derivative, 6 x 12 (1, m, 1/m) */
 void stewart_gough_closure(const double w[12], double residual[6], double residual_D_w[72]);
 
-/* Time derivative of the derivative of the loops' least equations.
+/* Time derivative of the derivative of the reduced closure equations.
  * closure_D_w(w) wdd + closure_D_w_dot(w, wd) wd = 0
  * 862 operations: multiply 492, add 342, negate 4, trig 6, other 18.
- *   w: configuration without the swings of struts, 12 ((rad or m))
- *   wd: rates of the configuration without the swings of struts, 12 ((rad or m)/s)
+ *   w: configuration without the swing angles of struts, 12 ((rad or m))
+ *   wd: rates of the configuration without the swing angles of struts, 12 ((rad or m)/s)
  *   residual_D_w_dot: rate of the derivative, 6 x 12 (1/s, m/s, 1/(m s)) */
 void stewart_gough_closure_D_w_dot(const double w[12], const double wd[12], double residual_D_w_dot[72]);
 
-/* Every assembly mode of the platform, up to 28, the highest first.
- * |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite
+/* Every assembly mode of the platform, up to 28, from the highest to the lowest.
+ * |b_i(theta[k]) - a_i(q)| = l_i if theta[k] is finite
  * About 2000000 operations.
  *   q: actuator coordinates, 6 (m)
  *   theta: main-chain joints, one mode per row, 28 x 6 (m, rad)
- *   margin: |det J_x| over the product of its row norms: 0 if the platform is singular and two modes meet, 28 (1)
- *   unsure: number of complex solutions that were not found for certain; 0 where no mode is missing, 1 (1) */
+ *   margin: |det J_x| over the product of its row norms: 0 if the platform is singular and two modes coincide, 28 (1)
+ *   unsure: number of complex solutions that were not found for certain; 0 if no mode is missing, 1 (1) */
 void stewart_gough_modes(const double q[6], double theta[168], double margin[28], double unsure[1]);
 
 /* Every solution of the inverse kinematics, in 1 slots.
- * fk(q[k]) = T wherever residual[k] is rounding; the loops close with q[k] at T in another
- * assembly mode than that of fk(q[k]) wherever residual[k] is infinite and q[k] is not NaN
+ * fk(q[k]) = T if residual[k] is a rounding error; if residual[k] is infinite and q[k] is not NaN,
+ * the loops close with q[k] at T, but in another assembly mode than at fk(q[k])
  * About 3200 operations.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: coordinates of the legs, 1 x 6 (m)
@@ -489,7 +489,7 @@ void stewart_gough_ik(const double T[16], double q[6], double residual[1], doubl
  *   lower, upper: limits, 6 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 6; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 6; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int stewart_gough_ik_nearest(const double T[16], const double q_seed[6], const double lower[6],
     const double upper[6], const double weights[6], double q[6], double *residual, double *margin);
 

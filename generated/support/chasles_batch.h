@@ -2,7 +2,7 @@
  * chasles and is the same for every robot.
  *
  * The file is included once per instruction set, after chasles_lanes.h. `lanes_run` processes the
- * rows in tiles of LANES rows. The function transposes the inputs to lanes, runs a kernel and
+ * rows in tiles of LANES rows. The function transposes the inputs to SIMD lanes, runs a kernel and
  * transposes the results back. */
 #ifndef CHASLES_BATCH_H
 #define CHASLES_BATCH_H
@@ -26,9 +26,9 @@ typedef struct {
     const int *sizes; /* number of doubles in each input and each output */
 } lanes_shape;
 
-/* A result that is written to memory in complete cache lines. New rows are stored after the first
- * cache line of `stage`. The last `held` doubles of the first cache line are left over from earlier
- * rows. The first `skipped` doubles at `to` do not belong to the result. */
+/* A result that is written to memory in complete cache lines. New rows are written to `stage`,
+ * starting at its second cache line. The last `held` doubles of its first cache line are left over
+ * from earlier rows. The first `skipped` doubles in the array `to` do not belong to the result. */
 typedef struct {
     double *to;
     size_t held, skipped;
@@ -79,8 +79,7 @@ static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
                                                const ptrdiff_t *input_steps, double *const *outputs,
                                                const ptrdiff_t *output_steps)
 {
-    /* The work memory is aligned to a page. Storing to and loading from unaligned memory may take
-     * twice as long. */
+    /* The work memory is aligned to a page. */
     lanes work[LANES_MAX_WORK] __attribute__((aligned(4096)));
     lanes_stream streams[LANES_MAX_ARGUMENTS];
     const int *sizes = shape->sizes + shape->inputs;

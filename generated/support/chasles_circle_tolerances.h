@@ -3,22 +3,23 @@
 #ifndef CHASLES_CIRCLE_TOLERANCES_H
 #define CHASLES_CIRCLE_TOLERANCES_H
 
-/* Two complex roots are tried as real roots if half their distance [rad] is below this value. A
- * residual of 1e-9 separates a double root into two roots at a distance of 1e-4. */
+/* Two close complex roots are tried as real roots if half the distance between the two roots [rad]
+ * is below this value. */
 #define CHASLES_NEARLY_REAL 1e-3
-/* Size [rad] of the last Newton step to a root of the determinant. Further steps would only change
- * rounding errors. */
+/* Maximum size [rad] of the last Newton step to a root of the determinant. Further steps would only
+ * change rounding errors. */
 #define CHASLES_ROOT_FOUND 1e-9
 /* A Taylor series is recomputed if the sum of its terms is less than this multiple of its rounding
- * error. The series then has fewer than five correct digits. */
+ * error. */
 #define CHASLES_BLURRED 1e5
-/* If two roots of the determinant are closer than this distance [rad], the null vectors of the two
- * roots may be exchanged. */
+/* If two roots of the determinant are closer than this distance [rad], rounding errors may exchange
+ * their null vectors. */
 #define CHASLES_TWINS 1e-3
-/* The sign of the polynomial is uncertain below this multiple of its error. */
+/* The sign of the polynomial is uncertain if the magnitude is below this multiple of the rounding
+ * error. */
 #define CHASLES_UNSURE 10.0
-/* If the sign of the polynomial at a point is uncertain, two roots at this distance [rad] from the
- * point are assumed. */
+/* If the sign of the polynomial at an interval end is uncertain, two roots with this imaginary part
+ * [rad] are assumed. */
 #define CHASLES_EDGE 1e-4
 /* If the error [rad] of a root of the determinant exceeds this value, the root may represent
  * several roots. */

@@ -18,7 +18,8 @@ typedef struct {
 #endif
 } CLOSURE_NAME(closed);
 
-/* Factors D_u = Q R. s->sense is the sign of det D_u, or 0 if D_u is not a square matrix. */
+/* Computes the QR factorization D_u = Q R. s->sense is the sign of det D_u, or 0 if D_u is not
+ * square. */
 static void CLOSURE_NAME(factored)(CLOSURE_NAME(closed) * s)
 {
     s->sense = CLOSURE_M == CLOSURE_U ? 1.0 : 0.0;
@@ -89,9 +90,9 @@ static double CLOSURE_NAME(step)(CLOSURE_NAME(closed) * s)
     return size;
 }
 
-/* Newton's iteration. Returns whether the iteration converges within CLOSURE_STEPS while det D_u
- * keeps its sign `sense` (0: the sign after the first step). At intermediate points of the path,
- * the loops need not be closed exactly. */
+/* Runs Newton's iteration. Returns 1 if the iteration converges within CLOSURE_STEPS steps and det
+ * D_u keeps the sign `sense`, otherwise 0. If `sense` is 0, det D_u must keep the sign that it has
+ * at the first step. At intermediate points of the path, the loops need not be closed exactly. */
 static int CLOSURE_NAME(corrected)(CLOSURE_NAME(closed) * s, double sense, double contraction,
                                    int is_last)
 {

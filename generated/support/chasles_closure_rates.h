@@ -2,8 +2,8 @@
  * part of chasles and is the same for every robot. The file is included by chasles_closure.h.
  *
  * The linear equations are c_w w_q = 0, c_w wd = 0, c_w wdd = -(c_w)' wd and c_w (w_q)' = -(c_w)'
- * w_q, in which the rows of the actuated variables are known. D_u is factored only once, at the
- * configuration where the loops are closed. */
+ * w_q, in which the rows of the actuated variables are known. D_u is factored only once, in a
+ * configuration with closed loops. */
 
 /* Computes the derivative (W x Q) of all variables with respect to the coordinates. */
 static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) * s, double *D)
@@ -30,7 +30,6 @@ static void CLOSURE_NAME(rates)(const CLOSURE_NAME(closed) * s, const double *qd
         wd[CLOSURE_NAME(actuated)[k]] = CLOSURE_NAME(ratio)[k] * qd[k];
 }
 
-/* Computes x = -c_u^+ bend v, which is the curvature term of a second derivative. */
 static void CLOSURE_NAME(bent)(const CLOSURE_NAME(closed) * s, const double *bend, const double *v,
                                int step, double x[CLOSURE_U])
 {

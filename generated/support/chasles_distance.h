@@ -1,11 +1,9 @@
 /* Distance of a configuration from a seed, for choosing the nearest solution. This header of
  * chasles is the same for the generated C of every robot and for the runtime.
  *
- * The distance is the largest weighted displacement of a coordinate. If the distances of several
- * solutions differ only by rounding, the solution with the lowest index counts as nearest. Among
- * copies of one solution shifted by full turns, the copy with the smallest sum of displacements
- * counts as nearest.
- */
+ * The distance is the largest weighted displacement of a coordinate. If distances differ only by
+ * rounding errors, the solution with the lowest index is selected. Among copies of one solution
+ * shifted by full turns, the copy with the smallest sum of displacements counts as nearest. */
 #ifndef CHASLES_DISTANCE_H
 #define CHASLES_DISTANCE_H
 
@@ -14,9 +12,9 @@
 #include <string.h>
 
 #define CHASLES_FULL_TURN 6.283185307179586
-#define CHASLES_ROUNDING 63 /* number of low bits of a distance that rounding may change */
+#define CHASLES_ROUNDING 63 /* number of low bits of a distance that rounding errors may change */
 
-/* Returns a number of turns, rounded to an integer. Without a rounding instruction, rint is a slow
+/* Rounds a number of full turns to an integer. Without a rounding instruction, rint is a slow
  * function call. Adding and subtracting 1.5 * 2^52 rounds values below 2^51 to the integer that
  * rint returns. */
 static inline double chasles_whole(double turns)
@@ -29,9 +27,9 @@ static inline double chasles_whole(double turns)
 #endif
 }
 
-/* Returns the size of the displacement `apart` of a coordinate. For a coordinate with period 2 pi,
- * `turn` is CHASLES_FULL_TURN, and the result is the shorter of the two ways around the circle. For
- * any other coordinate, `turn` is 0. */
+/* Returns the size of a coordinate displacement. For a coordinate with period 2 pi, `turn` is
+ * CHASLES_FULL_TURN, and the result is the shorter of the two ways around the circle. For any other
+ * coordinate, `turn` is 0. */
 static inline double chasles_move(double apart, double turn)
 {
     return fabs(apart - turn * chasles_whole(apart * (1 / CHASLES_FULL_TURN)));
@@ -61,8 +59,9 @@ static inline double chasles_sum_of_moves(int n, const double *q_seed, const dou
     return sum;
 }
 
-/* Returns the bits of a distance as an integer. The low bits, which rounding may change, are zero.
- * Sorting these integers sorts the distances, because distances are not negative. NaN is last. */
+/* Returns the bit pattern of a distance as an integer. The low bits, which rounding may change, are
+ * zero. Sorting these integers sorts the distances, because distances are not negative. NaN is
+ * last. */
 static inline uint64_t chasles_rounded(double distance)
 {
     uint64_t bits;

@@ -1,18 +1,18 @@
 /* Finds all poses of a platform with six rods that end in three double joints. This file is part of
  * chasles and is the same for every robot.
  *
- * Two rods that share a joint constrain this joint to a circle about the line through their other
- * ends, with the points P_i = c_i + e_i cos(t_i) + f_i sin(t_i). The distances of the three joints
- * are known: |P_i - P_k|^2 = |b_i - b_k|^2, which is bilinear in the cosines and sines of t_i and
- * t_k.
+ * Two rods that share a joint keep this joint on a circle about the line through their other ends.
+ * The points of the circle are P_i = c_i + e_i cos(t_i) + f_i sin(t_i). The distances of the three
+ * joints are known: |P_i - P_k|^2 = |b_i - b_k|^2, which is bilinear in the cosines and sines of
+ * t_i and t_k.
  *
  * At an angle t_1, the distances from P_1 give two angles t_2 and two angles t_3, with square roots
  * of Delta_2 and Delta_3. The last distance, F_23, is then U + V w_2 + W w_3 + X w_2 w_3 with w_i^2
  * = Delta_i. The product of F_23 over the four combinations of signs contains no square roots.
  * Multiplied by its denominators, the product is a trigonometric polynomial of degree 8 in t_1,
- * whose zeros give up to sixteen poses. If the axes of all circles are coplanar, as with three
- * double joints on both sides, the sines of all angles from this plane cancel. The polynomial then
- * has degree 8 in cos(t_1), and the poses come in mirrored pairs.
+ * whose zeros give up to sixteen poses. With three double joints on both sides, the axes of all
+ * circles lie in one plane. If all angles are measured from such a plane, their sines cancel. The
+ * polynomial then has degree 8 in cos(t_1), and the poses come in mirrored pairs.
  *
  * Source:
  *     Innocenti and Parenti-Castelli, Direct position analysis of the Stewart platform mechanism,
@@ -28,14 +28,11 @@
 #include "chasles_circle_roots.h"
 #include "chasles_hexapod_tolerances.h"
 
-/* Number of samples that determine the polynomial's coefficients: a divisor of the cell count, and
- * more than twice the degree. */
+/* Number of samples of the polynomial. */
 #define CHASLES_JOINT_SAMPLES 24
 /* Maximum number of Newton steps for the three distance equations. */
 #define CHASLES_JOINT_STEPS 12
 
-/* The circles of three joints, and the coefficients of their distances, indexed by (1, cos, sin) of
- * joint k and (1, cos, sin) of joint k + 1. */
 typedef struct {
     double c[3][3], e[3][3], f[3][3];
     double distance[3][3][3];
@@ -88,8 +85,8 @@ static double chasles_joint_circle(const double (*a)[3], const double *l, double
     return apart > CHASLES_JOINTS_APART ? square : NAN;
 }
 
-/* Computes the coefficients of the squared distance of two joints, minus the known squared
- * distance. */
+/* Computes the coefficients of the squared distance between two joints, minus its known value
+ * `square`. */
 static void chasles_joint_distance(const chasles_double_joints *joints, int i, int k, double square,
                                    double (*Q)[3])
 {
@@ -107,9 +104,9 @@ static void chasles_joint_distance(const chasles_double_joints *joints, int i, i
     }
 }
 
-/* Computes the two zeros of g[0] + g[1] cos + g[2] sin. The vectors (1, cos, sin) of the zeros are
- * m + w n and m - w n, where w^2 = Delta.
- * `square` is the squared norm of (g[1], g[2]). */
+/* Computes the two zeros of g[0] + g[1] cos + g[2] sin. The vectors (1, cos, sin) of the two zeros
+ * are m + w n and m - w n, where w is the square root of delta. `square` is the squared norm of
+ * (g[1], g[2]). */
 typedef struct {
     double m[3], n[3], delta, square;
 } chasles_joint_pair;
@@ -123,7 +120,7 @@ static void chasles_joint_solved(const double *g, chasles_joint_pair *pair)
     pair->n[0] = 0.0, pair->n[1] = -g[2] * inverse, pair->n[2] = g[1] * inverse;
 }
 
-/* Computes the solutions for the two other joints at a given angle of the first joint. */
+/* Computes the other two joints for a given angle of the first joint. */
 static void chasles_joint_neighbours(const chasles_double_joints *joints, double cosine,
                                      double sine, chasles_joint_pair *pairs)
 {
@@ -157,7 +154,8 @@ static void chasles_joint_last(const chasles_double_joints *joints, const chasle
     parts[3] = chasles_joint_form(pairs[0].n, Q, pairs[1].n);
 }
 
-/* Evaluates the polynomial at an angle. Writes the sum of the absolute summands to `size`. */
+/* Evaluates the polynomial at an angle. Writes the sum of the absolute values of all terms to
+ * `size`. */
 static double chasles_joint_sample(const chasles_double_joints *joints, double cosine, double sine,
                                    double *size)
 {
@@ -219,7 +217,6 @@ static double chasles_joint_polished(const chasles_double_joints *joints, double
         if (!(worst < left))
             break;
         left = worst;
-        /* The linear equations are own[i] turn[i] + other[i] turn[i + 1] = -value[i]. */
         const double determinant = own[0] * own[1] * own[2] + other[0] * other[1] * other[2];
         for (int i = 0; i < 3; i++) {
             const int k = (i + 1) % 3, n = (i + 2) % 3;
@@ -240,8 +237,8 @@ static double chasles_joint_polished(const chasles_double_joints *joints, double
     return left;
 }
 
-/* Computes the axes of a triangle, as the rows of a matrix. Returns the sine of the angle at the
- * first corner of the triangle. */
+/* Computes the orthonormal frame of a triangle, with one axis in each matrix row. Returns the sine
+ * of the angle at the first corner. */
 static double chasles_joint_axes(const double (*corners)[3], double (*axes)[3])
 {
     double side[3];
@@ -278,8 +275,8 @@ static void chasles_joint_quaternion(const double (*R)[3], double *e)
         e[n] /= size;
 }
 
-/* Computes the pose (a quaternion and a position) that moves the joints from b to their circle
- * points. */
+/* Computes the pose (a quaternion and a position) that maps the joint positions b to the points x
+ * on the circles of the joints. */
 static void chasles_joint_pose(const chasles_double_joints *joints, const double (*b)[3],
                                const double (*x)[3], double *pose)
 {
@@ -299,8 +296,8 @@ static void chasles_joint_pose(const chasles_double_joints *joints, const double
         pose[4 + i] = at[0][i] - chasles_joint_dot(R[i], b[0]);
 }
 
-/* Computes the real platform pose for an angle of the first joint. The angle is a zero of the
- * polynomial. Returns whether the pose exists. */
+/* Computes (1, cos, sin) of the three joints for a zero `angle` of the polynomial. Returns whether
+ * a real pose exists at this angle. */
 static int chasles_joint_real(const chasles_double_joints *joints, double angle, double (*x)[3])
 {
     chasles_joint_pair pairs[2];
@@ -355,8 +352,9 @@ static int chasles_joint_poses(const chasles_double_joints *joints, const double
     return roots.count;
 }
 
-/* Computes all poses of a body: its three points b are on rods of lengths l from six points a, two
- * rods per point. Returns the number of poses, or -1 if the number is uncertain. */
+/* Computes all poses of a body on six rods of lengths l. The rods connect six points a to three
+ * body points b, with two rods per body point. Returns the number of poses, or -1 if the number is
+ * uncertain. */
 static int chasles_double_joint_poses(const double (*a)[3], const double *l, const double (*b)[3],
                                       double (*poses)[7])
 {

@@ -11,8 +11,8 @@
 #include "chasles_general_back.h"
 
 #define CHASLES_SLOTS 16
-/* The solutions of a pose count as complete if this number of nearby poses have certainly complete
- * solutions. */
+/* The solutions of a pose count as complete only if the solutions of this number of nearby poses
+ * are complete. */
 #define CHASLES_AGREED 4
 
 /* The solutions found so far, without duplicates. */
@@ -38,7 +38,8 @@ static int chasles_general_room(const chasles_general_six *six, const chasles_ge
     return margin[own] >= margin[CHASLES_SLOTS] ? -1 : own;
 }
 
-/* Returns the index of the first solution from `from` on that equals q, or the solution count. */
+/* Returns the lowest index, not less than `from`, of a solution that equals q. Returns the solution
+ * count if no solution equals q. */
 static int chasles_general_same(const chasles_general_six *six, const chasles_general_found *found,
                                 const double *q, int from)
 {
@@ -62,8 +63,7 @@ static int chasles_general_keep(const chasles_general_six *six, chasles_general_
     if (!(iterate->left <= CHASLES_SOLVED))
         return -1;
     int own = chasles_general_same(six, found, iterate->q, 0);
-    /* If there is a continuum of solutions, a refined solution may be equal to two stored
-     * solutions. */
+    /* In a continuum of solutions, a refined solution may coincide with two stored solutions. */
     if (own < found->count &&
         (found->residual[own] <= iterate->left ||
          chasles_general_same(six, found, iterate->q, own + 1) < found->count))
@@ -102,8 +102,8 @@ static void chasles_general_least(const double *J, double length, double *direct
         direction[k] /= norm;
 }
 
-/* Iterates a configuration to convergence and stores the solution. Returns a bit mask that contains
- * the index of the solution. */
+/* Iterates a configuration to convergence and stores the solution. Returns a bit mask in which the
+ * bit at the index of the solution is set, or 0 if the solution is not stored. */
 static unsigned chasles_general_finish(const chasles_general_six *six, const double *T,
                                        chasles_general_iterate *iterate,
                                        chasles_general_found *found)
@@ -142,8 +142,7 @@ static int chasles_general_bits(unsigned places)
     return count;
 }
 
-/* Returns whether solutions may be missing near a root of the determinant. Near a root, the number
- * of solutions must be the number of real roots, or exceed it by an even number. */
+/* Returns whether solutions may be missing near a root of the determinant. */
 static int chasles_general_is_short(const chasles_general_six *six,
                                     const chasles_general_order *order,
                                     const chasles_general_start *starts, int count,
@@ -163,8 +162,8 @@ static int chasles_general_is_short(const chasles_general_six *six,
     return near < roots || (near - roots) % 2;
 }
 
-/* Finds solutions at pairs of close roots of the determinant, where both null vectors of the matrix
- * are starts of Newton's iteration. Returns the indices of the solutions as a bit mask. */
+/* If two roots of the determinant are close, both null vectors of the matrix are starts of Newton's
+ * iteration. Returns the indices of the solutions as a bit mask. */
 static unsigned chasles_general_by_twins(const chasles_general_six *six, const double *T,
                                          const chasles_general_order *order,
                                          const chasles_general_system *system,
@@ -208,7 +207,7 @@ static unsigned chasles_general_by_starts(const chasles_general_six *six, const 
 }
 
 /* Finds the solutions at the roots of the determinant, for one elimination order. Returns whether
- * the number of solutions is certainly complete. */
+ * the number of solutions is known to be complete. */
 static int chasles_general_by_roots(const chasles_general_six *six, const double *T,
                                     const chasles_general_order *order,
                                     const chasles_general_system *system,
@@ -226,14 +225,13 @@ static int chasles_general_by_roots(const chasles_general_six *six, const double
     certain = certain && found->open == 0;
     for (int k = 0; k < count; k++)
         certain = certain && !chasles_general_is_short(six, order, starts, count, found, k);
-    /* The solutions of a pose come in pairs. An elimination order that misses a known solution is
-     * unreliable. */
+    /* The solutions of a pose come in pairs. */
     const int own = chasles_general_bits(places);
     return certain && own == found->count && own % 2 == 0;
 }
 
-/* Finds the solutions by one elimination order of the joints. Returns whether the solutions are
- * certainly complete. */
+/* Finds the solutions by one elimination order of the joints. Returns 1 if the solutions are known
+ * to be complete, otherwise 0. */
 static int chasles_general_by_order(const chasles_general_six *six, const double *T,
                                     const chasles_general_order *order,
                                     chasles_general_found *found)
@@ -280,9 +278,8 @@ static void chasles_general_nudged(const double *T, double length, double size, 
     }
 }
 
-/* Tries elimination orders until one order certainly finds all solutions. Returns 1 if an
- * elimination order certainly found all solutions, otherwise 0. If two elimination orders find no
- * solution, the pose counts as unreachable. */
+/* Tries elimination orders until one of them certainly finds all solutions. Returns 1 in this case,
+ * otherwise 0. If two elimination orders find no solution, the pose counts as unreachable. */
 static int chasles_general_by_orders(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
 {
@@ -295,8 +292,8 @@ static int chasles_general_by_orders(const chasles_general_six *six, const doubl
     return 0;
 }
 
-/* Adds the solutions that Newton's iteration reaches from the solutions of nearby poses. Returns
- * whether enough nearby poses have certainly complete solutions. */
+/* Adds the solutions that Newton's iteration reaches from the solutions of nearby poses. Returns 1
+ * if the solutions of enough nearby poses are known to be complete, otherwise 0. */
 static int chasles_general_by_nearby(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
 {
@@ -315,8 +312,8 @@ static int chasles_general_by_nearby(const chasles_general_six *six, const doubl
     return certain >= CHASLES_AGREED;
 }
 
-/* Finds all solutions of a pose. If roots coincide or the equations fail, starts Newton's iteration
- * from the complete solutions of nearby poses. */
+/* Finds all solutions of a pose. If roots coincide or the equations fail, Newton's iteration starts
+ * from the solutions of nearby poses. */
 static void chasles_general_search_all(const chasles_general_six *six, const double *T,
                                        chasles_general_found *found)
 {
@@ -336,9 +333,7 @@ typedef struct {
 static void chasles_general_nearest(const chasles_general_six *six, const double *T,
                                     chasles_general_found *found, chasles_general_rest *rest)
 {
-    /* Multiples of square roots, modulo 1, give evenly distributed start values. Angles start
-     * within (-pi, pi). Displacements of prismatic joints start within (-pi, pi) times the arm
-     * length. */
+    /* Displacements of prismatic joints start within (-pi, pi) times the arm length. */
     static const double roots[6] = {1.41421356, 1.73205081, 2.23606798,
                                     2.64575131, 3.31662479, 3.60555128};
     chasles_general_iterate iterate;
@@ -384,8 +379,9 @@ static void chasles_general_by_curve(const chasles_general_six *six, const doubl
     }
 }
 
-/* Searches for solutions on the self-motion curves near the solutions of nearby poses until
- * solutions are found. */
+/* Solves poses near T. For each solution of these poses, the function starts a self-motion curve
+ * nearby, and searches the curve for solutions of T. The search ends as soon as a solution is
+ * found. */
 static void chasles_general_by_self_motion(const chasles_general_six *six, const double *T,
                                            chasles_general_found *found)
 {
@@ -416,10 +412,9 @@ static void chasles_general_none(const chasles_general_six *six, const double *T
     }
 }
 
-/* Writes the solutions of a pose to sixteen solution slots. The solutions come first, sorted by the
- * suppressed joint of the first elimination order. Without solutions, the slots contain the
- * configurations with the smallest residuals; otherwise, unused slots contain a configuration that
- * is not a solution. */
+/* Writes the solutions of a pose to sixteen solution slots. If the pose has no solution, the slots
+ * contain the configurations with the smallest residuals. Otherwise, each unused slot contains a
+ * configuration that is not a solution. */
 static inline void chasles_general_slots(const chasles_general_arm *arm, const double *value,
                                          const double *T, double *q, double *residual,
                                          double *margin)

@@ -4,21 +4,21 @@
  * The arm and the target pose form a closed loop. The loop, numbered from any joint in either
  * direction, gives fourteen equations A y = B(s) x. The vector y contains the products of the
  * cosines and sines of two joints (the pair), and x is (1, cos, sin) of joint v times (1, cos, sin)
- * of joint w. The angle s belongs to another joint, the suppressed joint. Any constant transform of
- * the loop may contain the target pose. Six linear combinations of the rows do not contain y. With
- * the half angle of v, these six row combinations become twelve equations M(s) u = 0 in twelve
- * unknowns. The determinant det M is a trigonometric polynomial of degree 8 in s. Samples of det M
- * give its real roots (chasles_general_roots.h), and each root gives the other joints
- * (chasles_general_back.h). Newton's iteration on the pose refines the joints
- * (chasles_general_newton.h). The order in which the joints are numbered is an elimination order
- * (type chasles_general_order). If one order fails, other elimination orders and nearby poses are
- * tried (chasles_general.h). All computations use vectors of samples, roots or solutions
+ * of joint w. The angle s is the angle of one further joint, which is called the suppressed joint.
+ * Any constant transform of the loop may contain the target pose. Six linear combinations of the
+ * rows do not contain y. Expressed in the half angle of joint v, the six combinations become twelve
+ * equations M(s) u = 0 in twelve unknowns. The determinant det M is a trigonometric polynomial of
+ * degree 8 in s. Samples of det M give its real roots (chasles_general_roots.h), and each root
+ * gives the other joints (chasles_general_back.h). Newton's iteration on the pose refines the
+ * joints (chasles_general_newton.h). An elimination order (type chasles_general_order) is the order
+ * in which the joints are numbered. If one order fails, other elimination orders and nearby poses
+ * are tried (chasles_general.h). All computations use vectors of samples, roots or solutions
  * (chasles_vectors.h). The code allocates nothing, has no state and depends only on libm.
  *
- * A prismatic joint with displacement d has d and d^2 in place of cosine and sine. A prismatic
- * joint either belongs to the pair, or is joint v or w. If joint v is prismatic, joint w has the
- * half angle, and vice versa. If both joints of the pair are prismatic, half of the roots are not
- * solutions.
+ * For a prismatic joint, the displacement d and its square d^2 replace the cosine and the sine. A
+ * prismatic joint either belongs to the pair, or is joint v or w. If joint v is prismatic, the half
+ * angle of joint w is used instead. If both joints of the pair are prismatic, half of the roots are
+ * not solutions.
  */
 #ifndef CHASLES_GENERAL_EQUATIONS_H
 #define CHASLES_GENERAL_EQUATIONS_H
@@ -38,30 +38,26 @@
  * because rounding may dominate. */
 #define CHASLES_NEARLY_CLOSED 1e-12
 /* Two solutions are equal if their coordinates differ by less than this value (rad, or relative to
- * the arm length). Computed copies of a double solution differ by about 1e-8. */
+ * the arm length). */
 #define CHASLES_SAME 1e-6
-/* If the residual [m, rad] is above this value, the pose may be unreachable, and slow iterations
- * are abandoned. */
+/* If the residual [m, rad] is above this value, slow iterations are stopped. */
 #define CHASLES_NEAR 1e-4
 /* This value is added to pivots that may be zero. Matrix entries are about 1, with rounding errors
  * of about 1e-16. */
 #define CHASLES_PIVOT_FLOOR 1e-30
-/* Maximum error of the determinant relative to its largest coefficient; six digits are then
- * correct. */
+/* Maximum error of the determinant, relative to its largest coefficient. */
 #define CHASLES_NOISE 1e-6
-/* If the largest coefficient of the determinant is below this value, with matrix entries of order
- * 1, the determinant may be a zero polynomial with rounding errors. The polynomial is accepted if
+/* If the largest coefficient of the determinant is below this value, the determinant may be a zero
+ * polynomial with rounding errors. The matrix entries are of order 1. The polynomial is accepted if
  * its relative error is below CHASLES_CLEAN. For some axis structures, the determinant is zero
- * everywhere. If the axes deviate by 1e-3 from this structure, the determinant may be 1e-20 and
- * still have twelve valid digits. */
+ * everywhere. */
 #define CHASLES_VANISHED 1e-15
 #define CHASLES_CLEAN 1e-9
-/* Largest residual of the eight other equations at a root that belongs to a solution. Lengths in
- * the residual are divided by the arm length, squared lengths by the square of the arm length.
- * Simple solutions have a residual of 1e-8, and spurious roots a residual of 0.01 or more. */
+/* Maximum residual of the eight equations that contain y, at a root that belongs to a solution.
+ * Lengths in the residual are divided by the arm length, squared lengths by the square of the arm
+ * length. CHASLES_TELLS is the minimum ratio of the pivots of A at which the equations determine
+ * the pair of joints. */
 #define CHASLES_SOLVES_ALL 1e-4
-/* Smallest pivot ratio at which the equations for the pair count as regular; rounding alone gives
- * 1e-16. */
 #define CHASLES_TELLS 1e-9
 /* If the squared angle [rad^2] is below this value, a series of third order is exact to rounding.
  */
@@ -70,7 +66,7 @@
 #define CHASLES_DAMPING_FAR 1e-5
 /* Initial damping of Newton's steps near a solution. */
 #define CHASLES_DAMPING_NEAR 1e-14
-/* Below this value, the damping becomes zero. */
+/* A damping below this value is set to zero. */
 #define CHASLES_DAMPING_DROPPED 1e-13
 /* At this damping, the iteration is abandoned. */
 #define CHASLES_DAMPING_MAX 1e3
@@ -85,14 +81,15 @@
 #define CHASLES_ORDERS 4
 /* Maximum number of Newton steps. */
 #define CHASLES_STEPS 20
-/* Origin of the half angle [rad], away from the multiples of 90 degrees that are common in arms. */
+/* The half-angle substitution measures the joint angle from this angle [rad]. */
 #define CHASLES_HALF_FROM 0.61
 
 /* An elimination order, which is the order of the joints in the equations. */
 typedef struct {
-    int joint[6]; /* indices of the pair, the suppressed joint, v, w, and the last joint */
+    int joint[6]; /* joint indices in this order: the two joints of the pair, the suppressed joint,
+                     joint v, joint w, the last joint */
     int sense;    /* 1 if the loop is numbered from base to tool, -1 from tool to base */
-    int halved;   /* 0 if joint v has the half angle, 1 if joint w has the half angle */
+    int halved;   /* the joint of the half-angle substitution: 0 for joint v, 1 for joint w */
 } chasles_general_order;
 
 /* A joint. */
@@ -109,7 +106,7 @@ typedef struct {
     int joints;
     int kind[CHASLES_CHAIN_MAX_JOINTS];
     double direction[CHASLES_CHAIN_MAX_JOINTS]; /* sign of the motion of a joint about or along z */
-    double length; /* size of the arm (m), by which radians are converted to meters */
+    double length; /* size of the arm (m), which converts radians to meters */
     double placed[CHASLES_CHAIN_MAX_JOINTS + 1][12]; /* constant transforms (3, 4) */
     int orders;
     chasles_general_order order[CHASLES_ORDERS]; /* best first */
@@ -127,15 +124,15 @@ typedef struct {
     double placed[7][12];
 } chasles_general_six;
 
-/* The equations of an elimination order at a pose. */
+/* Coefficients of the equations of one elimination order for one target pose. */
 typedef struct {
     double loop[6][12];   /* C_1 ... C_6 */
     int slides[6];        /* whether each joint of the elimination order is prismatic */
     double factor[8][8];  /* triangular factor of the matrix A */
     double head[3][8][9]; /* coefficients of B in the eight equations that determine y */
     double rest[3][6][9]; /* six equations without y: coefficients of 1, cos, sin of the angle s */
-    double form[3][3][6][3]; /* the equations `rest` as polynomials in the half-angle tangent t;
-                                indices (1, cos, sin), (t^2, t, 1) */
+    double form[3][3][6][3]; /* the equations `rest` as polynomials in the half-angle tangent t; the
+                                indices stand for (1, cos, sin) and for (t^2, t, 1) */
 } chasles_general_system;
 
 static void chasles_general_product(const double *a, const double *b, double *c)
@@ -273,8 +270,8 @@ static void chasles_general_line(const double *C, double *x)
     x[6] = pp, x[7] = pl, x[14] = 1.0;
 }
 
-/* Computes the line quantities (chasles_general_line) of a moved line, which are linear functions
- * of the original line quantities. */
+/* Computes the quantities y of a line after a rigid motion C, from its quantities x before the
+ * motion. The comment at chasles_general_line lists these quantities. */
 static void chasles_general_moved(const double *C, const double *x, double *y)
 {
     const double d[3] = {C[3], C[7], C[11]};
@@ -299,8 +296,9 @@ static void chasles_general_moved(const double *C, const double *x, double *y)
     y[14] = x[14];
 }
 
-/* Computes the coefficients of 1, cos and sin in the line quantities (chasles_general_line). The
- * line is rotated by sign * angle about z. */
+/* Computes the quantities of a line that is rotated about z by sign * angle. Each quantity is a
+ * linear combination of 1, cos(angle) and sin(angle). The function writes the coefficients to
+ * `parts`, in this order. */
 static void chasles_general_turned(const double *x, double sign, double (*parts)[15])
 {
     static const int vectors[4] = {0, 3, 8, 11};
@@ -314,8 +312,8 @@ static void chasles_general_turned(const double *x, double sign, double (*parts)
     parts[0][6] = x[6], parts[0][7] = x[7], parts[0][14] = x[14];
 }
 
-/* Computes the coefficients of 1, d and d^2 in the quantities of a line; the line is translated by
- * sign * d along z. */
+/* Computes the quantities of a line that is translated by sign * d along z, as coefficients of 1, d
+ * and d^2. */
 static void chasles_general_slid(const double *x, double sign, double (*parts)[15])
 {
     memset(parts, 0, 3 * sizeof *parts);
@@ -331,8 +329,8 @@ static void chasles_general_slid(const double *x, double sign, double (*parts)[1
     twice[11] = x[3], twice[12] = x[4], twice[13] = -x[5];
 }
 
-/* Computes the coefficients of the line quantities (chasles_general_line) of a line that a joint
- * moves. */
+/* Computes the quantities (see chasles_general_line) of a line that a joint moves. The result
+ * contains the coefficients of 1, cos and sin, or of 1, d and d^2 for a prismatic joint. */
 static void chasles_general_parts(int slides, const double *x, double sign, double (*parts)[15])
 {
     if (slides)
@@ -341,8 +339,8 @@ static void chasles_general_parts(int slides, const double *x, double sign, doub
         chasles_general_turned(x, sign, parts);
 }
 
-/* Computes the fourteen equations: first the columns of A, then the columns of B. The first column
- * of B includes the constant terms of the left side. `slides` marks the prismatic joints. */
+/* Computes the fourteen equations: first the columns of A, then the columns of B. `slides` marks
+ * the prismatic joints. */
 static void chasles_general_rows(const double (*C)[12], const int *slides, double (*S)[36])
 {
     double inverse[12], x[15], y[15], one[3][15], two[3][15], three[3][15];
@@ -410,7 +408,7 @@ static void chasles_general_reflect(double (*S)[36])
     }
 }
 
-/* Separates the six equations without y from the eight equations that determine y. */
+/* Separates the six equations that do not contain y from the eight equations that determine y. */
 static void chasles_general_eliminate(const chasles_general_six *six,
                                       const chasles_general_order *order, const double *T,
                                       chasles_general_system *system)

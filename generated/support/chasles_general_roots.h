@@ -2,11 +2,8 @@
  * roots, and the null vector of M. This file is part of chasles and is the same for every robot.
  *
  * With sine s and cosine c of the half angle, each of the six equations without y has the form (A
- * s^2 + B s c + C c^2) x = 0. Multiplied by s and by c, the six equations have the rows [A B C 0]
- * and [0 A B C] for the unknowns (s^3 x, s^2 c x, s c^2 x, c^3 x). Householder reflections
- * eliminate A from the upper rows and C from the lower rows. A 6 x 6 matrix for (s^2 c x, s c^2 x)
- * remains.
- */
+ * s^2 + B s c + C c^2) x = 0. The six equations times s, and the six equations times c, give the
+ * matrix rows [A B C 0] and [0 A B C] for the unknowns (s^3 x, s^2 c x, s c^2 x, c^3 x). */
 #ifndef CHASLES_GENERAL_ROOTS_H
 #define CHASLES_GENERAL_ROOTS_H
 
@@ -110,8 +107,8 @@ static void chasles_general_factored(const chasles_general_system *system, const
                                      const chasles_vector *s, chasles_vector (*R)[6],
                                      chasles_vector *determinant)
 {
-    /* First the columns of A, B and C (factor s) are reduced, then the columns of C, B and A
-     * (factor c). */
+    /* Array `high` contains the columns of A, B and C (the rows [A B C 0]), and array `low`
+     * contains the columns of C, B and A (the rows [0 A B C]). */
     const chasles_vector zero = {0.0};
     chasles_vector high[9][6], low[9][6];
     for (int f = 0; f < 3; f++) {
@@ -126,8 +123,8 @@ static void chasles_general_factored(const chasles_general_system *system, const
     memcpy(low + 3, high + 3, 3 * sizeof *low);
     memcpy(low + 6, high, 3 * sizeof *low);
     *determinant = zero + 1.0;
-    /* The steps of both factorizations alternate: while one waits for a square root or a quotient,
-     * the other computes. */
+    /* The steps of both factorizations alternate. While one factorization waits for a square root
+     * or a quotient, the processor can advance the other. */
     CHASLES_UNROLL
     for (int j = 0; j < 3; j++) {
         chasles_general_reflected(high, j, 9, determinant);
@@ -154,7 +151,6 @@ static void chasles_general_null(chasles_vector (*R)[6], chasles_vector *x)
     chasles_general_upper(R, x);
     chasles_general_lower(R, x);
     chasles_general_upper(R, x);
-    /* The square of the solution of a nearly singular system may overflow. */
     for (int j = 0; j < 6; j++) {
         const chasles_vector size = chasles_vector_sizes(x[j]);
         largest = chasles_vector_chosen(size > largest, size, largest);
@@ -216,9 +212,7 @@ static void chasles_general_interpolated(const chasles_general_system *system,
     series->noise += DBL_EPSILON * series->most;
 }
 
-/* Computes the polynomial on one cell from samples in this cell. If several close roots make the
- * polynomial small in the whole cell, these samples give more digits than samples around the
- * circle. */
+/* Computes the polynomial of one cell from samples. */
 static void chasles_general_sampled(const void *source, chasles_circle_part *part)
 {
     const chasles_general_system *system = (const chasles_general_system *)source;

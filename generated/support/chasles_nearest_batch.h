@@ -19,10 +19,10 @@ typedef struct {
 #endif
 
 /* Selects in each SIMD lane the solution that is nearest to the seed. The limits are ignored.
- * `found` receives the n coordinates of this solution, shifted by full turns to the values nearest
- * to the seed, its residual and its margin. `least` receives the distance of this solution from the
- * seed, with the slot number in its last bits. `is_inside` becomes 1 in lanes whose solution is
- * within the limits, otherwise 0.
+ * `found` receives the coordinates of the selected solution (shifted by full turns towards the
+ * seed), its residual and its margin. The function writes the distance of this solution from the
+ * seed to `least`. The lowest bits of `least` are replaced by the number of the solution slot.
+ * `is_inside` becomes 1 in lanes whose solution is within the limits, otherwise 0.
  *
  * `slots` contains SIMD vectors: n coordinates for each of the k solution slots, then k residuals
  * and k margins. */
@@ -44,8 +44,7 @@ LANES_INLINE void LANES_NAME(chasles_select_lanes)(int n, int k, const lanes *sl
             LANES_NAME(lanes_fabs)(&move, &move);
             largest = LANES_MAX(move * moves->scale[j], largest);
         }
-        /* The slot number replaces the last bits of the distance, as in chasles_least. Comparisons
-         * with NaN are false. */
+        /* Comparisons with NaN are false. */
         key = (lanes)(((lanes_mask)largest & ~(int64_t)CHASLES_ROUNDING) | slot);
         const lanes_where is_nearer =
             LANES_AND(LANES_LT(key, *least), LANES_LE(residual, by->tolerance));

@@ -1,11 +1,12 @@
-/* Selects the nearest solution of an inverse whose branches are in SIMD lanes; the distances are
- * computed in these lanes. This file is part of chasles and is the same for every robot. */
+/* Selects the nearest solution of an inverse whose branches are in SIMD lanes. Each lane computes
+ * the distance of one branch from the seed. This file is part of chasles and is the same for every
+ * robot. */
 #ifndef CHASLES_NEAREST_LANES_H
 #define CHASLES_NEAREST_LANES_H
 
-/* Computes the distance of each branch from the seed without limits; the results equal those of
- * chasles_distances. Each lane of a vector contains one branch: its n coordinates and its residual.
- */
+/* Computes the distance of each branch from the seed, and ignores the limits. The results equal
+ * those of chasles_distances. Each lane of a vector contains one branch: its n coordinates and its
+ * residual. */
 LANES_INLINE lanes LANES_NAME(chasles_lane_distances)(int n, const lanes *branches,
                                                       const chasles_moves *moves, double tolerance,
                                                       const double *q_seed)
@@ -35,10 +36,8 @@ LANES_INLINE double LANES_NAME(chasles_least_lane)(lanes x)
 }
 
 /* Selects the solution nearest to the seed without regard to the limits. If this solution is within
- * the limits, writes the solution and returns its slot. Otherwise, returns a negative number.
- *
- * `branches` contains `width` SIMD vectors for each group of LANES solution slots; the number of
- * groups is LANES_COUNT(slots). */
+ * the limits, writes q, residual and margin, and returns its slot. Otherwise, returns a negative
+ * number. */
 LANES_INLINE int LANES_NAME(chasles_nearest_lanes)(int n, int slots, int width,
                                                    const lanes *branches,
                                                    const chasles_moves *moves, double tolerance,

@@ -8,19 +8,22 @@
 
 #include "chasles_nearest.h"
 
-/* Passive joints that have limits. Their values depend on the n coordinates of the robot. In
- * `moves`, the limits of the coordinates come first, then the limits of the passive joints. */
+/* Passive joints that have limits. The values of passive joints follow from the n coordinates of
+ * the robot. In `moves`, the limits of the coordinates come first, then the limits of the passive
+ * joints. */
 typedef struct {
     int joints;
     int (*inside)(const chasles_moves *moves, const double *q);
 } chasles_passive;
 
-/* Returns whether joints are within their limits.
- * n is the number of coordinates.
- * joints is the number of joints.
-
- * index: the variable of each joint in the configuration z
- * turn: CHASLES_FULL_TURN if full turns of a joint keep the configuration, otherwise 0 */
+/* Returns whether passive joints are within their limits.
+ *
+ * n       is the number of coordinates.
+ * joints  is the number of passive joints with limits.
+ * index   contains the index of each joint in the configuration z.
+ * turn    contains CHASLES_FULL_TURN for a joint whose full turns keep the configuration, otherwise
+ * 0.
+ */
 static inline int chasles_passive_inside(const chasles_moves *moves, int n, int joints,
                                          const int *index, const double *turn, const double *z)
 {

@@ -35,7 +35,6 @@ static inline int chasles_project(const double *T, double tolerance, double *rig
     for (k = 0; k < 9; k++) {
         R[k] = T[k / 3 * 4 + k % 3];
     }
-    /* Six steps reduce a deviation of 0.1 to rounding level. */
     for (step = 0; step < 6; step++) {
         for (i = 0; i < 3; i++) {
             for (j = 0; j < 3; j++) {

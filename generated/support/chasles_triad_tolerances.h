@@ -6,7 +6,8 @@
 
 /* Error of the polynomial's coefficients, which are sums of products of order 1. */
 #define CHASLES_TRIAD_NOISE 4e-15
-/* Maximum coefficient at which the polynomial counts as zero; the rods can then stay parallel. */
+/* If all coefficients are at most this value, the polynomial counts as zero and the rods can stay
+ * parallel. */
 #define CHASLES_TRIAD_VANISHED 1e-12
 /* Maximum rod length error of an assembly mode, relative to the platform size. */
 #define CHASLES_TRIAD_CLOSED 1e-12
@@ -15,7 +16,7 @@
 #define CHASLES_TRIAD_POLISHED 1e-15
 /* Maximum rotation per step [rad]; a larger rotation may reach another assembly mode. */
 #define CHASLES_TRIAD_STEP 0.3
-/* Distance [rad] from a root within which rounding may hide other roots. */
+/* Rounding errors may hide other roots within this distance [rad] of a root. */
 #define CHASLES_TRIAD_SEARCHED 2e-2
 /* Two assembly modes are equal if they differ by less than this value (relative to the platform
  * size, and rad). Near a double root, a difference of 1e-7 changes the rod lengths only by about

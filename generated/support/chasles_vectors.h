@@ -8,8 +8,6 @@
 #include <stdint.h>
 
 #if defined(__GNUC__) && !defined(CHASLES_PLAIN)
-/* Vectors have the width of a register, because the compiler would spill wider vectors to memory.
- */
 #if defined(__AVX512F__)
 #define CHASLES_VECTOR_LANES 8
 #elif defined(__AVX__)
@@ -49,7 +47,7 @@ CHASLES_INLINE chasles_vector chasles_vector_signed(chasles_vector x, chasles_ve
                             ((chasles_vector_mask)y & INT64_MIN));
 }
 #else
-/* Plain C code that computes with vectors of one lane. */
+/* Plain C version, in which a vector contains one double. */
 #define CHASLES_VECTOR_LANES 1
 typedef double chasles_vector;
 typedef int chasles_vector_mask;

@@ -146,12 +146,12 @@ void ur5e_acceleration_body(const double q[6], const double qd[6], const double 
 void ur5e_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]);
 
 /* Every solution of the inverse kinematics, in 8 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 1095 operations: multiply 458, add 421, negate 18, trig 26, other 172.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution per row, 8 x 6 (rad)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 8 (1) */
 void ur5e_ik(const double T[16], double q[48], double residual[8], double margin[8]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -161,7 +161,7 @@ void ur5e_ik(const double T[16], double q[48], double residual[8], double margin
  *   lower, upper: limits, 6 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 6; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 6; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int ur5e_ik_nearest(const double T[16], const double q_seed[6], const double lower[6], const double
     upper[6], const double weights[6], double q[6], double *residual, double *margin);
 

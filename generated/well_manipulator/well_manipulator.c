@@ -7421,7 +7421,7 @@ void well_manipulator_passive_D_q(const double q[7], double passive_D_q[28]) {
   passive_D_q[27] = v121;
 }
 
-// All joints, swings and cylinder lengths, angles between -pi and pi.
+// All joints, swing angles and cylinder lengths, angles between -pi and pi.
 // 152 operations: multiply 60, add 55, trig 8, other 29
 void well_manipulator_configuration(const double q[7], double z[15]) {
   // inputs
@@ -7604,7 +7604,7 @@ void well_manipulator_configuration(const double q[7], double z[15]) {
   z[6] = v152;
 }
 
-// Margin of each step of the loops' solution, zero at its dead point.
+// Margin of each step of the loops' solution, zero at the dead point of the step.
 // 32 operations: multiply 12, add 8, other 12
 void well_manipulator_margin(const double q[7], double margin[4]) {
   // inputs
@@ -7652,7 +7652,7 @@ void well_manipulator_margin(const double q[7], double margin[4]) {
   margin[3] = v32;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 188 operations: multiply 80, add 75, trig 8, other 25
 void well_manipulator_chain_all(const double q[7], double theta[112], double margin[64]) {
   // inputs
@@ -8637,7 +8637,7 @@ void well_manipulator_actuator_accelerations(const double theta[7], const double
   qdd[6] = v220;
 }
 
-// All branches of the loops' solution, NaN where a branch does not close.
+// All branches of the loops' solution, NaN if a branch does not close.
 // 56 operations: multiply 24, add 20, trig 8, other 4
 void well_manipulator_actuators_all(const double theta[7], double q[7], double margin[1]) {
   // inputs
@@ -8712,7 +8712,7 @@ void well_manipulator_actuators_all(const double theta[7], double q[7], double m
   q[6] = v56;
 }
 
-// Residuals of the loop closure equations, zero where the loops are closed.
+// Residuals of the loop closure equations, zero if the loops are closed.
 // 64 operations: multiply 24, add 24, trig 16
 void well_manipulator_constraint(const double z[15], double residual[8]) {
   // inputs

@@ -191,7 +191,7 @@ void well_manipulator_passive(const double q[7], double passive[4]);
  *   passive_D_q: derivative, 4 x 7 (1, m, 1/m) */
 void well_manipulator_passive_D_q(const double q[7], double passive_D_q[28]);
 
-/* All joints, swings and cylinder lengths, angles between -pi and pi.
+/* All joints, swing angles and cylinder lengths, angles between -pi and pi.
  * z = (theta1, theta2, theta3, l_HI, theta5, l_MN, theta7, cylinder_1, theta8, cylinder_2, theta9,
  * cylinder_3, theta10, cylinder_4, theta11), constraint(z) = 0
  * 152 operations: multiply 60, add 55, trig 8, other 29.
@@ -199,14 +199,14 @@ void well_manipulator_passive_D_q(const double q[7], double passive_D_q[28]);
  *   z: full configuration, 15 (rad or m) */
 void well_manipulator_configuration(const double q[7], double z[15]);
 
-/* Margin of each step of the loops' solution, zero at its dead point.
- * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
+/* Margin of each step of the loops' solution, zero at the dead point of the step.
+ * sin^2 of the transmission angle: 0 at a dead point, negative out of reach
  * 32 operations: multiply 12, add 8, other 12.
  *   q: actuator coordinates, 7 (rad or m)
  *   margin: margins, 4 (1) */
 void well_manipulator_margin(const double q[7], double margin[4]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: cylinder_1 left, cylinder_2 left, cylinder_3 left, cylinder_4 left; cylinder_1 left,
  * cylinder_2 left, cylinder_3 left, cylinder_4 right; cylinder_1 left, cylinder_2 left, cylinder_3
  * right, cylinder_4 left; cylinder_1 left, cylinder_2 left, cylinder_3 right, cylinder_4 right;
@@ -257,7 +257,7 @@ void well_manipulator_actuator_rates(const double theta[7], const double thetad[
  *   qdd: actuator accelerations, 7 (rad or m/s^2) */
 void well_manipulator_actuator_accelerations(const double theta[7], const double thetad[7], const double thetadd[7], double qdd[7]);
 
-/* All branches of the loops' solution, NaN where a branch does not close.
+/* All branches of the loops' solution, NaN if a branch does not close.
  * branches: the only one
  * 56 operations: multiply 24, add 20, trig 8, other 4.
  *   theta: joints of the main chain, 7 (rad or m)
@@ -265,7 +265,7 @@ void well_manipulator_actuator_accelerations(const double theta[7], const double
  *   margin: margins of each branch, 1 x 1 (1) */
 void well_manipulator_actuators_all(const double theta[7], double q[7], double margin[1]);
 
-/* Residuals of the loop closure equations, zero where the loops are closed.
+/* Residuals of the loop closure equations, zero if the loops are closed.
  * independent scalar equations of each loop: cylinder_1 (2), cylinder_2 (2), cylinder_3 (2),
  * cylinder_4 (2)
  * 64 operations: multiply 24, add 24, trig 16.
@@ -289,15 +289,15 @@ void well_manipulator_constraint_D_z(const double z[15], double residual_D_z[120
 void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15], double residual_D_z_dot[120]);
 
 /* Every solution of the inverse kinematics, in 2 slots.
- * fk(q[k]) = T wherever residual[k] is rounding
+ * fk(q[k]) = T if residual[k] is a rounding error
  * 680 operations: multiply 335, add 286, trig 3, other 56.
  *   T: pose of the tool, T_0_R, 4 x 4 (1, m)
- *   l_HI: the value of l_HI, which is given,  (m)
- *   l_MN: the value of l_MN, which is given,  (m)
- *   theta7: the value of theta7, which is given,  (rad)
+ *   l_HI: the value of the fixed joint l_HI,  (m)
+ *   l_MN: the value of the fixed joint l_MN,  (m)
+ *   theta7: the value of the fixed joint theta7,  (rad)
  *   q: joint coordinates, one solution per row, 2 x 7 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
+ *   margin: distance from the boundary of the reachable set, negative outside, 2 (1) */
 void well_manipulator_ik(const double T[16], const double l_HI[1], const double l_MN[1], const double theta7[1], double q[14], double residual[2], double margin[2]);
 
 /* The solution of ik nearest to q_seed within limits.
@@ -308,7 +308,7 @@ void well_manipulator_ik(const double T[16], const double l_HI[1], const double 
  *   lower, upper: limits, 7 each; NULL for the robot's limits, infinite for no limit
  *   weights: weight of each coordinate's displacement in the distance, 7; NULL for 1
  *   q: the solution, shifted by full turns towards q_seed, 7; NaN without a solution
- *   residual, margin: of its slot, or without a solution of the slot of least residual */
+ *   residual, margin: of this slot; without a solution, of the slot of smallest residual */
 int well_manipulator_ik_nearest(const double T[16], const double q_seed[7], const double lower[7],
     const double upper[7], const double weights[7], double q[7], double *residual, double *margin);
 

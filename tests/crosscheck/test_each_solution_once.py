@@ -25,7 +25,7 @@ SEEDS = (0, 1, 14)
 
 
 def slots(functions, compiled, T):
-    """Returns coordinates (N, k, n), margins and validity (N, k) at poses (16, N)."""
+    """Return coordinates (N, k, n), margins and validity (N, k) at poses (16, N)."""
     ik = next(f for f in functions if f.name == "ik")
     found = []
     for signs in patterns(ik) if ik.signs else [None]:
@@ -39,13 +39,13 @@ def slots(functions, compiled, T):
 
 
 def apart(q, other, turns, size):
-    """Returns the largest coordinate difference in radian, or relative to a size."""
+    """Return the largest coordinate difference in radian, or relative to a size."""
     d = q - other
     return np.abs(np.where(turns, np.remainder(d + np.pi, 2 * np.pi) - np.pi, d / size)).max(-1)
 
 
 def faults(functions, compiled, q, turns, size):
-    """Counts repeated solutions and missing configurations away from dead points."""
+    """Count repeated solutions and missing configurations away from dead points."""
     T = np.array(compiled["fk"](q.T)).reshape(16, -1)
     closed = np.isfinite(T).all(0)
     q, T = q[closed][:POSES], T[:, closed][:, :POSES]
@@ -60,14 +60,17 @@ def faults(functions, compiled, q, turns, size):
 
 
 def evaluated(mechanism):
-    """Returns `fk` and `ik` as equations and in CasADi."""
+    """Return `fk` and `ik` as equations and in CasADi."""
     functions = derive(mechanism, functions=FUNCTIONS).functions
     assert {f.name for f in functions} == {*FUNCTIONS}
     return functions, dict(zip((f.name for f in functions), lower(functions, "drawn"), strict=True))
 
 
 def drawn_faults(seed):
-    """Counts faults of a random mechanism whose inverse depends on the pose only."""
+    """Count the faults of a random mechanism.
+
+    The pose is the only input of the inverse.
+    """
     mechanism = drawn_mechanism(seed).mechanism
     functions, compiled = evaluated(mechanism)
     assert all(len(f.inputs) == 1 for f in functions)
@@ -102,7 +105,7 @@ PLATFORM_POSES = 4
 
 
 def rods(q, p):
-    """Returns squared rod lengths minus l^2 for q (..., 3), and their derivatives."""
+    """Return squared rod lengths minus l^2 for q (..., 3), and their derivatives."""
     f, slope = [], []
     for k in range(3):
         c, s = np.cos(2 * np.pi / 3 * k), np.sin(2 * np.pi / 3 * k)
@@ -116,7 +119,7 @@ def rods(q, p):
 
 
 def holding(p, rng):
-    """Finds all actuator values at a platform position by Newton's method."""
+    """Find all actuator values at a platform position by Newton's method."""
     q = rng.uniform(-np.pi, np.pi, (400, 3))
     for _ in range(60):
         f, slope = rods(q, p)
@@ -138,7 +141,7 @@ def test_delta_ik_finds_every_elbow_solution_exactly_once():
         every = holding(T.reshape(4, 4)[:3, 3], rng)
         assert len(every) == 8
         poses = np.array(compiled["fk"](every.T)).reshape(16, -1)
-        # Further actuator values reach the position in a different assembly mode.
+        # Some actuator values reach the target position only in a different assembly mode.
         wanted = every[np.abs(poses - T).max(0) < 1e-9]
         q, _, residual = slots(functions, compiled, T)
         found = q[0][residual[0] < 1e-9]

@@ -21,7 +21,7 @@ MIXED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
 
 def model_of(S, M):
-    """Builds a chain with home screws S (6, n) and tool home pose M."""
+    """Build a chain with home screws S (6, n) and tool home pose M."""
     model, parent, at = pin.Model(), 0, pin.SE3.Identity()
     for k, (v, w) in enumerate(zip(S[:3].T, S[3:].T, strict=True)):
         turns = np.linalg.norm(w) > 0.5
@@ -38,7 +38,7 @@ def model_of(S, M):
 
 
 def reduced_jacobian(model, q, locked):
-    """Returns the tool's mixed Jacobian (6, free) without the fixed joints."""
+    """Return the tool's mixed Jacobian (6, free) without the fixed joints."""
     reduced = pin.buildReducedModel(model, [int(k) + 1 for k in np.flatnonzero(locked)], q)
     data = reduced.createData()
     return pin.computeFrameJacobian(
@@ -47,7 +47,7 @@ def reduced_jacobian(model, q, locked):
 
 
 def damped(J, V, unit, length, rank):
-    """Solves the damped least-squares equation of rates.py.
+    """Solve the damped least-squares equation of rates.py.
 
     Returns joint rates and the smallest singular value of the Jacobian.
     """
@@ -125,7 +125,7 @@ def test_random_chain_rates_with_fixed_joints_match_reduced_model():
 
 
 def random_screws(dice, rng, n):
-    """Returns random screws (6, n). Many axes are parallel or intersect."""
+    """Return random screws (6, n). Many axes are parallel or intersect."""
     columns = []
     for _ in range(n):
         axis = np.eye(3)[dice.randrange(3)] if dice.random() < 0.6 else rng.normal(size=3)
@@ -138,7 +138,10 @@ def random_screws(dice, rng, n):
 
 @pytest.mark.parametrize("name", SERIAL)
 def test_track_keeps_fixed_joints_exactly(name):
-    """The robot can follow the path without its fixed joints, whose values stay bitwise equal."""
+    """The robot tracks the path with its free joints only.
+
+    The values of the fixed joints do not change.
+    """
     robot = chasles.load(name)
     rng = np.random.default_rng(3)
     for _ in range(4):

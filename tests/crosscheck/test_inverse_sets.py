@@ -43,8 +43,7 @@ def test_no_reachable_configuration_is_missed(case):
     for poses in sets(case, SMALL):
         verdict = judged(case, poses, lambda q: own_answers(case, q))
         assert (verdict.missed, verdict.wrong, verdict.lost or 0) == (0, 0, 0), poses.name
-        # Close to a dead point, the loops determine the actuators to half of the digits of a
-        # double.
+        # Close to a dead point, the loops determine only half of the digits of the actuator values.
         if poses.name == "random" and not case.robot.loops:
             assert verdict.worst <= WORST_INVERSE
         checked += 1

@@ -2,7 +2,8 @@
 
 The Pinocchio model has numerical placements, a joint for each coordinate-dependent motion, and one
 more joint at the tool. A regressor returns the tool twist per displacement of each placement. A
-complex-step derivative returns the displacement per parameter, exact up to rounding errors.
+complex-step derivative gives the displacement of each placement per unit of a parameter. This
+derivative is exact up to rounding errors.
 """
 
 import numpy as np
@@ -55,7 +56,7 @@ def test_identification_jacobian_matches_pinocchio_in_every_frame():
 
 
 def regressor_jacobian(found: Geometry, q, p, frame: str) -> np.ndarray:
-    """Returns the tool twist (6, k) per unit of each parameter."""
+    """Return the tool twist (6, k) per unit of each parameter."""
     symbols = [*found.q, *(parameter.symbol for parameter in found.parameters)]
     values = np.array([*q, *p], dtype=float)
     placements, joints = _segments(found)
@@ -89,7 +90,7 @@ def regressor_jacobian(found: Geometry, q, p, frame: str) -> np.ndarray:
 
 
 def _segments(found: Geometry):
-    """Returns the constant placements, and the joints as tuples (is revolute, axis, value)."""
+    """Return the constant placements, and the joints as tuples (is revolute, axis, value)."""
     placements, joints, waiting = [], [], []
     for motion in found.motions:
         arguments = [motion.angle] if isinstance(motion, Rotation) else list(motion.vector)
@@ -112,7 +113,7 @@ def _joint(described):
 
 
 def _placement(motions, symbols):
-    """Returns a placement (4, 4) as a function of real or complex numbers."""
+    """Return a placement (4, 4) as a function of real or complex numbers."""
     arguments = [m.angle if isinstance(m, Rotation) else list(m.vector) for m in motions]
     evaluated = sp.lambdify([symbols], arguments)
 

@@ -14,7 +14,7 @@ PARTS = {"all": "all", "linear": "trans", "angular": "rot"}
 
 
 def models():
-    """Returns the arms of the Robotics Toolbox.
+    """Return the arms of the Robotics Toolbox.
 
     The toolbox model of panda is used without a tool.
     """
@@ -28,7 +28,8 @@ def models():
 def test_manipulability_measures_match_robotics_toolbox(name, components):
     oracle, robot = models()[name], chasles.load(name)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (POSES, robot.n))
-    # Our panda includes the hand, so its Jacobian is passed to the toolbox.
+    # The `panda` of chasles includes a hand and the `panda` of the toolbox does not. Therefore,
+    # both programs get the Jacobian from chasles.
     given = [{"J": robot.jacobian_mixed(at)} if name == "panda" else {"q": at} for at in q]
     found = robot.manipulability(q, components=components, characteristic_length=1.0)
     for field, method in (("measure", "yoshikawa"), ("min_singular_value", "minsingular")):

@@ -62,7 +62,7 @@ def test_peer_model_has_same_kinematics_and_limits(name):
 
 
 def reach_beyond(robot, count):
-    """Returns poses that are 10 % farther from the base than the tool can reach."""
+    """Return poses that are 10 % farther from the base than the tool can reach."""
     T = numeric_task(robot.name, 2000).T
     reach = np.linalg.norm(T[:, :3, 3], axis=1)
     T = T[:count].copy()
@@ -76,7 +76,7 @@ def some(robot, count):
 
 
 def scipys(error, robot, q, jac="2-point"):
-    """Returns the smallest error norm that SciPy finds within the limits."""
+    """Return the smallest error norm that SciPy finds within the limits."""
     tight = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}
     limits = (robot.lower, robot.upper)
     return np.sqrt(2 * optimize.least_squares(error, q, jac, limits, **tight).cost)

@@ -7,7 +7,7 @@ pytest.importorskip("pinocchio", reason="missing package: pinocchio (make test i
 from tests.campaigns.chains import check_jacobians, check_motions
 
 CHAINS, MOTIONS = (2, 6, 8, 9, 10, 11, 13), (3, 15)
-"""Seeds of chains that together cover every frame, every joint type and a mimic joint."""
+"""Random seeds whose chains together cover every frame type, every joint type and a mimic joint."""
 
 
 @pytest.mark.parametrize("seed", CHAINS)

@@ -1,7 +1,6 @@
 """Inverses of random arms with round dimensions miss no pose and return no wrong solution.
 
-The joint angles are random, or multiples of 90 degrees. ``make campaign ONLY=losses`` tests more
-arms.
+The joint angles are random, or multiples of 90 degrees.
 """
 
 import numpy as np
@@ -20,9 +19,9 @@ OBLIQUE_WRISTS = (80,)
 """Arm with a joint rotation that the pose does not determine. The wrist of this arm reaches only
 some orientations."""
 LOST_BEFORE = (50925,)
-"""Arm with poses that the closed form misses, but that the fixed-joint steps find."""
+"""Arm with poses that the closed form misses."""
 FOLDED = (33, 20350, 53401)
-"""Arms whose elbow is nearly folded near some multiples of 90 degrees."""
+"""Seeds of random arms that can be nearly folded at the elbow."""
 OTHERS = (88, 764, 1478)
 SLIDES = (
     *((chain, False) for chain in ("P=R/P", "RLPLR/RxrxR")),
@@ -32,7 +31,7 @@ SLIDES = (
 
 
 def clean(case, seed):
-    """Tests that all solutions are found without refinement."""
+    """Test that all solutions are found without refinement."""
     for chosen, poses in sets(case, np.random.default_rng(seed)):
         if poses.name.startswith("near"):
             continue
@@ -73,7 +72,6 @@ def test_turntable_position_inverse_moves_fourth_joint_if_needed():
     assert found.valid.any(axis=1).all()
     bent = np.abs(found.q[..., 3]).max(axis=1) > 1e-6
     assert 0 < bent.sum() < 1000
-    # If the arm reaches a position with joint 4 at 0, `ik_position` sets joint 4 to 0.
     q[:, 3] = 0
     assert not case.found(q).q[..., 3].any()
 
@@ -105,7 +103,6 @@ def test_parallel_forearm_misses_no_right_angle_pose(chain, monkeypatch):
 
 
 def test_canceling_prismatic_joints_do_not_make_axes_intersect():
-    """Two fixed prismatic joints separate adjacent axes unless their displacements cancel."""
     assert not cases_of(random_arm(62867))
 
 

@@ -32,7 +32,6 @@ def stanford():
 
 def panda():
     robot = rtb.models.DH.Panda()
-    # The toolbox's model ends at a hand. Our model ends at the flange.
     robot.tool = np.eye(4)
     return robot
 
@@ -45,7 +44,6 @@ def test_dh_robots_match_robotics_toolbox(model):
         close(robot.fk(q), oracle.fkine(q).A)
         close(robot.jacobian_mixed(q), oracle.jacob0(q))
         close(robot.jacobian_body(q), oracle.jacobe(q))
-        # The first index of the toolbox's Hessian is the joint of the derivative.
         close(robot.hessian_mixed(q), oracle.hessian0(q).transpose(1, 2, 0))
         for link, expected in zip(robot.link_poses(q), oracle.fkine_all(q)[1:], strict=True):
             close(link, expected.A)

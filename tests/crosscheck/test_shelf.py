@@ -1,4 +1,4 @@
-"""Arms that are derived on first use have the poses and joint limits of an independent description.
+"""Arms that are derived on first use agree with independent poses and joint limits.
 
 The file `shelf_poses.json` states the source of each arm and its constant base and tool rotations.
 The file also states the rounding of angles (1.5708 for pi/2).
@@ -16,7 +16,7 @@ from tests.support.oracles.screws import screws_of
 from tests.support.tolerances import LIMIT, PRINTED_9
 
 SIZES = {"planar_3rrr_170"}
-"""Shelf robots that differ from a generated robot only in size.
+"""Robots in the folder ``shelf`` that differ from a generated robot only in size.
 
 The tests of the generated robot cover the size variants.
 """

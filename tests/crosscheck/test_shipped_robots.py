@@ -1,4 +1,4 @@
-"""Compiled robots agree with Pinocchio models from independent parameters."""
+"""Compiled robots agree with independent Pinocchio models."""
 
 import numpy as np
 import pytest
@@ -115,7 +115,7 @@ def shift(x, y, z):
 
 
 def parts(name):
-    """Returns each joint's type and the placements before and after its motion."""
+    """Return each joint's type and the placements before and after its motion."""
     for kind, theta, d, a, alpha in DISTAL.get(name, ()):
         yield kind, turn("z", theta) * shift(0, 0, d), shift(a, 0, 0) * turn("x", alpha)
     for kind, alpha, a, theta, d in PROXIMAL.get(name, ()):

@@ -19,12 +19,12 @@ PLANAR = {"RRT": 0, "RTR": 1, "TRR": 0, "RLTR": 0, "LRTR": 1, "TRLR": 1}
 ROW = "joints that a pose determines one by one"
 PLANE = "parallel axes"
 POSITION = "three joints that position the tool"
-CRANE = "a turntable with two parallel axes and a slide across them"
-TELESCOPIC = "a telescope with two parallel axes among 2, 3, 4, and intersecting axes 5, 6"
+CRANE = "a turntable with two parallel axes and a prismatic joint perpendicular to them"
+TELESCOPIC = "a telescope and two parallel axes among joints 2, 3, 4, and intersecting axes 5, 6"
 
 
 def lost_of(cases):
-    """Describes the pose sets for which an inverse misses solutions."""
+    """Describe the pose sets for which an inverse misses solutions."""
     return [str(loss) for case in cases for loss in losses_of(case, 0)]
 
 
@@ -32,7 +32,6 @@ def lost_of(cases):
 def test_arms_with_decoupled_joints_solve_every_pose(kinds, seed):
     cases = cases_of(decoupled(kinds, seed))
     titles = {case.inverses.classification.found.title for case in cases}
-    # Three joints that move a point in all directions determine its position.
     assert titles == {ROW} or (len(kinds) == 3 and titles == {POSITION})
     assert not lost_of(cases)
 

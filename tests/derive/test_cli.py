@@ -155,10 +155,6 @@ def test_check_reports_changed_missing_and_stale_files(arm, tmp_path):
 
 
 def test_check_names_folders_without_a_description(arm, tmp_path, monkeypatch):
-    """Only a check of all robots reports folders without a description.
-
-    The test therefore uses a folder with one robot in place of the shipped robots.
-    """
     to = tmp_path / "out"
     monkeypatch.setattr(build, "GENERATED", to)
     monkeypatch.setattr(build, "ROBOTS", arm.parent)
@@ -309,7 +305,6 @@ def test_time_limit_is_not_caught_by_library_code():
 
 
 def test_repeated_time_limit_signal_does_not_disturb_unwinding(monkeypatch):
-    """Repeated signals also interrupt the `finally` blocks of functions that a signal ended."""
     monkeypatch.setattr(time_limit, "REPEATED", 5e-4)
     for _ in range(100):
         with pytest.raises(OutOfTime), at_most(1e-3):

@@ -25,7 +25,7 @@ SHORT = Limits(seconds=0.3, memory=1 << 30)
 
 @pytest.fixture(params=["forked", "started"])
 def run(request, monkeypatch):
-    """Runs each test as on Linux, and as on other systems."""
+    """Run each test in a forked process, as on Linux, and in a new process, as on other systems."""
     if request.param == "started":
         monkeypatch.setattr(isolation, "_forked", isolation._started)
     return isolated

@@ -9,7 +9,7 @@ from chasles.derive import expressions, read
 
 
 def evaluated(found, inputs, signs=()):
-    """Evaluates each output at numeric inputs and signs."""
+    """Evaluate each output at numeric inputs and signs."""
     known = dict(zip(found.signs, map(sp.Integer, signs), strict=True))
     known |= {symbol: sp.N(value, 30) for symbol, value in found.parameters.items()}
     for name, symbols in found.inputs.items():

@@ -29,8 +29,8 @@ def test_casadi_file_contains_all_functions_except_derivatives(name):
     single = [f.name for f in manifest.functions if len(f.outputs) == 1]
     kept = [f for f in single if not DERIVATIVE.search(f) and f != "swivel"]
     if chasles.load(name).loop_solution == "newton":
-        # If Newton's method closes the loops, only the C code computes the margin, and only the C
-        # code has start values as inputs.
+        # If Newton's method closes the loops, only the C code computes the margin and accepts start
+        # values.
         kept = [f for f in kept if f not in ("margin", "configuration_near")]
     assert loaded(name).name_out() == kept
 

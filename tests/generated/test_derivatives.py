@@ -14,7 +14,7 @@ ROBOTS = [name for name in FULL if name in NAMES]
 
 
 def mixed_jacobian(name):
-    """Differentiates fk to the mixed Jacobian as a CasADi expression."""
+    """Differentiate fk to the mixed Jacobian as a CasADi expression."""
     fk = casadi_function(GENERATED / name, "fk")
     q = ca.SX.sym("q", fk.numel_in(0))
     T = fk(q)
@@ -27,7 +27,7 @@ def mixed_jacobian(name):
 
 
 def change_of_frame(representation, T):
-    """Returns the matrix from a mixed Jacobian to another representation."""
+    """Return the matrix from a mixed Jacobian to another representation."""
     R, p, none = T[:3, :3], T[:3, 3], ca.SX(3, 3)
     if representation == "space":
         return ca.blockcat([[ca.SX.eye(3), ca.skew(p)], [none, ca.SX.eye(3)]])

@@ -22,8 +22,7 @@ OLD_PROCESSOR = {
 }
 """OpenBLAS and NumPy select kernels by processor.
 
-The selected kernels are for an old processor. Kernels for old processors run on all processors, and
-round differently from newer kernels.
+The selected kernels are for an old processor.
 """
 
 DERIVED = ("five_bar",)

@@ -173,7 +173,7 @@ def delta():
 
 
 def welded():
-    """Returns a telescope whose inner tube is welded to a block on a guide."""
+    """Return a telescope whose inner tube is welded to a block on a guide."""
     joints = (
         hinge("post", "0"),
         Joint("reach", "prismatic", (ALONG_X,), (Rotation("y", -sp.pi / 2),), "tube", "post_body"),
@@ -189,7 +189,7 @@ def welded():
 
 
 def universal():
-    """Returns a four-bar with a universal joint and a ball joint at its coupler."""
+    """Return a four-bar with a universal joint and a ball joint at its coupler."""
     joints = (
         hinge("crank", "0"),
         hinge("swing", "crank_body", moved(0.1, 0, 0)),

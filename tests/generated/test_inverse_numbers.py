@@ -8,7 +8,7 @@ from tests.support.compiling import compiled
 from tests.support.derivations import robot_of
 
 NAMES = ("scara", "bricklaying_planar")
-"""Arms whose position and orientation depend on different joints."""
+"""Arms for which some joints affect only the position, and other joints only the orientation."""
 
 
 @pytest.fixture(scope="module", params=NAMES)

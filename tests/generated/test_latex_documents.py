@@ -42,7 +42,7 @@ HOSTILE = r"100 % & _all_ {of} #1 ~ ^ \ $x$ <|> \input{x} é β 中 `'\"--- " + 
 
 
 def hostile():
-    """Returns a robot with a helical and a coupled joint, and special characters of LaTeX."""
+    """Return a robot with a helical and a coupled joint, and special characters of LaTeX."""
     h, s_1, long_name = sp.symbols("h s_1 a_length_of_many_words", real=True)
     zero, quarter, odd = sp.Integer(0), sp.pi / 2, sp.Rational(3, 10)
     rows = (
@@ -84,7 +84,7 @@ def hostile():
 
 
 def chain(count, *, crossed):
-    """Returns a chain of ``count`` joints with crossed or parallel axes."""
+    """Return a chain of ``count`` joints with crossed or parallel axes."""
     zero = sp.Integer(0)
     lengths = [sp.Symbol(f"a{k}", real=True) for k in range(1, count + 1)]
     joints = []
@@ -97,7 +97,7 @@ def chain(count, *, crossed):
 
 
 def calibrated():
-    """Returns a six-joint robot with symbolic parameters."""
+    """Return a six-joint robot with symbolic parameters."""
     parameters, joints = [], []
     for k in range(1, 7):
         own = {f: sp.Symbol(f"{f}_{k}", real=True) for f in ("a", "alpha", "d", "theta")}
@@ -110,8 +110,6 @@ def calibrated():
 
 
 def imported():
-    """Writes a URDF with prismatic, fixed and mimic joints. Its article has notes about many
-    angles."""
     rows = (
         ("mount", "fixed", "1 0 0", "3.14159265358979"),
         ("slider_along_x", "prismatic", "1 0 0", "-1.57079632679"),
@@ -145,20 +143,20 @@ BUILT = {
 
 @cache
 def printed(name):
-    """Returns the robot, its document, and its LaTeX fragments keyed by file."""
+    """Return the robot, its document, and its LaTeX fragments keyed by file."""
     robot = BUILT[name]() if name in BUILT else robot_of(name)
     return text_and_fragments(robot, ["fk", "ik"] if isinstance(robot, Mechanism) else ["fk"])
 
 
 def text_and_fragments(robot, functions):
-    """Derives some functions of a robot and prints its article."""
+    """Derive some functions of a robot and print its article."""
     texts = files(derive(robot, functions=functions), None)
     document = texts.pop(f"{robot.name}.tex")
     return robot, document, {Path(path).name: text for path, text in texts.items()}
 
 
 def compiled(folder, text, shown):
-    """Compiles a document with its LaTeX fragments, and returns the log."""
+    """Compile a document with its LaTeX fragments, and return the log."""
     (folder / FOLDER).mkdir()
     for name, fragment in shown.items():
         (folder / FOLDER / name).write_text(fragment, encoding="utf-8")

@@ -18,7 +18,7 @@ from tests.support.loops.loop_robots import (
     robot,
 )
 
-# --- loops out of reach ---
+# --- loops that cannot close ---
 
 
 @pytest.mark.parametrize("name", LOOPED)
@@ -54,7 +54,7 @@ def test_fk_is_correct_or_nan_outside_limits(name):
 
 
 def random_chains(name, n, seed):
-    """Returns main-chain joints around the reference and far out of reach."""
+    """Return main-chain joints around the reference and far out of reach."""
     r = robot(name)
     start = r.chain(r.reference.q)
     turning = np.array([joint.kind == "revolute" for joint in r.chain_joints])
@@ -64,7 +64,7 @@ def random_chains(name, n, seed):
 
 
 def reaches(r, theta):
-    """Tests whether any branch has actuator values for these joints."""
+    """Return whether any branch has actuator values for these joint values."""
     margin = r.actuator_margin(theta)
     return (np.isfinite(margin) & (margin >= 0)).all(-1)
 
@@ -127,7 +127,7 @@ def test_open_loop_error_names_loop_and_coordinate(name, k, value):
 
 
 def crossing(closes, start, goals):
-    """Returns two points of each segment: the last point at which the loops close, and the first
+    """Return two points of each segment: the last point at which the loops close, and the first
     point at which they do not."""
     inside, outside = np.zeros(len(goals)), np.ones(len(goals))
     parts = np.linspace(0, 1, 400)
@@ -152,14 +152,12 @@ def check_dead_points(start, goals, closes, margin, values, slopes):
     near = np.array([1e-3, 1e-5, 1e-7])
     margins = np.stack([margin(at(inside - s))[rows, step] for s in near])
     assert (margins > 0).all()
-    # Near the dead point, the margin is linear in the distance to it.
     ratio = margins / near[:, None]
     assert np.abs(ratio[2] / ratio[1] - 1).max() < 0.02
     past = margin(at(outside + 1e-7))[rows, step]
     assert np.abs(past / margins[2] + 1).max() < 0.02
     assert (np.abs(margin(at(inside))[rows, step]) < 1e-9).all()
-    # Positions are finite until the dead point is reached. Velocities grow with the inverse square
-    # root of the margin.
+    # Positions are finite until the dead point is reached.
     assert np.isfinite(values(at(inside - 1e-12))).all()
     rates = [np.abs(slopes(at(inside - s))).reshape(len(goals), -1).max(-1) for s in (1e-8, 1e-10)]
     assert np.abs(rates[1] / rates[0] / 10 - 1).max() < 0.2
@@ -219,7 +217,7 @@ def test_chain_branches_close_and_start_with_reference_branch(name):
 
 
 def closest(m, z, known):
-    """Returns the smallest loop residual over many start values."""
+    """Return the smallest loop residual over many start values."""
     if len(known) == len(m.names):
         return m.gap(z)
     free = [k for k in range(len(m.names)) if k not in known]
@@ -249,7 +247,6 @@ def test_actuator_branches_close(name):
 
 
 def roots(f, points=20_001):
-    """Finds the zeros of f over one turn by sign changes and bisection."""
     x = np.linspace(-np.pi, np.pi, points)
     y = f(x)
     found = []
@@ -263,14 +260,14 @@ def roots(f, points=20_001):
 
 
 def left_over(name, known):
-    """Returns the complex residual of a planar loop with one unknown."""
+    """Return the complex residual of a planar loop with one unknown."""
     e = lambda angle: np.exp(1j * angle)  # noqa: E731
     return {
         "four_bar": lambda x: abs(0.1 * e(known) + 0.3 * e(known + x) - 0.35) - 0.25,
         "five_bar": lambda x: (
             abs(-0.1 + 0.2 * e(known[0]) + 0.3 * e(known[0] + x) - 0.1 - 0.2 * e(known[1])) - 0.3
         ),
-        # The slider moves by at most half a meter, so a sine represents its position.
+        # The sine maps an unbounded variable to slider positions of at most half a meter.
         "slider_crank": lambda x: abs(0.5 * np.sin(x / 2) - 0.05 * e(known)) - 0.18,
     }[name]
 
@@ -320,8 +317,6 @@ def test_actuators_beyond_dead_point_belong_to_other_branch():
         q = r.actuators(theta)
         assert (np.abs(r.chain(q) - theta).max() < 1e-9) == is_own
         assert r.chain_closes(theta) == is_own
-        # At the cylinder lengths of another branch, the loops close too. The branches contain the
-        # configuration theta and the reference configuration.
         found, valid, _ = r.actuator_branches(theta)
         np.testing.assert_allclose(found[valid], [q], atol=1e-12)
         every, closes, _ = r.chain_branches(q)

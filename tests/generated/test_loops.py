@@ -101,7 +101,7 @@ def test_configuration_stays_on_reference_branch(name):
 
 
 def relative(found, expected):
-    """Returns the largest relative difference. A difference is divided by the largest expected
+    """Return the largest relative difference. A difference is divided by the largest expected
     entry of its row, or by 1 if all entries are smaller."""
     axes = tuple(range(1, expected.ndim))
     size = np.maximum(1.0, np.abs(expected).max(axes, keepdims=True))
@@ -124,7 +124,7 @@ def test_derivatives_match_implicit_function_theorem(name):
 
 
 def tip_rates(m, z, rates):
-    """Computes the tool twist in base axes by a complex step."""
+    """Compute the tool twist in base axes by a complex step."""
     T = m.tip(z + TINY * 1j * rates)
     Td = T.imag / TINY
     W = Td[:, :3, :3] @ np.swapaxes(T.real[:, :3, :3], -1, -2)
@@ -133,7 +133,7 @@ def tip_rates(m, z, rates):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_kinematics_equal_the_main_chain_derived_as_a_serial_robot(name):
-    """Poses are equal. The chain rule gives the Jacobians of the tool."""
+    """Poses are equal."""
     mechanism = read(ROBOTS / f"{name}.toml")
     kinds = ["jacobian_space", "jacobian_body", "jacobian_mixed"]
     derived = derive(mechanism.main_chain, functions=["fk", *kinds])
@@ -155,7 +155,7 @@ def test_kinematics_equal_the_main_chain_derived_as_a_serial_robot(name):
 
 
 def as_casadi(name, function, *symbols):
-    """Calls a generated CasADi function, whose inputs are some of q, qd and qdd."""
+    """Call a generated CasADi function, whose inputs are some of q, qd and qdd."""
     kept = casadi_function(GENERATED / name, function)
     given = dict(zip(["q", "qd", "qdd"], symbols, strict=False))
     return kept(**{key: given[key] for key in kept.name_in()})[function]
@@ -215,7 +215,7 @@ def test_derivatives_match_finite_differences(name):
     qd, qdd = random_rates(name, len(q), 12), random_rates(name, len(q), 13)
 
     def along(function, *rates):
-        """Returns the time derivative of a function of q (and qd) along the motion."""
+        """Return the time derivative of a function of q (and qd) along the motion."""
         there = [q + STEP * qd + STEP**2 / 2 * qdd, qd + STEP * qdd]
         back = [q - STEP * qd + STEP**2 / 2 * qdd, qd - STEP * qdd]
         count = 1 + len(rates)
@@ -281,14 +281,15 @@ def test_actuator_maps_invert_chain_maps(name):
 
 
 def turned(name, difference):
-    """Returns coordinate differences with angles between -pi and pi."""
+    """Return coordinate differences with angles between -pi and pi."""
     turning = np.array([c.kind == "revolute" for c in model(name).mechanism.coordinates])
     turning &= name != "bricklaying_gantry"
     return np.where(turning, wrapped(difference), difference)
 
 
 def on_the_branch(name, q, back):
-    """Tests whether the actuators are on the reference branch, away from its dead point."""
+    """Test whether the actuators are on the branch of the reference and not near its dead
+    point."""
     r = robot(name)
     if name not in INVERTIBLE:
         return np.ones(len(q), dtype=bool)
@@ -323,7 +324,7 @@ def test_actuator_derivatives_match_finite_differences(name):
 
 
 def slope(function, step=1e-4):
-    """Differentiates a function at 0 by fourth-order differences."""
+    """Differentiate a function at 0 by fourth-order differences."""
     near = function(step) - function(-step)
     far = function(2 * step) - function(-2 * step)
     return (8 * near - far) / (12 * step)
@@ -336,14 +337,14 @@ COMPARED = ["slider_crank", "five_bar", "well_manipulator", "bricklaying_gantry"
 
 
 def arguments(name, function, n):
-    """Returns inputs of a function at closed configurations."""
+    """Return inputs of a function at closed configurations."""
     given = closed_states(name, n)
     return [given[argument.name] for argument in function.inputs]
 
 
 @cache
 def closed_states(name, n):
-    """Returns the arguments of all robot functions by name, at closed configurations."""
+    """Return the arguments of all robot functions by name, at closed configurations."""
     r, m = robot(name), model(name)
     q, z = far_from_dead_points(name, n, seed=31)
     q, z = q[on_the_branch(name, q, q)], z[on_the_branch(name, q, q)]

@@ -18,30 +18,30 @@ LEAST += ("velocity_relation", "jacobian_mixed")
 
 @pytest.fixture(scope="module", params=PLATFORMS)
 def exact(request, tmp_path_factory):
-    """Returns a platform with redundant actuators, and its model."""
+    """Return a platform with redundant actuators, and its model."""
     return platform(tmp_path_factory, drawn_overactuated(request.param, 2), EXACT)
 
 
 @pytest.fixture(scope="module", params=PLATFORMS)
 def least(request, tmp_path_factory):
-    """Returns a platform with least-squares closure, and its model."""
+    """Return a platform with least-squares closure, and its model."""
     mechanism = drawn_overactuated(request.param, 3, closure="least squares")
     return platform(tmp_path_factory, mechanism, LEAST)
 
 
 def platform(tmp_path_factory, mechanism, functions):
-    """Returns a compiled platform and its model without swing angles."""
+    """Return a compiled platform and its model without swing angles."""
     robot = compiled(mechanism, tmp_path_factory.mktemp("platform") / "spare", functions, ["c"])
     return robot, Model(on_balls(mechanism))
 
 
 def poses_near(robot, seed=0, reach=0.1):
-    """Returns main-chain joint values (N, n_theta) near 0, the reference."""
+    """Return main-chain joint values (N, n_theta) near 0, the reference."""
     return np.random.default_rng(seed).uniform(-reach, reach, (POSES, len(robot.chain_joints)))
 
 
 def free_directions(robot, theta):
-    """Returns the twist components that the main chain can move."""
+    """Return the twist components that the main chain can move."""
     return np.flatnonzero(np.abs(robot.chain_jacobian_mixed(theta)).max((0, -1)) > 0)
 
 
@@ -109,7 +109,6 @@ def test_inconsistent_actuators_return_the_pose_of_least_gaps(least):
     gaps, J = model.gaps(z), model.D_z(z)[..., model.chain]
     assert np.abs(gaps).max() > 1e-4
     gradient = (J.mT @ gaps[..., None])[..., 0]
-    # The linearized loop gaps differ from the true loop gaps only by terms of second order.
     assert np.abs(gradient).max() < 1e-5
 
 

@@ -31,7 +31,7 @@ def within(name, n, seed):
 
 
 def twists(m, z, rates):
-    """Computes tool twists (N, 6) in base axes by a complex step."""
+    """Compute tool twists (N, 6) in base axes by a complex step."""
     T = m.tip(z + TINY * 1j * rates)
     Td = T.imag / TINY
     W = Td[:, :3, :3] @ np.swapaxes(T.real[:, :3, :3], -1, -2)
@@ -269,7 +269,6 @@ def test_stretched_leg_is_type_1_singularity(name):
     r, rod = robot(name), PLANAR[name]
     regular = r.singularity(r.chain(r.reference.q), r.reference.q)
     assert min(regular) > 0.02
-    # The first platform pin is almost one crank and one rod length from its crank axis.
     along = np.array([0.1, 0.05]) - planar.DIRECTIONS[0]
     along = along / np.linalg.norm(along)
     sizes = []
@@ -296,7 +295,8 @@ def turned(vector, angle):
 def test_concurrent_rods_are_type_2_singularity(name):
     """The platform is at the center, and all rods (nearly) intersect there."""
     r, rod = robot(name), PLANAR[name]
-    # The rods lie on lines through the center, so each crank ends one rod length beyond its pin.
+    # The rods lie on lines through the center, so the crank ends have the distance `reach` from the
+    # center.
     reach = planar.PLATFORM + rod
     # Each crank end lies on the crank's circle, and on a circle about the center with the radius
     # `reach`.
@@ -311,7 +311,6 @@ def test_concurrent_rods_are_type_2_singularity(name):
     assert found.type_2 < 1e-12
     assert found.type_1 > 0.05
     assert found.type_3 == found.type_1
-    # The determinant is linear in the distance from the singular pose.
     sizes = []
     for away in (1e-3, 1e-4):
         moved = np.array([0.0, 0.0, phi + away])
@@ -345,10 +344,9 @@ def elbows(q):
 
 
 def spheres(q):
-    """Returns both points (N, 2, 3) at the rod length from three shifted elbows.
+    """Return both points (N, 2, 3) at the rod length from three shifted elbows.
 
-    The elbows are shifted inward by the platform radius. Differences of the sphere equations are
-    planes. The common line of these planes meets the first sphere in two points.
+    The elbows are shifted inward by the platform radius.
     """
     inwards = np.stack([np.cos(AROUND), np.sin(AROUND), 0 * AROUND], -1)
     center = elbows(q) - R_P * inwards
@@ -391,7 +389,7 @@ def test_delta_is_invalid_if_spheres_do_not_intersect():
 
 
 def test_delta_actuators_match_half_angle_solution():
-    """The crank angle q satisfies E cos q + F sin q + G = 0, which half angles solve."""
+    """The half-angle substitution solves E cos q + F sin q + G = 0 for the crank angle q."""
     r = robot("delta")
     q = within("delta", 2000, 17)
     p = r.fk(q)[:, :3, 3]

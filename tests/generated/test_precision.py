@@ -49,7 +49,7 @@ def from_sympy(expression):
 
 
 def poses_by_matrices(robot, q):
-    """Returns link and tool poses as products of elementary matrices."""
+    """Return link and tool poses as products of elementary matrices."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     positions = iter(robot.joint_values([sp.Float(value, DIGITS) for value in q]))
     T = mpmath.eye(4)
@@ -125,7 +125,7 @@ def test_every_function_matches_equations_at_30_digits(name):
 
 
 def evaluated(derived, numbers):
-    """Evaluates every symbol at 30-digit precision."""
+    """Evaluate every symbol at 30-digit precision."""
     terms = derived.terms
     values = {symbol: terms.value(symbol) for symbol in (*terms.parameters, *terms.constants)}
     values = {symbol: from_sympy(value) for symbol, value in values.items()}
@@ -144,7 +144,7 @@ def is_known(function, numbers):
 
 
 def exactly(expression, values):
-    """Evaluates a SymPy expression in mpmath."""
+    """Evaluate a SymPy expression in mpmath."""
     if expression in values:
         return values[expression]
     if expression.is_Number or expression.is_NumberSymbol:

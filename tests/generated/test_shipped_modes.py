@@ -64,7 +64,6 @@ def test_hexapod_with_equal_legs_has_16_modes():
     theta = found.theta[found.valid]
     assert len(theta) == 16
     np.testing.assert_allclose(theta[0], r.chain(np.full(6, 0.08)), atol=1e-12)
-    # The last mode is the mirror image below the base.
     np.testing.assert_allclose(theta[-1], theta[0] * [1, 1, -1, 1, 1, 1], atol=1e-12)
 
 
@@ -89,7 +88,6 @@ def test_hexapod_ik_returns_leg_lengths():
     assert 50 < found.count.sum() < 450
     np.testing.assert_array_equal(found.valid, apart(r.fk(found.q), T[:, None]) < 1e-9)
     np.testing.assert_allclose(found.q[:, 0], r.actuators(theta), atol=1e-15)
-    # Yaw and roll are ambiguous at this pose.
     right = np.eye(4)
     right[:3, :3], right[2, 3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]], 0.6
     sampling_limits = r.ik(right)

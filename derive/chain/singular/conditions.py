@@ -14,17 +14,15 @@ from ...model.tolerances import FACTORS_VANISH
 from .factors import Factored
 
 Condition = tuple[sp.Expr, ...]
-"""Factors of Jacobian minors that are 0 at the same time."""
+"""Factors of Jacobian minors. All factors of a set are 0 at the same configurations."""
 MAX_TOGETHER = 3
 """Maximum number of factors in a condition. More than three factors rarely have a common zero."""
 STARTS = 12
 STEPS = 60
 MIN_ZEROS = 6
-"""Minimum number of sampled zeros for dropping a factor from a condition."""
+"""Minimum number of sampled zeros before a factor may be dropped from a condition."""
 IMPLIED = 1e-4
-"""Maximum absolute value of a factor that counts as 0.
-
-For example, 1 + cos q has a double zero. If 1 + cos q is e, sin q is about sqrt(2 e).
+"""Maximum absolute value of a factor that counts as 0. If 1 + cos q is e, sin q is about sqrt(2 e).
 """
 SEED = 40
 
@@ -32,7 +30,7 @@ SEED = 40
 def conditions(
     minors: Sequence[Factored], q: Sequence[sp.Symbol], values: dict[sp.Symbol, sp.Expr]
 ) -> tuple[Condition, ...]:
-    """Returns the sets of factors that make all minors 0 in some reachable configuration.
+    """Return the sets of factors that make all minors 0 in some reachable configuration.
 
     Args:
         minors: The largest minors of a Jacobian. Minors that are always 0 are omitted.
@@ -71,7 +69,7 @@ def _reduced(condition: Condition) -> Iterator[Condition]:
 def _independent(
     condition: Condition, q: Sequence[sp.Symbol], values: dict[sp.Symbol, sp.Expr]
 ) -> Condition:
-    """Drops each factor that is 0 at all common zeros of the other factors.
+    """Drop each factor that is 0 at all common zeros of the other factors.
 
     The longest factor is tested first.
     """
@@ -89,7 +87,7 @@ def _independent(
 
 
 def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Condition]:
-    """Yields sets of factors. If all factors of a set are 0, every product is 0."""
+    """Yield sets of factors whose zeros make every product zero."""
     if not products:
         yield tuple(sorted(chosen, key=str))
         return
@@ -134,7 +132,10 @@ def _exists(factors: Sequence[sp.Expr], q: Sequence[sp.Symbol]) -> bool:
 def roots(
     factors: Sequence[sp.Expr], q: Sequence[sp.Symbol], starts: int
 ) -> Iterator[np.ndarray[tuple[int], np.dtype[np.float64]]]:
-    """Yields common zeros of numeric factors. The search starts at random configurations."""
+    """Yield configurations at which all factors are 0.
+
+    The factors contain no symbols except q. The search starts at random configurations.
+    """
     function = sp.lambdify([list(q)], list(factors), "numpy")
     slopes = sp.lambdify([list(q)], sp.Matrix(factors).jacobian(list(q)), "numpy")
     for start in np.random.default_rng(SEED).uniform(-3, 3, (starts, len(q))):

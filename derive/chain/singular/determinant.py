@@ -1,8 +1,8 @@
 """Factored minors of the Jacobian of an arm. The arm is singular if all minors are 0.
 
-A square Jacobian has one largest minor, its determinant. A minor is the product of the determinants
-of its diagonal blocks. The module :mod:`.views` selects the frame and the reference point for which
-these blocks are smallest.
+The only maximal minor of a square Jacobian is its determinant. A minor is the product of the
+determinants of its diagonal blocks. The module :mod:`.views` selects the frame and the reference
+point for which these blocks are smallest.
 """
 
 import math
@@ -17,17 +17,14 @@ from .screw_polynomials import Polynomial, ScrewRing
 from .views import Minor, minors
 
 MAX_JOINTS = 7
-"""Maximum number of joints for which all minors are expanded."""
+"""If an arm has more joints than this number, the minors of its Jacobian are not expanded."""
 LARGEST_BLOCK = 4
 """Maximum block size for which the determinant is expanded."""
 LARGEST_OF_SEVERAL = 3
 """Maximum block size if the Jacobian is not square and therefore has several largest minors."""
 
 MAX_OBLIQUE = 4
-"""Maximum number of constant rotations by angles that are not multiples of 90 degrees.
-
-Each rotation doubles the number of terms.
-"""
+"""Maximum number of constant rotations by angles that are not multiples of 90 degrees."""
 LONGEST_ENTRY = 40
 """Maximum number of terms of a Jacobian entry."""
 MAX_PRODUCTS = 10_000
@@ -35,7 +32,7 @@ MAX_PRODUCTS = 10_000
 
 
 def determinant(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Factored | None:
-    """Returns the determinant of the nonzero rows of a robot's Jacobian.
+    """Return the determinant of the nonzero rows of a robot's Jacobian.
 
     Args:
         robot: A serial robot without couplings.
@@ -43,14 +40,14 @@ def determinant(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Factored | None:
 
     Returns:
         The determinant of the nonzero rows, up to sign. The result is None if the number of nonzero
-        rows differs from the number of joints, and if :func:`factored_minors` returns None.
+        rows differs from the number of joints, or if :func:`factored_minors` returns None.
     """
     found = factored_minors(robot, q)
     return found[0] if found and len(found) == 1 else None
 
 
 def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factored, ...] | None:
-    """Returns the largest minors of the Jacobian. Minors that are always 0 are omitted.
+    """Return the largest minors of the Jacobian. Minors that are always 0 are omitted.
 
     Args:
         robot: A serial robot without couplings.
@@ -60,7 +57,7 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
         The factored minors, up to sign. The robot is singular where all minors are 0. The tuple is
         empty if the robot is singular in every configuration. The result is None for coupled or
         helical joints, and for lengths that contain pi or inexact decimal numbers. The result is
-        also None if a minor has a block with too many joints for a symbolic determinant.
+        also None if a symbolic determinant would contain too many joints.
     """
     joints = robot.moving
     if len(q) != len(joints) or robot.couplings or any(j.kind == "helical" for j in joints):
@@ -116,7 +113,7 @@ def _is_exact(S: sp.Matrix) -> bool:
 
 
 def _product(ring: ScrewRing, minor: Minor, columns: list[list[Polynomial]]) -> Factored | None:
-    """Returns the product of the block determinants of a minor."""
+    """Return the product of the block determinants of a minor."""
     constant, factors = sp.S.One, dict[sp.Expr, int]()
     for rows, numbers in minor.blocks:
         block = [[columns[k][row] for row in rows] for k in numbers]

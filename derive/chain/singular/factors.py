@@ -14,7 +14,7 @@ from sympy.simplify.fu import TR8, TR10i
 from .screw_polynomials import Polynomial, ScrewRing
 
 MAX_SUMMED = 12
-"""Maximum number of terms of a polynomial that is rewritten in sums of all its angles."""
+"""Maximum number of terms of a polynomial that is converted to cosines and sines of angle sums."""
 MAX_TERMS = 100
 """Maximum number of terms of a polynomial to factor.
 
@@ -28,7 +28,8 @@ class Factored:
 
     Attributes:
         constant: The factor that does not depend on coordinates.
-        factors: The factors in cosines and sines of the coordinates, with their exponents.
+        factors: The factors that contain cosines and sines of the coordinates, with their
+            exponents.
     """
 
     constant: sp.Expr
@@ -36,7 +37,7 @@ class Factored:
 
 
 def factored(ring: ScrewRing, polynomial: Polynomial) -> Factored | None:
-    """Returns the factors.
+    """Return the factors.
 
     The result is None if the polynomial is zero, too long or cannot be converted.
     """
@@ -59,7 +60,7 @@ def factored(ring: ScrewRing, polynomial: Polynomial) -> Factored | None:
 
 
 def _without_content(part: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """Returns (numeric factor, rest) of an expression. The numeric factor may contain roots."""
+    """Return (numeric factor, rest) of an expression."""
     content, primitive = part.primitive()
     root, rest = sp.factor_terms(primitive, radical=True).as_independent(
         *primitive.free_symbols, as_Add=False
@@ -168,7 +169,7 @@ def _shortest(ring: ScrewRing, polynomial: Polynomial) -> sp.Expr:
 
 
 def _in_sums(ring: ScrewRing, polynomial: Polynomial) -> Iterator[tuple[int, sp.Expr, Polynomial]]:
-    """Yields forms in which a sum or difference of adjacent angles replaces one angle."""
+    """Yield forms in which a sum or difference of adjacent angles replaces one angle."""
     places = {symbol: k for k, symbol in enumerate(ring.ring.symbols)}
     gens = ring.ring.gens
     pairs = [(k, k + step) for k in range(len(ring.q)) for step in (-1, 1)]
@@ -193,7 +194,7 @@ def _half(degree: int) -> int:
 
 
 def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
-    """Multiplies the factors of odd degree in t = tan(q/2) in pairs.
+    """Multiply pairs of factors that have an odd degree in t = tan(q/2).
 
     A factor t = tan(q/2) becomes sin(q)/2 by multiplication with cos(q/2)^2.
     """
@@ -208,7 +209,7 @@ def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
         alone = alone[2:]
         used -= 1
     if used > budget and alone and single:
-        # Two factors contain an odd power of the tangent of the half angle. The product of the two
-        # factors contains only even powers, so the half angle drops out.
+        # Each of these two factors contains an odd power of the tangent of the half angle. The
+        # product of the two factors contains only even powers, so the half angle drops out.
         return [*even, *pairs, sp.expand(single[0] * alone[0]), *alone[1:]]
     return [*even, *pairs, *single, *alone]

@@ -1,4 +1,4 @@
-"""Numeric search for singular configurations if the Jacobian minors have no short factors.
+"""Numeric search for singular configurations, used if the Jacobian minors have no short factors.
 
 A configuration is singular if a wrench y does no work on any joint (J^T y = 0). An arm with fewer
 joints than Jacobian rows is singular if joint velocities x do not move the tool (J x = 0). Newton's
@@ -21,7 +21,7 @@ DRAWS = 4
 SEED = 50
 STEPS = 40
 STARTS = 24
-"""Number of start configurations. Results outside the joint limits are dropped."""
+"""Number of start configurations."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 WHOLE = 6
 
@@ -29,7 +29,7 @@ WHOLE = 6
 def nearest_singular(
     robot: SerialRobot, start: Sequence[float], most: int
 ) -> tuple[FloatArray, ...]:
-    """Finds singular configurations near a given configuration and near random configurations.
+    """Find singular configurations near a given configuration and near random configurations.
 
     Args:
         robot: A serial robot.
@@ -64,7 +64,7 @@ def nearest_singular(
 
 
 def general_rank(robot: SerialRobot) -> int:
-    """Returns the generic (maximum) rank of the Jacobian.
+    """Return the generic (maximum) rank of the Jacobian.
 
     Args:
         robot: A serial robot without couplings and helical joints.
@@ -76,7 +76,7 @@ def general_rank(robot: SerialRobot) -> int:
 
 
 def _screws(robot: SerialRobot) -> tuple[FloatArray, float]:
-    """Returns (screws in the base frame, arm length in meter).
+    """Return (screws in the base frame, arm length in meter).
 
     Lengths in the screws are relative to the arm length.
     """
@@ -99,9 +99,9 @@ def _screws(robot: SerialRobot) -> tuple[FloatArray, float]:
 
 
 def _ranges(robot: SerialRobot, length: float) -> tuple[FloatArray, FloatArray]:
-    """Returns the joint limits.
+    """Return the joint limits.
 
-    An unlimited joint gets plus and minus half a turn or one arm length.
+    The range of an unlimited joint is half a turn, or the arm length, in both directions.
     """
     limits = []
     for joint in robot.moving:
@@ -121,7 +121,7 @@ def _smallest(S: FloatArray, q: FloatArray, scale: FloatArray) -> float:
 
 
 def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray:
-    """Returns the singular configurations (k, n) found from start configurations (m, n)."""
+    """Return the singular configurations (k, n) found from start configurations (m, n)."""
     is_tall = S.shape[1] < WHOLE
     J = _jacobian(S, q, scale)
     U, _, Vt = np.linalg.svd(J)
@@ -144,7 +144,7 @@ def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray:
 
 
 def _equations(J: FloatArray, y: FloatArray, *, is_tall: bool) -> tuple[FloatArray, FloatArray]:
-    """Returns (residuals, derivatives) of the equations for singularity.
+    """Return (residuals, derivatives) of the equations for singularity.
 
     The residuals have shape (configurations, equations).
     """

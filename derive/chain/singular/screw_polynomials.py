@@ -1,8 +1,8 @@
 """Screws of a chain as polynomials in lengths, cosines and sines.
 
 The ring has generators for the cosines and sines of constant angles and for roots of integers. The
-polynomials therefore hold for any values of the constant angles. The squares of sines and roots are
-replaced in every polynomial.
+polynomials therefore hold for any values of the constant angles. In every polynomial, the squares
+of sines and square roots are replaced by polynomials in the other variables.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,7 @@ import sympy as sp
 from .views import View
 
 Polynomial = Any
-"""A polynomial, as an element of a SymPy ring. SymPy has no type for ring elements."""
+"""A polynomial, as an element of a SymPy ring."""
 
 
 class ScrewRing:
@@ -63,14 +63,14 @@ class ScrewRing:
         return found + [(places[s], self.ring.ground_new(int(root.base))) for s, root in roots]
 
     def vector(self, column: sp.Matrix) -> list[Polynomial]:
-        """Converts a constant vector to polynomials."""
+        """Convert a constant vector to polynomials."""
         return [
             self.reduced(self.ring.from_expr(sp.expand(entry.xreplace(self.symbols_of))))
             for entry in column
         ]
 
     def matrix(self, view: View, longest: int) -> list[list[Polynomial]] | None:
-        """Returns Jacobian columns in one frame.
+        """Return Jacobian columns in one frame.
 
         The result is None if an entry has more than ``longest`` terms.
         """
@@ -88,7 +88,7 @@ class ScrewRing:
         return columns
 
     def _carried(self, k: int, sense: int, screw: list[Polynomial]) -> list[Polynomial]:
-        """Returns a screw moved by joint k.
+        """Return a screw moved by joint k.
 
         The argument sense is 1 for the motion of joint k and -1 for the inverse motion.
         """
@@ -114,7 +114,7 @@ class ScrewRing:
         return [*map(add, turned(screw[:3]), _cross(moved, h)), *h]
 
     def reduced(self, polynomial: Polynomial) -> Polynomial:
-        """Replaces the squares of sines and roots in a polynomial."""
+        """Replace the square of each sine or square root by a polynomial in the other variables."""
         for place, square in self.squares:
             if all(powers[place] < 2 for powers in polynomial):  # noqa: PLR2004
                 continue
@@ -128,7 +128,7 @@ class ScrewRing:
         return polynomial
 
     def block(self, columns: list[list[Polynomial]], rows: Sequence[int]) -> Polynomial:
-        """Returns the determinant of the submatrix with the given rows of the columns."""
+        """Return the determinant of the square submatrix with the given columns and row indices."""
         if len(rows) == 1:
             return columns[0][rows[0]]
         total = self.ring.zero
@@ -139,17 +139,17 @@ class ScrewRing:
         return self.reduced(total)
 
     def in_sines(self, polynomial: Polynomial) -> sp.Expr:
-        """Converts a polynomial to an expression without squares of cosines."""
+        """Convert a polynomial to an expression without squares of cosines."""
         squares = {sp.cos(q) ** 2: 1 - sp.sin(q) ** 2 for q in self.q}
         return sp.expand(sp.expand(self.expression(polynomial, {})).subs(squares))
 
     def expression(self, polynomial: Polynomial, sums: Mapping[int, sp.Expr]) -> sp.Expr:
-        """Converts a polynomial to an expression in coordinates and constants.
+        """Convert a polynomial to an expression in coordinates and constants.
 
         Args:
             polynomial: A polynomial as an element of the ring.
-            sums: Angle sums, keyed by coordinate index. The cosine and sine of coordinate k are
-                replaced by the cosine and sine of the angle sum with key k.
+            sums: Angle sums, keyed by coordinate index. In the result, the angle sum with index k
+                replaces coordinate k.
         """
         known = dict(self.meanings)
         for k, q in enumerate(self.q):

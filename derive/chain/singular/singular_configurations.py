@@ -1,4 +1,4 @@
-"""Describes how the axes lie where a factor of the Jacobian minors is 0.
+"""Describes the geometry of the joint axes where a factor of the Jacobian minors is 0.
 
 Relations between axes are tested numerically. A relation describes a factor if it holds at all
 sampled zeros of the factor and at no generic configuration.
@@ -22,7 +22,8 @@ FloatArray = NDArray[np.float64]
 DRAWS = 4
 """Number of generic configurations."""
 STARTS = 24
-"""Number of random start configurations of the search for zeros of factors."""
+"""Number of random start configurations in the search for configurations at which a factor is zero.
+"""
 HOLDS = 1e-6
 """Tolerance of a relation: sine of an angle, or distance as a fraction of the arm length."""
 SEED = 30
@@ -38,20 +39,20 @@ class _Configuration:
     size: float
 
     def off_parallel(self, i: int, j: int) -> float:
-        """Returns the sine of the angle between two axes."""
+        """Return the sine of the angle between two axes."""
         return float(np.linalg.norm(np.cross(self.directions[i], self.directions[j])))
 
     def off_right_angle(self, i: int, j: int) -> float:
-        """Returns the absolute cosine of the angle between two axes."""
+        """Return the absolute cosine of the angle between two axes."""
         return abs(float(self.directions[i] @ self.directions[j]))
 
     def off_line(self, point: FloatArray, i: int) -> float:
-        """Returns the distance of a point from an axis, divided by the size."""
+        """Return the distance of a point from an axis, divided by the size."""
         across = np.cross(point - self.points[i], self.directions[i])
         return float(np.linalg.norm(across)) / self.size
 
     def off_plane(self, point: FloatArray, i: int, other: FloatArray) -> float:
-        """Returns the distance of a point from a plane, divided by the size of the arm.
+        """Return the distance of a point from a plane, divided by the size of the arm.
 
         The plane contains the axis of joint i and is parallel to the direction vector ``other``.
         """
@@ -60,7 +61,7 @@ class _Configuration:
         return away / (self.size * max(float(np.linalg.norm(normal)), HOLDS))
 
     def meeting(self, axes: Sequence[int]) -> FloatArray | None:
-        """Returns the common point of axes, or None."""
+        """Return the common point of axes, or None."""
         M, b = np.zeros((3, 3)), np.zeros(3)
         for k in axes:
             h = self.directions[k]
@@ -83,14 +84,14 @@ result is 0 if the relation holds.
 
 
 def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> str:
-    """Describes how the joint axes lie if the factors of a singularity condition are 0.
+    """Describe how the joint axes lie if all factors of a condition are 0.
 
     The text is empty if no relation between axes matches.
 
     Args:
         robot: A serial robot.
         q: The coordinates.
-        condition: Factors of minors, in the coordinates and parameters of the robot.
+        condition: Factors of the Jacobian's minors. At the singularity, all these factors are zero.
     """
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     screws, general = _in_general(robot, q)
@@ -118,7 +119,7 @@ def _first_that_holds(
     found: Sequence[_Configuration],
     general: Sequence[_Configuration],
 ) -> str:
-    """Returns the description of the first relation that holds only in singular configurations."""
+    """Return the description of the first relation that holds only in singular configurations."""
     for text, relation in relations if found else ():
         if all(relation(p) <= HOLDS for p in found) and min(map(relation, general)) > HOLDS:
             return text
@@ -156,7 +157,7 @@ def _configuration(screws: FloatArray) -> _Configuration:
 
 
 def _relations(general: _Configuration, own: Sequence[int]) -> Iterator[tuple[str, Relation]]:
-    """Yields the relations to test, with their descriptions."""
+    """Yield the relations to test, with their descriptions."""
     count = len(general.directions)
     if len(own) == 1 and 0 < own[0] < count - 1:
         i, j = own[0] - 1, own[0] + 1
@@ -164,7 +165,7 @@ def _relations(general: _Configuration, own: Sequence[int]) -> Iterator[tuple[st
         if general.revolute[[i, j]].all():
             yield f"{pair} coincide", partial(_off_axis, i, j)
         yield f"{pair} are parallel", lambda p: p.off_parallel(i, j)
-        yield f"{pair} are at right angles", lambda p: p.off_right_angle(i, j)
+        yield f"{pair} are perpendicular", lambda p: p.off_right_angle(i, j)
     lines = np.flatnonzero(general.revolute).tolist()
     parallel = [(i, j) for i, j in pairwise(lines) if general.off_parallel(i, j) <= HOLDS]
     for (i, j), (other, k) in pairwise(parallel):
@@ -179,7 +180,7 @@ def _relations(general: _Configuration, own: Sequence[int]) -> Iterator[tuple[st
             continue
         if general.meeting(axes) is None:
             continue
-        named = f"the point where axes {count - 1} and {count} meet"
+        named = f"the intersection of axes {count - 1} and {count}"
         named = WRIST if len(axes) == WHOLE_WRIST else named
         yield from _of_center(general, axes, named, parallel)
 

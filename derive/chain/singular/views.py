@@ -1,8 +1,8 @@
 """Selects the frame and reference point for which the Jacobian has the most zeros.
 
 Frame and reference point change neither the rank nor the determinant of the Jacobian (Murray, Li
-and Sastry 1994, 3.4). A frame in the middle of the chain gives the Jacobian small blocks. A
-reference point at the intersection of joint axes gives the Jacobian small blocks, too.
+and Sastry 1994, 3.4). With a frame in the middle of the chain, the Jacobian has small blocks. A
+reference point at the intersection of joint axes has the same effect.
 """
 
 import math
@@ -23,7 +23,7 @@ Flags = NDArray[np.bool_]
 Block = tuple[tuple[int, ...], tuple[int, ...]]
 """Row indices and column indices of a diagonal block."""
 NOTHING = 1e-9
-"""Jacobian entries below this value count as 0, for lengths of about one meter."""
+"""Jacobian entries below this value count as 0."""
 SEED = 20
 TRIES = 3
 """Number of random configurations.
@@ -39,7 +39,7 @@ class View:
     Attributes:
         body: Number of joints between the base and the body that defines the frame.
         point: The reference point in the base frame, for joints at 0.
-        filled: Mask (6, n). True marks an entry that is not always 0.
+        filled: Mask (6, n). True marks an entry that may differ from 0.
     """
 
     body: int
@@ -83,14 +83,13 @@ class Minor:
 def minors(
     robot: SerialRobot, S: sp.Matrix, values: Mapping[sp.Symbol, sp.Expr | float]
 ) -> tuple[Minor, ...]:
-    """Returns the largest square submatrices of a Jacobian, in frames that give small blocks.
+    """Return the largest square submatrices of a Jacobian.
 
     There is one submatrix if the Jacobian has as many nonzero rows as columns. Each column belongs
     to a joint. If the Jacobian has more columns than nonzero rows, each submatrix omits columns.
-    Each submatrix that omits columns has its own frame and reference point. If the Jacobian has
-    fewer columns than nonzero rows, each submatrix omits rows. All submatrices that omit rows have
-    the same frame and reference point. In this frame, the largest block of the submatrices is as
-    small as possible. Submatrices that are singular in every configuration are omitted.
+    Each submatrix that omits columns has its own frame and reference point. All submatrices that
+    omit rows have the same frame and reference point. Submatrices that are singular in every
+    configuration are omitted.
 
     Args:
         robot: A serial robot.
@@ -147,7 +146,7 @@ def _points(robot: SerialRobot) -> list[sp.Matrix]:
 
 
 def seen_screws(S: FloatArray, q: FloatArray, body: int) -> FloatArray:
-    """Returns the screws of all joints in the frame of a body (..., 6, n).
+    """Return the screws of all joints in the frame of a body (..., 6, n).
 
     Args:
         S: The screws in the base frame (6, n), with unit axes.
@@ -183,7 +182,7 @@ def _rotated(w: FloatArray, c: FloatArray, s: FloatArray, vectors: FloatArray) -
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Returns cross products of vectors (3, ...).
+    """Return cross products of vectors (3, ...).
 
     Explicit products are several times faster than np.cross.
     """

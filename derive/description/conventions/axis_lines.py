@@ -17,7 +17,7 @@ from ...model.tolerances import AXIS_DIGITS, EVALUATION_DIGITS, ROUNDING, ZERO_C
 
 
 def angle_between(line: AxisLine) -> mpmath.mpf:
-    """Returns the angle between a joint axis and the preceding axis (radian), from 0 to pi."""
+    """Return the angle between a joint axis and the preceding axis (radian), from 0 to pi."""
     x, y, z = line.direction
     return mpmath.atan2(mpmath.hypot(x, y), z)
 
@@ -29,12 +29,12 @@ def is_parallel(line: AxisLine) -> bool:
 
 
 def distance_between(line: AxisLine) -> mpmath.mpf:
-    """Returns the distance between the two axes (meter)."""
+    """Return the distance between the two axes (meter)."""
     return mpmath.hypot(*line.point[:2]) if is_parallel(line) else abs(_of_normal(line)[2])
 
 
 def common_normal(line: AxisLine) -> Fitted:
-    """Fits rotation, shift, a and alpha to the common normal of the two axes.
+    """Compute the rotation, the shift, a and alpha from the common normal of the two axes.
 
     For parallel axes, the normal through the origin is used. For coinciding axes, the x axis is
     used.
@@ -51,7 +51,7 @@ def common_normal(line: AxisLine) -> Fitted:
 
 
 def _of_normal(line: AxisLine) -> tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]:
-    """Returns the angle, the shift and the length of the common normal.
+    """Return the angle, the shift and the length of the common normal.
 
     The angle is about the z axis of the reference frame, and the shift is along this axis.
     """
@@ -63,7 +63,7 @@ def _of_normal(line: AxisLine) -> tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]:
 
 
 def tilts(line: AxisLine) -> Fitted | None:
-    """Fits a rotation and the fields a, alpha and beta to a joint axis.
+    """Fit a rotation and the fields a, alpha and beta to a joint axis.
 
     The fields define the transform Tx(a) Rx(alpha) Ry(beta). The result is None if the two axes are
     perpendicular.
@@ -86,7 +86,7 @@ def tilts(line: AxisLine) -> Fitted | None:
 
 
 def origin_and_turns(line: AxisLine) -> tuple[Vector, sp.Expr, sp.Expr]:
-    """Returns a tuple (point, beta, alpha) for an axis with the direction Ry(beta) Rx(alpha) z."""
+    """Return a tuple (point, beta, alpha) for an axis with the direction Ry(beta) Rx(alpha) z."""
     with mpmath.workdps(EVALUATION_DIGITS):
         x, y, z = line.direction
         p_x, p_y, p_z = (length(component) for component in line.point)
@@ -95,7 +95,7 @@ def origin_and_turns(line: AxisLine) -> tuple[Vector, sp.Expr, sp.Expr]:
 
 
 def in_turned_frame(line: AxisLine) -> Vector:
-    """Returns the axis point in a frame that is rotated by Ry(beta) Rx(alpha)."""
+    """Return the axis point in a frame that is rotated by Ry(beta) Rx(alpha)."""
     with mpmath.workdps(EVALUATION_DIGITS):
         (x, y, z), p = line.direction, line.point
         in_plane = mpmath.hypot(x, z)
@@ -109,24 +109,27 @@ def in_turned_frame(line: AxisLine) -> Vector:
 
 
 def fitted(values: Mapping[str, sp.Expr | Vector]) -> Fitted:
-    """Returns a fit with these field values, without rotation and shift at the previous axis."""
+    """Return a fit with these field values.
+
+    The rotation and the shift at the previous axis are zero.
+    """
     return Fitted(sp.S.Zero, sp.S.Zero, values)
 
 
 def into_fields(found: Fitted) -> Fitted:
-    """Moves rotation and shift into the fields theta and d of a standard convention."""
+    """Store the rotation about the joint axis in field theta, and the shift along it in field d."""
     return fitted({"theta": found.turn, "d": found.shift, **found.values})
 
 
 def angle(value: mpmath.mpf) -> sp.Expr:
-    """Returns an angle (radian) as a multiple of pi/12, or as a rounded decimal."""
+    """Return an angle (radian) as a multiple of pi/12, or as a rounded decimal."""
     twelfths = 12 * value / mpmath.pi
     nearest = int(mpmath.nint(twelfths))
     return sp.pi * nearest / 12 if abs(twelfths - nearest) < ROUNDING else length(value)
 
 
 def length(value: mpmath.mpf) -> sp.Expr:
-    """Returns a length (meter) as a rounded decimal, without rounding errors near 0."""
+    """Return a length (meter) as a rounded decimal, without rounding errors near 0."""
     if abs(value) <= ZERO_COMPONENT:
         return sp.S.Zero
     return sp.Rational(mpmath.nstr(value, AXIS_DIGITS))

@@ -1,9 +1,8 @@
 """Measures how a joint axis moves if the parameters of its convention change.
 
 A revolute axis is a line, which can move in four ways. Shifts along the line and rotations about
-the line have no effect. A prismatic axis is a direction, which two tilts can change. A convention
-is complete if its parameters can move a revolute axis in four ways and a prismatic axis in two
-ways.
+the line have no effect. For a prismatic joint, only the direction of the axis matters. A direction
+can change in two ways.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -23,10 +22,9 @@ from ...model.kinds import JointKind
 from ...model.placements import Placement, Rotation, Translation, rotation, translation
 
 FREE = {"prismatic": (3, 4)}
-"""Components of the twist (v, omega) that move the axis, by joint type."""
+"""For each joint type: indices of the twist components (v, omega) that change the joint axis."""
 OF_A_LINE = (0, 1, 3, 4)
-"""Indices of the twist components that move the axis of a revolute or helical joint: shifts along x
-and y, and rotations about x and y."""
+"""Indices of the twist components that change a z axis: vx, vy, wx and wy."""
 POSE = 6
 """Number of parameters of a full pose."""
 _BEFORE = sp.symbols("theta_before d_before", real=True)
@@ -40,8 +38,8 @@ class AxisMap:
     Attributes:
         product: Pose of the joint frame relative to the preceding axis, as elementary motions.
         own: Symbols of the convention parameters.
-        added: Symbols of the added rotations about, and shifts along, the joint axis or the
-            preceding axis.
+        added: Symbols of the rotations and shifts that are added to the convention parameters. The
+            added motions are about or along the joint axis or the preceding axis.
         columns: Twists (v; omega) of the joint frame per unit change of each parameter, shape (6,
             number of parameters), in the joint frame.
         free: Components of the twist that move the axis.
@@ -60,18 +58,19 @@ class AxisMap:
 
 
 def free_of(kind: JointKind) -> tuple[int, ...]:
-    """Returns the components of the twist (v, omega) of a joint that move its axis."""
+    """Return the components of the twist (v, omega) of a joint that move its axis."""
     return FREE.get(kind, OF_A_LINE)
 
 
 @cache
 def axis_map(convention: Convention, kind: JointKind) -> AxisMap:
-    """Returns the transform between two axes in a convention.
+    """Return the transform from one joint axis to the next in the terms of a convention.
+
+    If a transform ends with a rotation about the joint axis, a rotation and a shift along the
+    preceding axis are added.
 
     If a transform starts with a rotation about the preceding axis, a rotation and a shift along the
-    joint axis are added. If a transform ends with a rotation about the joint axis, a rotation and a
-    shift along the preceding axis are added. The added motions act like an offset of the preceding
-    joint.
+    joint axis are added.
     """
     product = numbers_of(convention, kind)
     own = symbols_in(product)
@@ -88,19 +87,19 @@ def axis_map(convention: Convention, kind: JointKind) -> AxisMap:
 
 
 def numbers_of(convention: Convention, kind: JointKind) -> Placement:
-    """Returns the motions of a convention as functions of its parameters."""
+    """Return the motions of a convention as functions of its parameters."""
     return convention.numbers(kind) if convention.numbers else convention.transform
 
 
 def symbols_in(product: Placement) -> tuple[sp.Symbol, ...]:
-    """Returns the symbols of a sequence of motions, in the order of their first use."""
+    """Return the symbols of a sequence of motions, in the order of their first use."""
     arguments = (argument for motion in product for _, _, argument in _steps(motion))
     found = (symbol for a in arguments for symbol in sorted(a.free_symbols, key=str))
     return tuple(dict.fromkeys(found))
 
 
 def twists(product: Placement, symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
-    """Returns twists (6, k) of the last frame, in this frame, per unit change of each symbol."""
+    """Return twists (6, k) of the last frame, in this frame, per unit change of each symbol."""
     found = {symbol: sp.zeros(6, 1) for symbol in symbols}
     R, p = sp.eye(3), sp.zeros(3, 1)
     for motion in reversed(product):
@@ -124,7 +123,7 @@ class Motions:
     """
 
     def __init__(self, product: Placement, symbols: Sequence[sp.Symbol]) -> None:
-        """Compiles the functions."""
+        """Compile the functions."""
         steps = [step for motion in product for step in _steps(motion)]
         self._axes = [(turns, axis) for turns, axis, _ in steps]
         arguments = [argument for _, _, argument in steps]
@@ -141,7 +140,7 @@ class Motions:
         self._count = len(symbols)
 
     def __call__(self, values: Sequence[float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Returns the twists (6, k) of the last frame in its own axes, and the orientation (3, 3).
+        """Return the twists (6, k) of the last frame in its own axes, and the orientation (3, 3).
 
         Args:
             values: One value for each symbol, in the order of the symbols.
@@ -168,7 +167,7 @@ class Motions:
 
 
 def _steps(motion: Rotation | Translation) -> list[tuple[bool, int, sp.Expr]]:
-    """Returns a triple (is rotation, axis index, amount) for each nonzero part of a motion."""
+    """Split a motion into steps about or along one axis: (is rotation, axis index, amount)."""
     if isinstance(motion, Rotation):
         return [(True, "xyz".index(motion.axis), motion.angle)]
     return [(False, k, part) for k, part in enumerate(motion.vector) if part != 0]
@@ -184,7 +183,7 @@ def _turn(axis: int, angle: float) -> NDArray[np.float64]:
 
 
 def field_values(found: Fitted) -> dict[str, sp.Expr]:
-    """Returns the field values by symbol name. A vector has one value per component."""
+    """Return the field values by symbol name. A vector has one value per component."""
     values: dict[str, sp.Expr] = {}
     for name, value in found.values.items():
         if isinstance(value, tuple):
@@ -195,7 +194,7 @@ def field_values(found: Fitted) -> dict[str, sp.Expr]:
 
 
 def _coordinates(motion: Rotation | Translation) -> list[tuple[sp.Symbol, sp.Matrix]]:
-    """Returns each symbol of a motion with the twist that it causes."""
+    """Return each symbol of a motion with the twist that it causes."""
     if isinstance(motion, Rotation):
         arguments = [(motion.angle, 3 + "xyz".index(motion.axis))]
     else:
@@ -216,7 +215,7 @@ def _turns_about_z(motion: Rotation | Translation) -> bool:
 
 
 def _ends_with_turn(product: Placement) -> bool:
-    """Whether the product ends with a rotation about z, except for shifts along z."""
+    """Whether the last rotation of the product is about z, followed only by shifts along z."""
     for motion in reversed(product):
         if isinstance(motion, Rotation):
             return motion.axis == "z"

@@ -1,4 +1,4 @@
-"""Converts accurate poses to convention fields."""
+"""Converts accurate poses to the fields of a kinematic convention, such as DH."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,7 +17,7 @@ _ORIGIN = (mpmath.mpf(0),) * 3
 
 
 def axis_line(relative: Any, joint: Joint) -> AxisLine:
-    """Returns the axis of a joint from its frame (4, 4).
+    """Return the axis of a joint from its frame (4, 4).
 
     The position of a prismatic axis has no effect, so the origin is used.
     """
@@ -26,22 +26,22 @@ def axis_line(relative: Any, joint: Joint) -> AxisLine:
 
 
 def along_z(turn: sp.Expr, shift: sp.Expr) -> Placement:
-    """Returns a rotation about z (radian) followed by a translation along z (meter)."""
+    """Return a rotation about z (radian) followed by a translation along z (meter)."""
     return rotation("z", turn) + translation(sp.S.Zero, sp.S.Zero, shift)
 
 
 def home_pose(robot: SerialRobot, values: Mapping[sp.Symbol, sp.Expr]) -> Any:
-    """Returns the tool pose (4, 4) with all moving joints at zero."""
+    """Return the tool pose (4, 4) with all moving joints at zero."""
     return pose_in_digits(tuple(motion for p in robot.placements for motion in p), values)
 
 
 def placement_of(T: Any) -> Placement:
-    """Returns the placement of a pose (4, 4), with position, roll, pitch and yaw."""
+    """Return the placement of a pose (4, 4), with position, roll, pitch and yaw."""
     return from_xyz_rpy(*xyz_rpy_of(T))
 
 
 def xyz_rpy_of(T: Any) -> tuple[Vector, Vector]:
-    """Returns position and (roll, pitch, yaw), with R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Return position and (roll, pitch, yaw), with R = Rz(yaw) Ry(pitch) Rx(roll)."""
     pitch = mpmath.atan2(-T[2, 0], mpmath.hypot(T[0, 0], T[1, 0]))
     is_locked = mpmath.hypot(T[0, 0], T[1, 0]) <= ZERO_COMPONENT
     yaw = mpmath.mpf(0) if is_locked else mpmath.atan2(T[1, 0], T[0, 0])

@@ -17,7 +17,7 @@ alpha, beta, theta = sp.symbols("alpha beta theta", real=True)
 
 
 def _at_the_normal(line: AxisLine) -> Fitted:
-    """Places the frame at the foot of the common normal, so the parameter b of `mdh5` is zero."""
+    """Place the frame at the foot of the common normal, so the parameter b of `mdh5` is zero."""
     found = common_normal(line)
     return Fitted(found.turn, sp.S.Zero, {**found.values, "c": found.shift})
 
@@ -37,8 +37,7 @@ mdh5 = of_transform(
     turning="theta",
     fit=_at_the_normal,
 )
-"""The link transform is T(a, b, c) Rx(alpha) Rz(theta).
-A prismatic joint moves along z after Rz(theta)."""
+"""The link transform is T(a, b, c) Rx(alpha) Rz(theta)."""
 hayati5 = of_transform(
     "hayati5",
     (

@@ -1,7 +1,7 @@
 """Four parameters of Hayati and Mirmirani for nearly parallel axes.
 
-The Denavit-Hartenberg parameter d is discontinuous at parallel axes; a tilt beta about y replaces
-it.
+The Denavit-Hartenberg parameter d is discontinuous at parallel axes. This convention replaces d by
+a tilt beta about y.
 
 Source:
     S. Hayati, M. Mirmirani, Improving the absolute positioning accuracy of robot manipulators,
@@ -39,5 +39,4 @@ hayati = of_transform(
     turning="theta",
     fit=_standard,
 )
-"""The link transform is Rz(theta) Tx(a) Rx(alpha) Ry(beta).
-A prismatic joint moves along z after Rz(theta)."""
+"""The link transform is Rz(theta) Tx(a) Rx(alpha) Ry(beta)."""

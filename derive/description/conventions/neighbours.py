@@ -45,11 +45,7 @@ class Neighbours:
 
     @property
     def is_of_lines(self) -> bool:
-        """Whether the joint axis and the preceding axis are lines.
-
-        The result is False for a prismatic axis, which is only a direction, and for the first
-        joint.
-        """
+        """Whether the joint axis and the preceding axis are lines."""
         return self.before is not None and "prismatic" not in (self.joint.kind, self.before.kind)
 
     @cached_property
@@ -68,17 +64,16 @@ class Neighbours:
         return is_parallel(self.line)
 
     def fit(self, convention: Convention) -> Fitted | None:
-        """Returns the convention parameters for the axis, or None if there are none."""
+        """Return the convention parameters for the axis, or None if there are none."""
         return convention.fit(self.line) if convention.fit else None
 
     def displacements(self, convention: Convention) -> NDArray[np.float64] | None:
-        """Returns the displacements of the axis per convention parameter, shape (4, k) or (2, k).
+        """Return the displacements of the axis per convention parameter, shape (4, k) or (2, k).
 
-        The first rows are shifts along the common normal and its perpendicular, divided by the arm
-        length. The last two rows are rotations about the common normal and its perpendicular. For a
-        prismatic axis, there are no rows of shifts. The position of a preceding prismatic axis is
-        arbitrary, so its perpendicular shifts count as parameters. The result is None if the
-        convention cannot describe the axis.
+        The last two rows are rotations about the common normal and its perpendicular. If the result
+        has four rows, the first two rows are shifts along these directions, in units of the arm
+        length. The position of a preceding prismatic axis is arbitrary, so its perpendicular shifts
+        count as parameters. The result is None if the convention cannot describe the axis.
         """
         found = self.fit(convention)
         if found is None:
@@ -91,7 +86,10 @@ class Neighbours:
     def by_numbers(
         self, product: Placement, symbols: Sequence[sp.Symbol], values: Sequence[float]
     ) -> NDArray[np.float64]:
-        """Returns the displacements of the axis for a product of motions between the two axes."""
+        """Return the displacements of the second axis for a product of motions between two axes.
+
+        There is one displacement per symbol.
+        """
         if self.before is not None and self.before.kind == "prismatic":
             product = translation(_PLACE[0], _PLACE[1], sp.S.Zero) + product
             symbols, values = (*symbols, *_PLACE), (*values, 0.0, 0.0)
@@ -123,21 +121,24 @@ class Neighbours:
         along, across = "the common normal", "the perpendicular of axis and common normal"
         if not self.normal.any():
             along, across = "the link's x axis", "the link's y axis"
-        turns = f"turn about {along}", f"turn about {across}"
+        turns = f"rotation about {along}", f"rotation about {across}"
         if self.joint.kind == "prismatic":
             return turns
-        return f"shift along {along}", f"shift along {across}", *turns
+        return f"translation along {along}", f"translation along {across}", *turns
 
 
 def least_singular_value(rows: NDArray[np.float64] | None) -> float:
-    """Returns the smallest singular value, or 0 without rows."""
+    """Return the smallest singular value.
+
+    The value is 0 if ``rows`` is None, or has fewer columns than rows.
+    """
     if rows is None or rows.shape[1] < rows.shape[0]:
         return 0.0
     return float(np.linalg.svd(rows, compute_uv=False)[-1])
 
 
 def neighbours(robot: SerialRobot) -> tuple[Neighbours, ...]:
-    """Returns all moving joints of a robot with their axes."""
+    """Return all moving joints of a robot with their axes."""
     with mpmath.workdps(EVALUATION_DIGITS):
         found = list(_pairs(robot))
         size = sum(pair.distance for pair in found if pair.is_of_lines)

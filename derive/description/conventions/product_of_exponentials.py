@@ -14,24 +14,23 @@ from .urdf_origin import AXIS
 
 
 def _around_the_screw(kind: JointKind, *, axis: Vector, point: Vector) -> Placements:  # noqa: ARG001
-    """Returns the displacement from the link frame to the screw axis, and its inverse.
+    """Return the displacement from the link frame to the screw axis, and its inverse.
 
-    The two displacements cancel at the zero configuration. All link frames then equal the base
-    frame.
+    The two displacements cancel at the zero configuration.
     """
     z_to_axis, to_point = align_z(axis), translation(*point)
     return to_point + z_to_axis, inverse(z_to_axis) + inverse(to_point)
 
 
 def _corrections(kind: JointKind) -> Placement:
-    """Returns the corrections: two tilts, and two shifts unless the joint is prismatic."""
+    """Return the corrections: two tilts, and two shifts unless the joint is prismatic."""
     x, y, tilt_x, tilt_y = sp.symbols("shift_x shift_y tilt_x tilt_y", real=True)
     shifts = () if kind == "prismatic" else translation(x, y, sp.S.Zero)
     return shifts + rotation("x", tilt_x) + rotation("y", tilt_y)
 
 
 def _uncorrected(line: AxisLine) -> Fitted:  # noqa: ARG001
-    """Returns a fit with shift and tilt 0, because point and direction define the axis exactly."""
+    """Return a fit with shift and tilt 0, because point and direction define the axis exactly."""
     return fitted({})
 
 
@@ -40,7 +39,7 @@ poe = Convention(
     (AXIS, Field("point", "lengths", ("p_x", "p_y", "p_z"), is_of_motion=True)),
     _around_the_screw,
     source="Brockett 1984",
-    words="screw axes, each by its direction $e$ and a point $p$ on it,",
+    words="screw axes, each with a direction $e$ and a point $p$ on the axis,",
     numbers=_corrections,
     fit=_uncorrected,
 )

@@ -33,7 +33,7 @@ SUITED = (mdh, hayati5, urdf)
 
 
 def suitable_convention(pair: Neighbours) -> Convention:
-    """Returns the first continuous convention of :data:`SUITED`, or else the last convention."""
+    """Return the first continuous convention of :data:`SUITED`, or else the last convention."""
     for convention in SUITED[:-1]:
         if least_singular_value(pair.displacements(convention)) > CONTINUOUS_MODEL:
             return convention
@@ -41,7 +41,7 @@ def suitable_convention(pair: Neighbours) -> Convention:
 
 
 def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Convention], ...]:
-    """Returns each moving joint with a suitable convention.
+    """Return each moving joint with a suitable convention.
 
     A prismatic axis is moved to the origin of the preceding link.
     """
@@ -51,7 +51,7 @@ def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Conventi
 
 
 def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
-    """Returns the robot with each joint in a suitable convention.
+    """Return the robot with each joint in a suitable convention.
 
     The tool pose, coordinates, limits and couplings do not change. The conventions of the joints
     determine the new link frames. Fixed joints become part of the links. Multiples of 15 degrees
@@ -94,7 +94,7 @@ class _Placed:
     shift: sp.Expr = sp.S.Zero
 
     def fields(self) -> dict[str, sp.Expr | Vector]:
-        """Returns all field values, with rotation about and shift along the joint axis."""
+        """Return all field values, with rotation about and shift along the joint axis."""
         fields = dict(self.fitted.values)
         if self.convention.turning:
             return fields | {
@@ -110,11 +110,11 @@ class _Placed:
         return self.convention(self.pair.joint.kind, **self.fitted.values)[0]
 
     def after(self) -> Any:
-        """Returns the joint frame (4, 4), without rotation about and shift along the joint axis."""
+        """Return the joint frame (4, 4), without rotation about and shift along the joint axis."""
         return self.before * pose_in_digits(self._own(), {})
 
     def as_joint(self) -> Joint:
-        """Returns the joint in the selected convention."""
+        """Return the joint in the selected convention."""
         given = self.convention.scalars(
             {f.name: f.value(self.fields()) for f in self.convention.fields}
         )
@@ -130,7 +130,7 @@ class _Placed:
 
 
 def _placed(pairs: Sequence[Neighbours]) -> tuple[list[_Placed], Any]:
-    """Returns the joints in their conventions, and the frame after the last joint."""
+    """Return the joints in their conventions, and the frame after the last joint."""
     first = pairs[0]
     # The pose of the base frame defines the first axis.
     placed = [_Placed(first, SUITED[0], fitted({}), first.frame)]

@@ -16,7 +16,7 @@ AXIS = Field(
     "direction",
     ("e_x", "e_y", "e_z"),
     default=(sp.S.Zero, sp.S.Zero, sp.S.One),
-    needed_to="the direction that the joint moves about or along",
+    needed_to="the direction of the joint axis",
     is_of_motion=True,
 )
 

@@ -38,10 +38,10 @@ class LinkedBodies(Protocol):
         """The tree of links and joints."""
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """Returns the chains between base and tip. If base or tip is None, the end is inferred."""
+        """Return the chains between base and tip. If base or tip is None, the end is inferred."""
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> Described:
-        """Returns the chain between two links, and the loops that contain its joints."""
+        """Return the chain between two links, and the loops that contain its joints."""
 
 
 def is_imported(file: Path) -> bool:
@@ -56,7 +56,7 @@ def imported(
     tip: str | None = None,
     name: str | None = None,
 ) -> Described:
-    """Returns the chain between two links of a file.
+    """Return the chain between two links of a file.
 
     Args:
         file: A URDF, a xacro file or an MJCF model.
@@ -78,7 +78,7 @@ def _robot(
 
 
 def within_limits(file: Path, work: Callable[[], Result]) -> Result:
-    """Runs a function in a separate process, with limits on time and memory."""
+    """Run a function in a separate process, with limits on time and memory."""
     try:
         return isolated(work, READING)
     except NotExact as error:
@@ -90,7 +90,7 @@ def within_limits(file: Path, work: Callable[[], Result]) -> Result:
 
 
 def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
-    """Reads a file that contains a tree of links.
+    """Read a file that contains a tree of links.
 
     Args:
         file: A URDF, a xacro file that expands to URDF, an MJCF model, or an SDF.
@@ -118,7 +118,7 @@ def chains(
     groups: Sequence[str],
     srdf: Path | None,
 ) -> tuple[Chain, ...]:
-    """Returns the chains of a file, from SRDF groups or from the tree.
+    """Return the chains of a file, from SRDF groups or from the tree.
 
     Args:
         file: A link-tree file.
@@ -160,7 +160,7 @@ def _chains(
 
 
 def _of_group(source: LinkedBodies, file: Path, group: str, srdf: Path | None) -> list[Chain]:
-    """Returns the chains of a group with their name suffixes."""
+    """Return the chains of a group with their name suffixes."""
     groups = srdf or srdf_in_folder(file)
     if groups is None:
         raise DescriptionError(

@@ -1,14 +1,14 @@
 """Finds the end parts of an arm: fingers, wheels, short branches and ball joints.
 
-A finger is a joint with one of ``FINGER_WORDS`` in its name. If a finger follows
-``JOINTS_OF_AN_ARM`` joints, all branches on its parent link are fingers too. After a moving joint,
-a joint is also a finger if the name of its parent link contains a word of ``FINGER_WORDS``. If
+A finger is a joint with one of ``FINGER_WORDS`` in its name. If at least ``JOINTS_OF_AN_ARM``
+joints precede a finger, all branches on its parent link are fingers too. After a moving joint, a
+joint is also a finger if the name of its parent link contains a word of ``FINGER_WORDS``. If
 several prismatic or coupled joints start at one link after a moving joint, these joints are fingers
 too, unless they carry a tool frame.
 
-Most hands have several branches that start at one link. Branches that start at one link are end
-parts if each branch has at most ``LONGEST_FINGER`` joints. The link must follow
-``JOINTS_OF_AN_ARM`` joints.
+Most hands have several branches that start at one link. Such branches count as fingers if each
+branch has at most ``LONGEST_FINGER`` joints and at least ``JOINTS_OF_AN_ARM`` joints precede the
+link.
 
 A wheel is a joint with a wheel word in its name or in the name of its child link. A base joint also
 counts as a wheel if it carries only wheels.
@@ -71,14 +71,14 @@ class EndPart:
 
 @dataclass(frozen=True)
 class Arms:
-    """Chains of moving joints that start at a base link, and the joints that the chains exclude."""
+    """Chains of moving joints that start at a base link, and joints outside these chains."""
 
     paths: tuple[TreePath, ...]
     left_out: tuple[EndPart, ...]
 
 
 def arms_of(tree: KinematicTree, base: str) -> Arms:
-    """Returns the chains of moving joints from a base link. Fingers, wheels etc. are excluded."""
+    """Return the chains of moving joints from a base link. Fingers, wheels etc. are excluded."""
     heights = _heights(tree, base)
     paths: list[TreePath] = []
     left_out: list[EndPart] = []
@@ -97,7 +97,7 @@ def arms_of(tree: KinematicTree, base: str) -> Arms:
 
 
 def freedom(path: Sequence[TreeJoint]) -> int:
-    """Returns the number of coordinates after the last floating or planar joint of a chain."""
+    """Return the number of coordinates after the last floating or planar joint of a chain."""
     behind = takewhile(lambda joint: joint.kind != "free", reversed(path))
     counts = {"moving": 1, "ball": FREEDOMS_OF_A_BALL}
     return sum(counts.get(joint.kind, 0) for joint in behind)
@@ -109,7 +109,7 @@ def has_a_word(name: str, words: Iterable[str]) -> bool:
 
 
 def tool_rank(link: str) -> int | None:
-    """Returns the index of a link name in ``TOOL_NAMES``, or None."""
+    """Return the index of a link name in ``TOOL_NAMES``, or None."""
     words = link.lower()
     for rank, name in enumerate(TOOL_NAMES):
         if re.fullmatch(rf"(.*[^a-z0-9])?{name}", words):
@@ -124,7 +124,7 @@ def _end_part(
     path: TreePath,
     heights: Mapping[str, int],
 ) -> EndPartKind | None:
-    """Returns the kind of end part (such as fingers) at a joint, or None for a joint of the arm."""
+    """Return the kind of end part (such as fingers) at a joint, or None for a joint of the arm."""
     if joint.kind == "ball" and not heights[joint.child]:
         return "ball joints"
     if _is_wheel(joint) or (not freedom(path) and _steers_wheels(tree, joint)):
@@ -143,7 +143,6 @@ def _end_part(
 def _is_jaw(
     tree: KinematicTree, joint: TreeJoint, moved: Sequence[TreeJoint], heights: Mapping[str, int]
 ) -> bool:
-    """Whether a joint is one of several prismatic or coupled joints that end on one link."""
     ends = [other for other in moved if not heights[other.child] and not _has_a_tool(tree, other)]
     return joint in ends and any(
         (joint.is_prismatic and other.is_prismatic) or _leader(joint) == _leader(other)
@@ -161,7 +160,7 @@ def _leader(joint: TreeJoint) -> str:
 
 
 def _heights(tree: KinematicTree, base: str) -> dict[str, int]:
-    """Returns how many moving joints follow each link on the longest branch."""
+    """Return, for each link, the maximum number of moving joints on a branch after the link."""
     found: dict[str, int] = {}
     for link in reversed(list(tree.outwards(base))):
         lengths = (found[j.child] + (j.kind != "fixed") for j in tree.below[link])
@@ -184,7 +183,7 @@ def _steers_wheels(tree: KinematicTree, joint: TreeJoint) -> bool:
 
 
 def named_parts(left_out: Iterable[EndPart]) -> Iterator[tuple[EndPartKind, list[str]]]:
-    """Yields each kind of end part with the names of its joints. Mimic joints are omitted."""
+    """Yield each kind of end part with the names of its joints. Mimic joints are omitted."""
     names: dict[EndPartKind, list[str]] = {}
     for part in left_out:
         if part.joint.kind != "follower":

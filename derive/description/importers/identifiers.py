@@ -7,7 +7,7 @@ LONGEST_NAME = 60
 
 
 def identifier(name: str) -> str:
-    """Returns a valid name for C and Python. The name is short enough for a file name.
+    """Return a valid name for C and Python. The name is short enough for a file name.
 
     Invalid characters become "_". A name that starts with a digit gets the prefix "x".
     """
@@ -18,6 +18,6 @@ def identifier(name: str) -> str:
 
 
 def prefix(name: str) -> str:
-    """Returns a robot name: an identifier without double or trailing underscores."""
+    """Return a robot name: an identifier without double or trailing underscores."""
     found = re.sub("__+", "_", identifier(name)).rstrip("_")
     return f"x{found}" if keyword.iskeyword(found) else found

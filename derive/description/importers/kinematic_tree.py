@@ -63,7 +63,7 @@ class KinematicTree:
         return tuple(link for link in self.links if link not in self.joint_to)
 
     def path_down(self, base: str, tip: str) -> tuple[TreeJoint, ...] | None:
-        """Returns the joints from a link to a descendant.
+        """Return the joints from a link to a descendant.
 
         The value is None if the tip is not a descendant.
         """
@@ -77,7 +77,7 @@ class KinematicTree:
         return tuple(joints[::-1])
 
     def path(self, base: str, tip: str) -> tuple[TreeJoint, ...] | None:
-        """Returns the joints from a link up to the common ancestor, then down to another link.
+        """Return the joints from a link up to the common ancestor, then down to another link.
 
         The result is None if the links are not connected.
         """
@@ -91,7 +91,7 @@ class KinematicTree:
         return (*reversed(up[shared:]), *down[shared:])
 
     def common_ancestor(self, links: Iterable[str]) -> str:
-        """Returns the lowest link that is an ancestor of all listed links."""
+        """Return the lowest link that is an ancestor of all listed links."""
         first, *others = links
         above = self.path_down(self.root_of(first), first) or ()
         candidates = (first, *(joint.parent for joint in reversed(above)))
@@ -102,7 +102,7 @@ class KinematicTree:
         )
 
     def root_of(self, link: str) -> str:
-        """Returns the root above a link, or the link itself if its parents form a cycle."""
+        """Return the root above a link, or the link itself if its parents form a cycle."""
         start = link
         for _ in self.links:
             if link not in self.joint_to:
@@ -111,7 +111,7 @@ class KinematicTree:
         return start
 
     def outwards(self, link: str) -> Iterator[str]:
-        """Yields a link and then all its descendants. Parents come first."""
+        """Yield a link and then all its descendants. Parents come first."""
         waiting = [link]
         while waiting:
             reached = waiting.pop()
@@ -119,7 +119,7 @@ class KinematicTree:
             waiting += [joint.child for joint in reversed(self.below[reached])]
 
     def rigid(self, link: str) -> Iterator[str]:
-        """Yields a link and all descendants that are fixed to it."""
+        """Yield a link and all descendants that are fixed to it."""
         waiting = [link]
         while waiting:
             reached = waiting.pop()
@@ -128,7 +128,7 @@ class KinematicTree:
             waiting += [joint.child for joint in reversed(fixed)]
 
     def moved(self, link: str) -> tuple[TreeJoint, ...]:
-        """Returns the moving joints on a link, and on the links that are fixed to it."""
+        """Return the moving joints on a link, and on the links that are fixed to it."""
         return tuple(
             joint
             for part in self.rigid(link)

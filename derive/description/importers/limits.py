@@ -6,12 +6,13 @@ from ..toml_file import listed
 
 
 def without_limits(joints: Sequence[str]) -> tuple[str, ...]:
-    """Returns a note on joints without limits, or () if all joints have limits.
+    """Return a note on joints without limits, or () if all joints have limits.
 
     Args:
         joints: Names of the joints that have no limits.
     """
     if not joints:
         return ()
-    state = f"joint {joints[0]} states" if len(joints) == 1 else f"joints {listed(joints)} state"
-    return (f"{state} no range of limits: taken as unlimited",)
+    if len(joints) == 1:
+        return (f"the file states no limits for joint {joints[0]}, which is unlimited",)
+    return (f"the file states no limits for joints {listed(joints)}, which are unlimited",)

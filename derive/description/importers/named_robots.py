@@ -14,7 +14,7 @@ MAX_SHOWN = 5
 
 
 def described(name: str) -> tuple[Path, tuple[str, ...]]:
-    """Returns the file of a robot in robot_descriptions, downloaded with git at the first use.
+    """Return the file of a robot in robot_descriptions, downloaded with git at the first use.
 
     Args:
         name: Name of a description in the package, such as ``ur5e_description``. Without a suffix,

@@ -23,7 +23,7 @@ _UTF_16 = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"<\0": "utf-16-le", b"
 
 
 def read_xml(path: str | Path) -> str:
-    """Reads an XML file in its encoding, which its byte order mark or its declaration states.
+    """Read an XML file in its encoding, which its byte order mark or its declaration states.
 
     Raises:
         DescriptionError: The file cannot be read, is too long, or does not have the stated
@@ -38,7 +38,7 @@ def read_xml(path: str | Path) -> str:
 
 
 def nearby_document(path: Path) -> minidom.Document | None:
-    """Returns the content of an XML file such as package.xml, or None if it is invalid."""
+    """Return the content of an XML file such as package.xml, or None if it is invalid."""
     try:
         return minidom.parseString(read_bytes(path))
     except (DescriptionError, ExpatError, ValueError):
@@ -63,7 +63,7 @@ def _parser(*, recover: bool = False) -> etree.XMLParser:
 
 
 def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
-    """Parses an XML text and returns its root element. The namespace is removed.
+    """Parse an XML text and return its root element. The namespace is removed.
 
     Args:
         file: File name in error messages.
@@ -100,7 +100,7 @@ def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
 
 
 def local_name(element: etree._Element) -> str:
-    """Returns the name of an element without its namespace or prefix.
+    """Return the name of an element without its namespace or prefix.
 
     The prefix need not be declared.
     """

@@ -17,7 +17,7 @@ Angles = tuple[mp.mpf, mp.mpf, mp.mpf]
 
 
 def of_quaternion(w: Any, x: Any, y: Any, z: Any) -> Angles:
-    """Returns the angles of a quaternion (w, x, y, z) of any length.
+    """Return the angles of a quaternion (w, x, y, z) of any length.
 
     At gimbal lock, only the sum or difference of roll and yaw is determined, and yaw is set to 0.
     """
@@ -33,12 +33,12 @@ def of_quaternion(w: Any, x: Any, y: Any, z: Any) -> Angles:
 
 
 def of_matrix(pose: mp.matrix) -> Angles:
-    """Returns the angles of the upper-left 3x3 block of a matrix."""
+    """Return the angles of the upper-left 3x3 block of a matrix."""
     return of_quaternion(*_quaternion(pose))
 
 
 def _quaternion(R: mp.matrix) -> list[mp.mpf]:
-    """Returns a quaternion that is not normalized.
+    """Return a quaternion that is not normalized.
 
     The longest of four equivalent quaternions is the most accurate.
     """

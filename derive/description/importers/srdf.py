@@ -20,7 +20,7 @@ MAX_NESTED = 16
 
 
 def group_ends(file: Path, tree: KinematicTree, group: str) -> tuple[tuple[str, str], ...]:
-    """Returns base link and tip link of each chain in a group.
+    """Return base link and tip link of each chain in a group.
 
     Args:
         file: An SRDF file, or a xacro file that expands to SRDF.
@@ -39,7 +39,7 @@ def group_ends(file: Path, tree: KinematicTree, group: str) -> tuple[tuple[str, 
 
 
 def srdf_in_folder(file: Path) -> Path | None:
-    """Returns the SRDF file in the folder of a file.
+    """Return the SRDF file in the folder of a file.
 
     An SRDF file with the name of ``file`` is preferred. If no SRDF file has this name, the folder
     must contain exactly one SRDF file.
@@ -87,7 +87,7 @@ class _Srdf:
         return self._base(tips[0], links), tips[0]
 
     def _check_joints(self, element: etree._Element, pairs: list[tuple[str, str]]) -> None:
-        """Raises an error if the group lists a moving joint outside its chains."""
+        """Raise an error if the group lists a moving joint outside its chains."""
         joints = [joint for base, tip in pairs for joint in self.tree.path_down(base, tip) or ()]
         kinds = {joint.name: joint.kind for joint in self.tree.joints if joint not in joints}
         for joint in element.findall("joint"):
@@ -96,7 +96,7 @@ class _Srdf:
                 self._fail(joint, joint.get("name"), expected)
 
     def _links(self, element: etree._Element) -> list[str]:
-        """Returns the links of a group without the root, and the child links of its joints."""
+        """Return the links of a group without the root, and the child links of its joints."""
         carried = {joint.name: joint.child for joint in self.tree.joints}
         for joint in element.findall("joint"):
             if joint.get("name") not in carried:

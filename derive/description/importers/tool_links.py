@@ -3,13 +3,11 @@
 The arm ends before fingers, wheels and final ball joints
 (:mod:`~chasles.derive.description.importers.end_parts`).
 
-The arm is the chain with the largest number of coordinates. If two arms have the same length and
-different last joints, each arm is a separate robot.
+The arm is the chain with the largest number of coordinates. If the longest chains have equal length
+but different last joints, each of these chains is a separate robot.
 
-The tip is attached to the last joint. The first link with a name in ``TOOL_NAMES`` is the tip. If
-no link has a name in ``TOOL_NAMES``, the tip is the only end link that is not a sensor, or else the
-child link of the last joint. The base is the root of the tree, or the child link of the last
-floating or planar joint.
+The tip is attached to the last joint. The first link with a name in ``TOOL_NAMES`` is the tip. The
+base is the root of the tree, or the child link of the last floating or planar joint.
 """
 
 import difflib
@@ -22,7 +20,8 @@ from .end_parts import EndPart, TreePath, arms_of, freedom, has_a_word, named_pa
 from .kinematic_tree import KinematicTree, TreeJoint
 
 SENSOR_WORDS = ("camera", "optical", "sensor", "imu", "laser", "lidar", "collision")
-"""Words in link names. A link whose name contains one of these words is a sensor, not a tool."""
+"""Words in the names of links. A link whose name contains one of these words is a sensor, not a
+tool."""
 MAX_LINKS = 500
 """Maximum number of links. In a tree with more than 500 links, the tip is not inferred."""
 MAX_OTHERS = 6
@@ -45,14 +44,14 @@ class NoChain(DescriptionError):
 
 @dataclass(frozen=True)
 class Ends:
-    """The ends of a chain, with other possible ends and excluded parts.
+    """The base and tip link of a chain, other possible tip links, and excluded parts.
 
     Attributes:
         base: The base link.
         tip: The tip link.
         others: The other possible tip links.
-        before: The joints before an inferred base. The last joint before the base is floating or
-            planar.
+        before: Names of the moving joints before the base link, if the base link was inferred. The
+            last joint before the base is floating or planar.
         left_out: Fingers and other end parts.
     """
 
@@ -64,7 +63,7 @@ class Ends:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on an inferred base or tip. The tuple is empty if both were given."""
+        """Note on an inferred base or tip. The tuple is empty if both were given."""
         return tuple(filter(None, (self._of_tip, self._of_base, self._of_end_parts)))
 
     @property
@@ -76,7 +75,7 @@ class Ends:
         if not self.before:
             return ""
         *earlier, last = self.before
-        text = f"base: {self.base}, which the floating or planar joint {last} carries"
+        text = f"base: {self.base}, the child of the floating or planar joint {last}"
         return f"{text}; left out before it: {_few(earlier)}" if earlier else text
 
     @property
@@ -98,7 +97,7 @@ def _few(names: Sequence[str]) -> str:
 
 
 def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-    """Returns the ends of the chain between two links. An end that is None is inferred.
+    """Return the ends of the chain between two links. An end that is None is inferred.
 
     Args:
         tree: The tree of links and joints.
@@ -128,7 +127,7 @@ def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple
 
 
 def only_chain(tree: KinematicTree, base: str | None, tip: str | None) -> Ends:
-    """Returns the ends of the only chain between two links. See :func:`chosen_ends`.
+    """Return the ends of the only chain between two links. See :func:`chosen_ends`.
 
     Raises:
         NoChain: There is no chain, or more than one.
@@ -144,11 +143,10 @@ def only_chain(tree: KinematicTree, base: str | None, tip: str | None) -> Ends:
 
 
 def _check_joints(path: Sequence[TreeJoint], base: str) -> None:
-    """Raises an error if a joint between base and tip has several degrees of freedom.
+    """Raise an error if a joint between base and tip has several degrees of freedom.
 
     Raises:
-        NoChain: The chain has a joint with several degrees of freedom. The message suggests other
-            ends.
+        NoChain: The chain has a joint with several degrees of freedom.
     """
     before = base
     for joint in path:
@@ -165,7 +163,7 @@ def _check_joints(path: Sequence[TreeJoint], base: str) -> None:
 
 
 def leader_between(follower: str, ends: Ends) -> str:
-    """Returns the error text for a mimic joint whose leader is outside the chain."""
+    """Return the error text for a mimic joint whose leader is outside the chain."""
     return (
         f"a joint between {ends.base} and {ends.tip} that {follower} follows; without the "
         f"coupling, {follower} has its own coordinate"
@@ -182,7 +180,7 @@ def _only_root(tree: KinematicTree) -> str:
 
 
 def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
-    """Returns base and tip of the longest arms that start at a link."""
+    """Return the base and tip links of the longest arms that start at a link."""
     root = base or _only_root(tree)
     if tree.root_of(root) in tree.joint_to or len(tree.links) > MAX_LINKS:
         raise NoChain(
@@ -205,7 +203,7 @@ def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
 
 
 def _without_motion(base: str, leaves: Sequence[str], left_out: Sequence[EndPart]) -> Ends:
-    """Returns the only end link of a tree in which no joint moves, or raises an error."""
+    """Return the only end link of a tree in which no joint moves, or raise an error."""
     if leaves == [base]:
         raise NoChain("tip", base, "a link other than the base, and a joint that moves it")
     if len(leaves) == 1:
@@ -217,7 +215,7 @@ def _without_motion(base: str, leaves: Sequence[str], left_out: Sequence[EndPart
 
 
 def _ends(path: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> Ends:
-    """Returns the ends of a chain.
+    """Return the ends of a chain.
 
     By default, the base is the link after the last floating or planar joint.
     """
@@ -229,7 +227,7 @@ def _ends(path: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> E
 
 
 def _longest(paths: Sequence[TreePath]) -> list[TreePath]:
-    """Returns the chains with the most coordinates, one chain for each last joint.
+    """Return the chains with the most coordinates, one chain for each last joint.
 
     A chain includes the mimic joints after its last joint, unless they branch.
     """
@@ -246,7 +244,7 @@ def _longest(paths: Sequence[TreePath]) -> list[TreePath]:
 
 
 def _tip(tree: KinematicTree, link: str) -> str:
-    """Returns the tool frame among the links that are fixed to the last link."""
+    """Return the tool frame among the links that are fixed to the last link."""
     links = list(tree.rigid(link))
     named = [part for part in links if tool_rank(part) is not None]
     if named:

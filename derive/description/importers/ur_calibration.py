@@ -60,7 +60,7 @@ class LinkPose:
 
 
 def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
-    """Returns a UR arm with the measured geometry of one robot.
+    """Return a UR arm with the measured geometry of one robot.
 
     Names, limits, base frame and tool frame stay the same. The joints of the result have the URDF
     convention.
@@ -106,7 +106,7 @@ def _measured(arm: SerialRobot, calibration: "_File", file: Path) -> SerialRobot
 
 
 def _arm(robot: Described, file: Path) -> SerialRobot:
-    """Returns the robot if it is a chain of six revolute joints."""
+    """Return the robot if it is a chain of six revolute joints."""
     if isinstance(robot, SerialRobot):
         names = [joint.name for joint in robot.joints]
         moving = robot.moving
@@ -186,7 +186,7 @@ class _File:
         return LinkPose((x, y, z), (roll, pitch, yaw))
 
     def _rows(self, robot: SerialRobot) -> list[list[mp.mpf]]:
-        """Returns the rows (theta, d, a, alpha) with the deviations."""
+        """Return the rows (theta, d, a, alpha), with the calibration deviations added."""
         deltas = {name: self._deltas(f"delta_{name}") for name in DELTAS}
         defaults = {parameter.symbol: parameter.value for parameter in robot.parameters}
         rows = []
@@ -232,7 +232,7 @@ class _File:
 
 
 def _entries(node: "Node | None") -> dict[str, "Node"]:
-    """Returns the entries of a YAML table, or {} for any other node."""
+    """Return the entries of a YAML table, or {} for any other node."""
     pairs = node.value if node is not None and node.id == "mapping" else []
     # With nested aliases, the text of a key could have any length.
     return {key.value: value for key, value in pairs if key.id == "scalar"}
@@ -242,11 +242,11 @@ def _entries(node: "Node | None") -> dict[str, "Node"]:
 
 
 def _without_large_offsets(rows: Sequence[Sequence[mp.mpf]]) -> tuple[LinkPose, ...]:
-    """Converts DH rows (theta, d, a, alpha) to poses of the joints.
+    """Convert DH rows (theta, d, a, alpha) to poses of the joints.
 
-    The origin of a joint may be any point of the joint axis. After a row of ``NEARLY_PARALLEL``,
-    the origin moves into the plane that is normal to the preceding axis. The x axis of the
-    preceding frame turns towards the new origin. The tool pose stays the same.
+    The origin of a joint may be any point of the joint axis. For each row index in
+    ``NEARLY_PARALLEL``, the origin after the row is moved into the plane normal to the preceding
+    axis. The tool pose stays the same.
     """
     turns = [_turn("z", theta) * _shift(0, 0, d) for theta, d, _, _ in rows]
     arms = [_shift(a, 0, 0) * _turn("x", alpha) for _, _, a, alpha in rows]
@@ -294,7 +294,7 @@ def _evaluated(value: sp.Expr) -> mp.mpf:
 
 
 def _tool_at_zero(robot: SerialRobot) -> mp.matrix:
-    """Returns the tool pose at the configuration q = 0."""
+    """Return the tool pose at the configuration q = 0."""
     defaults = {parameter.symbol: parameter.value for parameter in robot.parameters}
     pose = mp.eye(4)
     for motion in (motion for placement in robot.placements for motion in placement):

@@ -1,7 +1,8 @@
 """Reads the transmissions of a URDF, which make joints linear functions of actuators.
 
 The elements <transmission> of the URDF and of <ros2_control> follow the equations of ros2_control.
-In the equations, actuators a and joints j have reductions n and offsets.
+In the equations, a is an actuator position, j is a joint position, n is a mechanical reduction, and
+offset is a joint offset.
 
 A simple transmission has the equation ``j = a / n + offset``.
 
@@ -64,7 +65,7 @@ class TransmissionReader:
     fail: Callable[[etree._Element, str, object, str], NoReturn]
 
     def driven(self, joints: Sequence[str]) -> DrivenJoints:
-        """Returns the joints of a chain with transmissions.
+        """Return the joints of a chain with transmissions.
 
         A simple transmission with reduction 1 and offset 0 has no effect.
 
@@ -91,14 +92,14 @@ class TransmissionReader:
                 ends = f"{len(parts)} actuators, {len(moved)} joints"
                 notes.append(f"{title} has no effect: {kind or 'no type'}, {ends}")
             elif found and outside:
-                expected = "no joint of the chain with a separate coordinate"
+                expected = "not a joint of the chain with a separate coordinate"
                 notes.append(f"{title} has no effect: {outside} is {expected}")
             elif found:
                 actuators = [identifier(str(part.get("name"))) for part in parts]
                 others = (identifier(name) for name in joints if name not in names)
                 expected = "a name that no other joint and no other transmission has"
                 self._check(parts, {*motors, *others}, expected)
-                self._check(moved, {*map(identifier, rows)}, "a joint of no other transmission")
+                self._check(moved, {*map(identifier, rows)}, "a joint without another transmission")
                 motors += actuators
                 rows |= zip(names, found, strict=True)
                 notes.append(f"{title}: q has {', '.join(actuators)} for {', '.join(names)}")
@@ -107,7 +108,7 @@ class TransmissionReader:
         return DrivenJoints(rows, free, tuple(notes))
 
     def _check(self, parts: Sequence[etree._Element], taken: Container[str], expected: str) -> None:
-        """Raises an error if the name of a part occurs twice."""
+        """Raise an error if the name of a part occurs twice."""
         seen: set[str] = set()
         for part in parts:
             name = identifier(str(part.get("name")))
@@ -118,7 +119,7 @@ class TransmissionReader:
     def _rows(
         self, kind: str, parts: Sequence[etree._Element], joints: Sequence[etree._Element]
     ) -> list[tuple[Ratios, sp.Expr]] | None:
-        """Returns the equation of each joint of a transmission.
+        """Return the equations of the joints of a transmission.
 
         The result is None for an unknown type of transmission. The result is empty if actuator and
         joint have the same position (ratio 1).
@@ -167,9 +168,9 @@ def _kind(element: etree._Element) -> str:
 
 
 def _in_order(element: etree._Element, tag: str) -> Iterator[etree._Element]:
-    """Yields the actuators or joints of a transmission.
+    """Yield the actuators or joints of a transmission.
 
-    If all of these elements have roles, they are sorted by role.
+    If each actuator or joint has a role, the elements are sorted by role.
     """
     parts = element.findall(tag)
     roles = [(part.get("role") or part.findtext("role") or "").strip() for part in parts]

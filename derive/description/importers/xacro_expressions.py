@@ -18,7 +18,7 @@ from typing import Any
 MAX_STEPS = 1_000_000
 """Maximum number of evaluated nodes per expression."""
 MAX_SIZE = 1_000_000
-"""Maximum length of a repeated sequence, and maximum number of bits of a power or shift."""
+"""Maximum length of a repeated text or list, and maximum number of bits of an integer."""
 REFUSED_FUNCTIONS = ("type", "vars", "complex", "issubclass", "hash")
 """Functions of xacro that only inspect Python objects."""
 METHODS: Mapping[type, Collection[str]] = {
@@ -82,8 +82,8 @@ def replaced(module: Any, **values: Any) -> Iterator[None]:
         yield
     finally:
         for name in values:
-            # The module may have had no attribute of this name. Then deleting the attribute makes
-            # the built-in function visible again.
+            # If the module had no attribute of this name, deleting the attribute makes the built-in
+            # function visible again.
             if name in before:
                 setattr(module, name, before[name])
             else:
@@ -91,18 +91,19 @@ def replaced(module: Any, **values: Any) -> Iterator[None]:
 
 
 def allowed_symbols(symbols: Mapping[str, Any]) -> Any:
-    """Returns a copy of the symbols of xacro without ``REFUSED_FUNCTIONS``."""
+    """Return a copy of the symbols of xacro without ``REFUSED_FUNCTIONS``."""
     copy: Any = type(symbols)()
     for name, value in symbols.items():
         if name not in REFUSED_FUNCTIONS:
             own = allowed_symbols(value) if isinstance(value, Mapping) else value
-            # Namespaces of xacro evaluate the strings that are assigned to them.
+            # The item assignment of a xacro namespace evaluates strings, so dict.__setitem__ stores
+            # the value unchanged.
             dict.__setitem__(copy, name, own)
     return copy
 
 
 def expression_evaluator(symbols: Mapping[str, Any]) -> Callable[..., Any]:
-    """Returns the function that evaluates ``${...}``.
+    """Return the function that evaluates ``${...}``.
 
     Args:
         symbols: The result of :func:`allowed_symbols`.
@@ -116,7 +117,7 @@ def expression_evaluator(symbols: Mapping[str, Any]) -> Callable[..., Any]:
 
 
 def substitution_evaluator(substitution_args: Any) -> Callable[..., str]:
-    """Returns the function that evaluates ``$(eval ...)``."""
+    """Return the function that evaluates ``$(eval ...)``."""
     convert, read_argument = substitution_args.convert_value, substitution_args._eval_arg
 
     def evaluated(text: str, context: dict[str, Any]) -> str:
@@ -145,7 +146,7 @@ def _functions(symbols: Mapping[str, Any]) -> Iterator[Callable[..., Any]]:
 
 
 def evaluate(text: str, symbols: Any, functions: Collection[Callable[..., Any]]) -> Any:
-    """Returns the value of an expression.
+    """Return the value of an expression.
 
     Args:
         text: A Python expression in the documented subset.
@@ -162,7 +163,7 @@ def evaluate(text: str, symbols: Any, functions: Collection[Callable[..., Any]])
 
 
 class _Evaluator:
-    """Evaluates the nodes of one expression. The variables of comprehensions are in ``scopes``."""
+    """Evaluates the nodes of one expression."""
 
     def __init__(self, symbols: Any, functions: Collection[Callable[..., Any]]) -> None:
         self.symbols = symbols
@@ -201,7 +202,7 @@ class _Evaluator:
             raise NameError(f"name {node.id!r} is not defined") from None
 
     def _checked(self, node: ast.AST, found: Any) -> Any:
-        """Returns a value.
+        """Return a value.
 
         If the value is a function, the function must be in the set of allowed functions.
         """
@@ -348,7 +349,7 @@ def _is_hashable(found: Any) -> bool:
 
 
 def _check_size(kind: ast.operator, left: Any, right: Any) -> None:
-    """Rejects an operation whose result would fill the memory."""
+    """Reject an operation whose result would fill the memory."""
     if isinstance(kind, ast.Mod) and isinstance(left, str):
         _check_widths(left, right if isinstance(right, tuple) else (right,))
     size = 0

@@ -25,10 +25,10 @@ ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
 CLASS = re.compile(r"<class '[\w.]+'>: ")
 """Name of the error class, which xacro prints before its message."""
 TWICE = re.compile(r"(?<!\S)(\S.{7,}) \1(?!\S)")
-"""A text that occurs twice in succession. If xacro nests errors, xacro repeats the error message.
-"""
+"""Matches a text that occurs twice in a row. If xacro nests errors, xacro repeats the error
+message."""
 MAX_REASON = 2000
-"""Maximum length of a reason from xacro."""
+"""Maximum length of an error message from xacro."""
 PACKAGE_ENDINGS = ("_description", "_support")
 NEEDS_XACRO = "the package xacro, to expand it (pip install 'chasles[files]')"
 
@@ -39,12 +39,12 @@ def is_xacro(file: Path) -> bool:
 
 
 def expanded(file: Path, arguments: Sequence[str]) -> str:
-    """Returns the XML text of a xacro file. See :func:`expanded_with_files`."""
+    """Return the XML text of a xacro file. See :func:`expanded_with_files`."""
     return expanded_with_files(file, arguments)[0]
 
 
 def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list[Path]]:
-    """Expands a xacro file to XML, and lists its included files.
+    """Expand a xacro file to XML, and list its included files.
 
     ``$(find package)`` is searched in the parent folders of the file and their subfolders, and then
     in an installed ROS. The folder of a package has the name of the package, or contains a
@@ -96,7 +96,7 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
 
 
 def arguments_of(file: Path, arguments: Sequence[str]) -> dict[str, str]:
-    """Parses ``name:=value`` words.
+    """Parse ``name:=value`` words.
 
     Raises:
         DescriptionError: An argument does not have the form ``name:=value``.
@@ -111,7 +111,7 @@ def arguments_of(file: Path, arguments: Sequence[str]) -> dict[str, str]:
 
 
 def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> DescriptionError:
-    """Returns the error with the file and the line where the expansion stopped."""
+    """Return the error with the file and the line where the expansion stopped."""
     inner = next((name for name in reversed(stack or []) if name), str(file))
     line = re.search(r"line (\d+)", reason)
     within = "" if inner == str(file) else f", included by {file}"
@@ -125,10 +125,7 @@ def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> Des
 
 @contextmanager
 def _packages_found(substitution_args: Any, packages: "_Packages") -> Iterator[None]:
-    """Lets xacro find packages in the folders near a file.
-
-    Xacro itself only searches an installed ROS.
-    """
+    """Let xacro find packages in the folders near a file."""
     of_ros = substitution_args._eval_find
 
     def found(name: str) -> str:
@@ -148,7 +145,7 @@ def _packages_found(substitution_args: Any, packages: "_Packages") -> Iterator[N
 
 
 class _Packages:
-    """Finds packages near a file, and opens their files."""
+    """Finds packages in the folders above a file, and opens included files."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
@@ -156,11 +153,14 @@ class _Packages:
         self.readable = [input_folder(file)]
 
     def opened(self, name: str) -> io.BytesIO:
-        """Opens an included file. This method replaces ``open`` in xacro."""
+        """Open a file that another file includes.
+
+        Replaces ``open`` in xacro.
+        """
         return io.BytesIO(included_bytes(Path(name), self.readable, self.file))
 
     def folder(self, name: str) -> Path | None:
-        """Returns the folder of a package, or None."""
+        """Return the folder of a package, or None."""
         stem = _stem(name)
         rules = ((self._declared, name), (self._named, name), (self._named_nearly, stem))
         for known, sought in rules:
@@ -170,7 +170,7 @@ class _Packages:
         return None
 
     def missed(self, name: str) -> str:
-        """Returns an error text with the searched folders."""
+        """Return an error text with the searched folders."""
         return (
             f"no package {name!r} in {self.above[0]} and {FOLDERS_UP - 1} folders above it, nor in "
             f"ROS: put the package there, as a folder {name}"

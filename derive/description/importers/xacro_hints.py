@@ -19,7 +19,7 @@ MAX_FILES = 300
 """Maximum number of searched files."""
 MAX_NAMES = 3
 NEARBY = ((0, "*.xacro"), (1, "*.xacro"), (1, "*/*.xacro"), (2, "*/*/*.xacro"))
-"""Where nearby files are searched: the number of parent folders to go up, and a file pattern."""
+"""Places to search for files: the number of folders to go up, and a file pattern."""
 DEFINED = r"<{kind}\b[^>]*\bname\s*=\s*[\"'](xacro:)?{name}[\"']"
 INCLUDED = r"<xacro:include\b[^>]*[\"'/]{name}[\"']"
 
@@ -41,7 +41,7 @@ class _Macro:
 
 
 def missing(reason: str, file: Path) -> str:
-    """Returns a hint on how to fix a failed expansion, or "" if no fix is known.
+    """Return a hint on how to fix a failed expansion, or "" if no fix is known.
 
     Args:
         reason: The error message of xacro.
@@ -79,7 +79,7 @@ def _undefined(kind: str, name: str, file: Path) -> str:
 
 
 def incomplete(root: minidom.Element, file: Path, includes: Sequence[str]) -> str:
-    """Returns a text on the missing parts of a robot, or "" if it is complete.
+    """Return a text that names the missing parts of a robot, or "" if nothing is missing.
 
     Args:
         root: The root element of the expanded XML.
@@ -116,7 +116,7 @@ def _without_links(file: Path, includes: Sequence[str]) -> str:
 
 
 def _macros(file: Path) -> list[_Macro]:
-    """Returns the macros of a file that create links.
+    """Return the macros of a file that create links.
 
     If no macro creates links, all macros are returned.
     """
@@ -153,7 +153,7 @@ def _with(pattern: str, file: Path) -> list[Path]:
 
 
 def files_like(folder: Path, pattern: str, maximum: int | None = None) -> list[Path]:
-    """Returns the files that match a pattern. The list is empty if the folder cannot be read."""
+    """Return the files that match a pattern. The list is empty if the folder cannot be read."""
     try:
         return sorted(islice(folder.glob(pattern), maximum))
     except OSError:

@@ -8,13 +8,13 @@ _FOLDER = Path(__file__).parent
 
 
 def template(kind: str) -> str:
-    """Returns the text of a robot file with comments.
+    """Return the text of a robot file with comments.
 
     The text is a valid robot description that can be derived without changes.
 
     Args:
         kind: The kind "arm" has joints with origins and axes. The kind "dh" has a table of joints.
-            The kind "mechanism" has a boom that a cylinder moves.
+            The kind "mechanism" has a boom with a cylinder.
 
     Raises:
         InputValueError: The kind of the file is unknown.

@@ -22,8 +22,7 @@ from .sections import summary
 
 RUN = "chasles_batch.h"
 MAX_INPUTS, MAX_OUTPUTS, MAX_ARGUMENTS = 256, 512, 8
-"""Array sizes in the support file ``chasles_batch.h``. A function with larger arrays computes its
-batch in a plain loop."""
+"""Array sizes in the support file ``chasles_batch.h``."""
 _SETS = (
     (2, "avx512", " && CHASLES_HAS_AVX512"),
     (1, "avx2", " && CHASLES_HAS_AVX2"),
@@ -40,7 +39,7 @@ def files(
     programs: Programs,
     written: Sequence[NativeSolverFunction] = (),
 ) -> dict[str, str]:
-    """Returns the files for batches, keyed by name."""
+    """Return the files for batches, keyed by name."""
     vector = [function for function in functions if has_lanes(function)]
     return {
         f"{robot.name}_batch.h": _header(robot, [*functions, *written]),
@@ -113,9 +112,10 @@ def _source(robot: Described, functions: Sequence[Signature], vector: Sequence[S
 
 #include "{robot.name}.h"
 
-/* Instruction sets to compile: every x86-64 set above the compiler flags, and a choice at run time.
- * CHASLES_NO_DISPATCH selects the set of the compiler flags, CHASLES_PLAIN plain C. clang has no
- * choice: without AVX flags, it passes wide vectors to libmvec in the wrong registers. */
+/* Compiles each x86-64 instruction set above the compiler flags, and selects a set at run time.
+ * CHASLES_NO_DISPATCH selects the set of the compiler flags, CHASLES_PLAIN plain C. With clang,
+ * the set is not selected at run time: without AVX flags, clang passes wide vectors to libmvec in
+ * the wrong registers. */
 #if defined(__clang__) && !defined(CHASLES_NO_DISPATCH)
 #define CHASLES_NO_DISPATCH 1
 #endif
@@ -201,7 +201,7 @@ def _choice(name: str, size: Sizes) -> str:
 
 
 def _nearest(name: str, size: Sizes, function: Signature) -> str:
-    """Returns the macro for the nearest solutions on SIMD lanes.
+    """Return the macro for the nearest solutions on SIMD lanes.
 
     The macro refers to the variables ``n``, ``inputs``, ``input_steps``, ``seeds``, ``outputs`` and
     ``slot`` of the caller.
@@ -263,7 +263,7 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
 
 
 def loads(program: Program, size: Sizes) -> list[str]:
-    """Returns lines that name the kernel's inputs, which are stored in sequence in ``in``."""
+    """Return lines that name the kernel's inputs, stored consecutively in the array ``in``."""
     name, first = naming(program), offsets(size.inputs)
     lines = [
         f"  const lanes {name(e)} = in[{first[e.argument] + e.entry}];" for e in program.inputs

@@ -27,7 +27,7 @@ WIDEST = 8
 def files(
     robot: Described, functions: Sequence[SymbolicFunction], programs: Programs
 ) -> dict[str, str]:
-    """Returns the header that computes the branches, keyed by name."""
+    """Return the header that computes the branches, keyed by name."""
     branched = [function for function in functions if function.signs]
     if not branched:
         return {}
@@ -140,7 +140,7 @@ def _all_branches(name: str, function: SymbolicFunction, size: Sizes) -> str:
 def _kernel_calls(name: str, function: SymbolicFunction) -> list[str]:
     k = function.branches
     width = max(k, WIDEST)
-    # Unused lanes repeat the last branch to have valid values.
+    # Unused lanes repeat the last branch, so that they contain valid values.
     columns = [[*c, *[c[-1]] * (width - k)] for c in zip(*patterns(function), strict=True)]
     table = ",\n".join(f"    {{{', '.join(map(str, column))}}}" for column in columns)
     call = f"LANES_NAME({name}_branch)({', '.join(a.name for a in function.inputs)}, choice"
@@ -155,7 +155,7 @@ def _kernel_calls(name: str, function: SymbolicFunction) -> list[str]:
 
 
 def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]]:
-    """Moves angles that do not depend on the branch sign to the end of the program.
+    """Move angles that do not depend on the branch sign to the end of the program.
 
     Args:
         program: The program that computes a single branch.

@@ -34,7 +34,7 @@ MODES = ("chasles_closure_modes.h", "chasles_closure_tolerances.h")
 
 
 def closure_files(derivation: Derivation) -> dict[str, str]:
-    """Returns the files for iterated loops, keyed by name."""
+    """Return the files for loops that are solved by iteration, keyed by name."""
     closure, robot = derivation.closure, derivation.robot
     own: dict[str, str] = {}
     needed: list[str] = []
@@ -65,7 +65,7 @@ def closure_files(derivation: Derivation) -> dict[str, str]:
 
 
 def loops_file(robot: Described, system: str) -> str:
-    """Returns the name of the file that contains the constants of the closure equations."""
+    """Return the name of the file that contains the constants of the closure equations."""
     return f"{robot.name}_{system}.h"
 
 
@@ -222,7 +222,7 @@ def _parametric(robot: str, loops: ParametricLoops) -> list[str]:
 
 
 def table(name: str, values: Iterable[str]) -> str:
-    """Returns the C definition of a constant array."""
+    """Return the C definition of a constant array."""
     own = list(values)
     text = f"static const {name}[{len(own)}] = {{{', '.join(own)}}};"
     return textwrap.fill(text, WIDTH, subsequent_indent="    ")

@@ -42,7 +42,7 @@ FUNCTIONS = {
 
 
 def wrapped(line: str, indent: str = "") -> list[str]:
-    """Splits a statement into lines of at most `WIDTH` characters."""
+    """Split a statement into lines of at most `WIDTH` characters."""
     return textwrap.wrap(
         line,
         WIDTH,
@@ -54,12 +54,12 @@ def wrapped(line: str, indent: str = "") -> list[str]:
 
 
 def number(value: float) -> str:
-    """Returns the shortest decimal number that parses to the same double."""
+    """Return the shortest decimal number that parses to the same double."""
     return repr(value)
 
 
 def naming(program: Program) -> Naming:
-    """Names the operands of a program, for example ``v3``, ``q_0`` or ``0.25``."""
+    """Name the operands of a program, for example ``v3``, ``q_0`` or ``0.25``."""
 
     def name(operand: Operand) -> str:
         match operand:
@@ -74,7 +74,7 @@ def naming(program: Program) -> Naming:
 
 
 def expression(statement: Compute, name: Naming) -> str:
-    """Returns the right-hand side of a statement in plain C.
+    """Return the right-hand side of a statement in plain C.
 
     Raises:
         KeyError: The operation exists only in SIMD code.

@@ -45,27 +45,28 @@ class Sizes:
 
 
 def sizes(function: Signature) -> Sizes:
-    """Returns the sizes of a function's inputs and outputs."""
+    """Return the sizes of a function's inputs and outputs."""
     inputs = tuple(argument.size for argument in function.inputs)
     return Sizes(inputs, tuple(result.size for result in function.outputs))
 
 
 def offsets(lengths: Sequence[int]) -> list[int]:
-    """Returns the start index of each array in a sequence of arrays."""
+    """Return the start index of each array in a sequence of arrays."""
     return [sum(lengths[:k]) for k in range(len(lengths))]
 
 
 def kernel(
     program: Program, loads: Sequence[str], size: Sizes, alike: Sequence[Variable] = ()
 ) -> list[str]:
-    """Returns the lines of a C function that stores its outputs in ``out``.
+    """Return the lines of a C function that stores its outputs in ``out``.
 
     Args:
         program: The program.
         loads: The lines that load the inputs into named variables.
         size: Sizes of the inputs and outputs in doubles.
-        alike: Angles with equal values in lanes 2 k and 2 k + 1. One call computes two angles of
-            ``alike``: even lanes compute the first angle, odd lanes the second angle.
+        alike: Angles of the program whose values in the SIMD lanes 2 k and 2 k + 1 are equal. One
+            call computes two angles of ``alike``: the first angle in even SIMD lanes, the second
+            angle in odd lanes.
     """
     first = offsets(size.outputs)
     writer = _Writer(program)
@@ -125,12 +126,12 @@ class _Writer:
         return [f"  const lanes {name} = {expression(statement, self.number)};"]
 
     def number(self, operand: Operand) -> str:
-        """Returns the operand as a number. A true condition is 1, a false condition is 0."""
+        """Return the operand as a number. A true condition is 1, a false condition is 0."""
         name = self._name(operand)
         return f"{name}_number" if operand in self._conditions else name
 
     def vector(self, operand: Operand) -> str:
-        """Returns the operand as a vector."""
+        """Return the operand as a vector."""
         number = self.number(operand)
         return f"LANES_OF({number})" if isinstance(operand, Constant) else number
 

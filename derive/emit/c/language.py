@@ -21,7 +21,7 @@ RIGID = "chasles_rigid.h"
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the C files of a robot and the shared support files, keyed by name."""
+    """Return the C files of a robot and the shared support files, keyed by name."""
     robot, functions = derivation.robot, derivation.functions
     nearest_files = nearest.nearest_files(derivation)
     further = [name for name in nearest_files if name == nearest.nearest_file(robot)]

@@ -26,12 +26,12 @@ SUPPORTS = ("chasles_nearest.h", LANES, BATCH, "chasles_distance.h")
 
 
 def nearest_file(robot: Described) -> str:
-    """Returns the name of the header for nearest solutions."""
+    """Return the name of the header for nearest solutions."""
     return f"{robot.name}_nearest.h"
 
 
 def nearest_files(derivation: Derivation) -> dict[str, str]:
-    """Returns the header for nearest solutions and its support files."""
+    """Return the header for nearest solutions and its support files."""
     robot, found = derivation.robot, inverses(derivation)
     if not found:
         return {}
@@ -59,7 +59,7 @@ def nearest_files(derivation: Derivation) -> dict[str, str]:
 
 
 def nearest_declarations(derivation: Derivation) -> list[str]:
-    """Returns commented declarations for the robot's header."""
+    """Return commented declarations for the robot's header."""
     return [_declaration(derivation, function) for function in seeded(derivation)]
 
 
@@ -94,7 +94,7 @@ def _limits(derivation: Derivation, *, is_shared: bool) -> list[str]:
 
 
 def bounds(limits: Limits) -> tuple[str, str]:
-    """Returns the lower and the upper limit of a coordinate in C."""
+    """Return the lower and the upper limit of a coordinate as C expressions."""
     low, high = limits
     return (
         "-INFINITY" if low is None else number(float(low)),
@@ -103,7 +103,7 @@ def bounds(limits: Limits) -> tuple[str, str]:
 
 
 def turns(derivation: Derivation, function: Signature) -> list[str]:
-    """Returns a C expression for the period of each coordinate.
+    """Return a C expression for the period of each coordinate.
 
     The expression is ``0`` for a coordinate without a period.
     """
@@ -246,10 +246,10 @@ def _declaration(derivation: Derivation, function: Signature) -> str:
         f"  {target.name}: {target.meaning}, {shape} ({target.unit})",
         f"  q_seed: the start configuration, {n}",
         f"  lower, upper: limits, {n} each; NULL for the robot's limits, infinite for no limit",
-        *(["    Joints that follow from the coordinates keep their limits."] if is_shared else []),
+        *(["    Dependent joints keep the limits of the robot."] if is_shared else []),
         f"  weights: weight of each coordinate's displacement in the distance, {n}; NULL for 1",
         f"  q: the solution, shifted by full turns towards q_seed, {n}; NaN without a solution",
-        "  residual, margin: of its slot, or without a solution of the slot of least residual",
+        "  residual, margin: of this slot; without a solution, of the slot of smallest residual",
     ]
     comment = "\n * ".join(lines)
     text = "\n".join(_wrapped(f"{_signature(derivation, function)};"))

@@ -1,4 +1,4 @@
-"""Generates the C tables for limits of joints that follow from the coordinates of loops."""
+"""Generates the C tables for the limits of passive joints and cylinders in loops."""
 
 import math
 from collections.abc import Iterator
@@ -14,10 +14,10 @@ PASSIVE = "chasles_passive.h"
 
 
 def limited_variables(derivation: Derivation) -> tuple[LimitedVariable, ...]:
-    """Returns the limited joints and cylinders of a mechanism that are not actuated.
+    """Return the limited joints and cylinders of a mechanism that are not actuated.
 
-    Full turns of a joint without a coupling keep the configuration. Such a joint needs two limits
-    that are less than a full turn apart.
+    Full turns of a joint without a coupling keep the configuration. Such a joint is included only
+    if it has two limits that are less than a full turn apart.
     """
     mechanism, hybrid = derivation.robot, derivation.hybrid
     functions = {f.name for f in (*derivation.functions, *derivation.written)}
@@ -38,14 +38,14 @@ def limited_variables(derivation: Derivation) -> tuple[LimitedVariable, ...]:
 
 
 def limited_names(derivation: Derivation) -> tuple[str, ...]:
-    """Returns the names of the limited joints."""
+    """Return the names of the limited joints."""
     assert derivation.hybrid is not None
     names = [variable.name for variable in derivation.hybrid.variables]
     return tuple(names[v.index] for v in limited_variables(derivation))
 
 
 def passive_tables(derivation: Derivation) -> Iterator[str]:
-    """Yields the tables of a mechanism with limited joints, and its chasles_nearest_slots."""
+    """Yield C tables for joint limits of a mechanism, and the function chasles_nearest_slots."""
     variables, name = limited_variables(derivation), derivation.robot.name
     assert derivation.hybrid is not None
     size, m = len(derivation.hybrid.variables), len(variables)

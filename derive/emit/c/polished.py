@@ -25,7 +25,7 @@ SUPPORTS = tuple(f"chasles_polish{part}.h" for part in (*PARTS, "_tolerances"))
 
 
 def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the files for the refined inverse of an arm.
+    """Return the files for the refined inverse of an arm.
 
     The result is empty if the robot has no refined inverse.
     """
@@ -106,7 +106,7 @@ def _posed(
 def _seeded(
     derivation: Derivation, own: str, pose: SymbolicFunction, programs: Programs
 ) -> list[str]:
-    """Prints the pose computation for a robot whose loops are solved by Newton's method.
+    """Print the pose computation for a robot whose loops are solved by Newton's method.
 
     The iteration starts at w, or at the reference configuration if w is NaN or far from q. On
     return, w is the loop configuration at q.

@@ -35,9 +35,7 @@ def source(
     written: Sequence[NativeSolverFunction] = (),
     further: Sequence[str] = (),
 ) -> str:
-    """Returns the C99 file with all functions of a robot. The file needs only libm.
-
-    A function with branches becomes a function for one branch and a loop.
+    """Return the C99 file with all functions of a robot. The file needs only libm.
 
     Args:
         robot: The robot; its name is the prefix of all C names.
@@ -59,12 +57,12 @@ def source(
 
 
 def branches_file(robot: Described) -> str:
-    """Returns the name of the header for parallel branches."""
+    """Return the name of the header that computes the branches in parallel."""
     return f"{robot.name}_branches.h"
 
 
 def branches_flag(robot: Described) -> str:
-    """Returns the name of the macro that the branch header defines if the compiler supports it."""
+    """Return the name of the macro that the branch header defines if the compiler supports it."""
     return f"{robot.name.upper()}_BRANCHES"
 
 
@@ -115,7 +113,7 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
 
 
 def statements(robot: Described, function: SymbolicFunction, program: Program) -> list[str]:
-    """Returns the lines of a function's body."""
+    """Return the lines of a function's body."""
     plain, filled = naming(program), _filled(function)
     used = {program.arguments[entry.argument] for entry in program.inputs}
     used |= {name for call in function.calls for name in call.inputs}
@@ -154,7 +152,9 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
 
 
 def _filled(function: SymbolicFunction) -> dict[str, str]:
-    """Maps output arrays of calls to function results. A call writes these results directly.
+    """Map output arrays of calls to function results.
+
+    A call writes its outputs directly to the function results, without a copy.
 
     A call must not write a result before all inputs are read.
     """
@@ -208,19 +208,19 @@ def _computed(statement: Compute, name: Naming) -> str:
 
 
 def _wrapped(line: str) -> list[str]:
-    """Breaks a line of C into lines of at most ``WIDTH`` columns."""
+    """Break a line of C into lines of at most ``WIDTH`` columns."""
     return textwrap.wrap(line, WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 
 @dataclass(frozen=True)
 class _Parts:
-    """A program, split at the first call that computes several cosines and sines.
+    """A program, divided before the first call that computes several cosines and sines.
 
     Attributes:
         before: Statements before this call.
         angles: Arguments of the cosines and sines.
         turns: Names of the results, ``c[k]`` and ``s[k]`` for angle k.
-        after: Statements after the call.
+        after: Statements after the call that computes the cosines and sines.
     """
 
     before: tuple[Compute, ...]

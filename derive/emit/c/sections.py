@@ -10,20 +10,20 @@ _MATRIX = 2
 
 
 def summary(operations: Operations) -> str:
-    """Formats operation counts: ``35 operations: multiply 12, add 13, trig 10``."""
+    """Format operation counts: ``35 operations: multiply 12, add 13, trig 10``."""
     kinds = {kind: n for kind, n in operations.as_dict().items() if n and kind != "total"}
     listed = ", ".join(f"{kind} {n}" for kind, n in kinds.items())
     return f"{operations.total} operations" + (f": {listed}" if listed else "")
 
 
 def iteration_count(function: SymbolicFunction) -> str:
-    """Returns the operation count of the called solvers as text."""
+    """Return the operation count of the called solvers as text."""
     count = sum(call.operations for call in function.calls)
     return f", after about {count} operations of the loop iteration" if count else ""
 
 
 def title(statements: Sequence[Statement], results: Sequence[Result]) -> str:
-    """Returns a section title such as ``intermediate terms`` or ``column 3 of J``."""
+    """Return a section title such as ``intermediate terms`` or ``column 3 of J``."""
     stores = [statement for statement in statements if isinstance(statement, Store)]
     parts = ["intermediate terms"] if any(isinstance(s, Compute) for s in statements) else []
     constant = bool(stores) and all(isinstance(store.value, Constant) for store in stores)

@@ -1,9 +1,9 @@
 """Generates the C tables for the search over full turns of coupled joints.
 
-A full turn of a joint keeps the pose, but may move several coordinates by fractions of a turn. For
+If joints are coupled, a full turn of one joint may move several motors by fractions of a turn. For
 example, a full turn of one joint may move both motors of a differential by half a turn each. The
-limits of a coupled robot form a polytope. A robot needs no tables if its coupled joints have no
-limits and each full turn moves a single coordinate by full turns.
+limits of a coupled robot form a polytope. No tables are needed if coupled joints have no limits,
+and a full turn of a joint changes the coordinates only by full turns.
 """
 
 import textwrap
@@ -35,7 +35,10 @@ def shares_limits(derivation: Derivation, wraps: Sequence[bool]) -> bool:
 
 
 def joint_limits(robot: SerialRobot) -> tuple[Limits, ...]:
-    """Returns the limits of each joint, or (None, None) if its coordinate has the limits."""
+    """Return the limits of each joint, or (None, None) for a joint whose value is a coordinate.
+
+    The limits of such a joint are the limits of the coordinate.
+    """
     own = robot.linear_map
     named = [
         own.coordinates.index(j.name) if j.name in own.coordinates else -1 for j in robot.moving
@@ -47,7 +50,7 @@ def joint_limits(robot: SerialRobot) -> tuple[Limits, ...]:
 
 
 def windings(derivation: Derivation) -> list[str]:
-    """Returns the tables of a robot with coupled coordinates."""
+    """Return the tables of a robot with coupled coordinates."""
     robot = derivation.robot
     assert isinstance(robot, SerialRobot)
     assert derivation.inverse is not None
@@ -79,7 +82,7 @@ def windings(derivation: Derivation) -> list[str]:
 
 
 def nearest_slots(name: str, kind: str, table: str) -> list[str]:
-    """Returns the function chasles_nearest_slots of a robot with limits of joints.
+    """Return the C lines of the function chasles_nearest_slots for a robot with joint limits.
 
     Args:
         name: Name of the robot.
@@ -120,13 +123,16 @@ def _is_own(own: LinearMap, joint: int, coordinate: int) -> bool:
 
 
 def _only(row: Sequence[sp.Expr]) -> tuple[int, sp.Expr]:
-    """Returns the index and value of the only nonzero entry, or (-1, 1)."""
+    """Return the index and value of the only nonzero entry.
+
+    Returns (-1, 1) if the row has no nonzero entry or several nonzero entries.
+    """
     entries = [(k, ratio) for k, ratio in enumerate(row) if ratio != 0]
     return entries[0] if len(entries) == 1 else (-1, sp.S.One)
 
 
 def _alone(k: int, L: sp.Matrix, C: sp.Matrix) -> int:
-    """Returns the only coordinate that a full turn of joint k changes, or -1.
+    """Return the only coordinate that a full turn of joint k changes, or -1.
 
     The result is -1 if joint k changes several coordinates, or if an independent joint other than
     joint k also changes the coordinate.

@@ -53,7 +53,7 @@ code includes the first file."""
 
 
 def written_files(robot: Described, written: Sequence[NativeSolverFunction]) -> dict[str, str]:
-    """Returns the files of functions with handwritten solvers, keyed by name."""
+    """Return the files of functions with handwritten solvers, keyed by name."""
     tabled = [function for function in written if function.solver in SUPPORTS]
     own = {written_file(robot, function): _source(robot, function) for function in tabled}
     names = {name for function in tabled for name in SUPPORTS[function.solver]}
@@ -61,12 +61,12 @@ def written_files(robot: Described, written: Sequence[NativeSolverFunction]) -> 
 
 
 def written_file(robot: Described, function: NativeSolverFunction) -> str:
-    """Returns the name of the file that contains a function with a handwritten solver."""
+    """Return the name of the file that contains a function with a handwritten solver."""
     return f"{robot.name}_{function.name}.h"
 
 
 def _source(robot: Described, function: NativeSolverFunction) -> str:
-    """Prints the tables of a function and the C function that calls the solver.
+    """Print the tables of a function and the C function that calls the solver.
 
     This file is included after the functions that the solver calls.
     """
@@ -100,7 +100,7 @@ def _source(robot: Described, function: NativeSolverFunction) -> str:
 def table_lines(
     robot: Described, kind: str, name: str, calls: Sequence[str], tables: Tables
 ) -> list[str]:
-    """Returns the definition of a constant C structure."""
+    """Return the definition of a constant C structure."""
     lines = [f"  {robot.name}_{called}," for called in calls]
     for field in fields(tables):
         text = f"{_braces(getattr(tables, field.name))},"

@@ -30,7 +30,7 @@ _TURNS = {
 
 
 def number(value: float) -> str:
-    """Returns the shortest decimal number that parses to the same single-precision number."""
+    """Return the shortest decimal number that parses to the same single-precision number."""
     text = str(np.float32(value))
     return f"{text}f" if "." in text or "e" in text else f"{text}.0f"
 
@@ -42,7 +42,8 @@ class Precision:
     Attributes:
         kind: The type.
         number: Prints a constant.
-        calls: C templates of the operations that have another C name than in double precision.
+        calls: C templates of the operations whose C names differ from the names in double
+            precision.
     """
 
     kind: str
@@ -54,7 +55,7 @@ SINGLE = Precision("float", number, _CALLS)
 
 
 def signature(prefix: str, function: SymbolicFunction) -> str:
-    """Returns the prototype of a function, without the semicolon."""
+    """Return the prototype of a function, without the semicolon."""
     inputs = [f"const float {a.name}[{a.size}]" for a in function.inputs]
     outputs = [f"float {r.name}[{r.size}]" for r in function.outputs]
     text = f"void {prefix}_{function.name}({', '.join(inputs + outputs)})"
@@ -62,7 +63,7 @@ def signature(prefix: str, function: SymbolicFunction) -> str:
 
 
 def definition(prefix: str, function: SymbolicFunction, program: Program) -> str:
-    """Returns the C code of a function with its comment."""
+    """Return the C code of a function with its comment."""
     comment = textwrap.wrap(function.summary, WIDTH - len("// "))
     counted = summary(count_operations(program))
     head = [*(f"// {line}" for line in [*comment, counted]), signature(prefix, function)]
@@ -75,7 +76,7 @@ def definition(prefix: str, function: SymbolicFunction, program: Program) -> str
 def statements(
     function: SymbolicFunction, program: Program, precision: Precision = SINGLE
 ) -> list[str]:
-    """Returns the lines of a function's body."""
+    """Return the lines of a function's body."""
     named, angles, turns = naming(program), dict[Operand, int](), dict[Operand, str]()
     real = precision.kind
 

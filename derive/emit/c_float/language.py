@@ -23,7 +23,7 @@ COMMON = "chasles_float.h"
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the source files, the example and the README, keyed by path."""
+    """Return the source files, the example and the README, keyed by path."""
     name = derivation.robot.name
     printed = printed_functions(derivation)
     prefix = f"{name}_float"

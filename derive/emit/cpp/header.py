@@ -20,11 +20,11 @@ from ..reserved import safe
 from ..seeds import nearest_summary, seeded
 
 SLOTS = ["q", "residual", "margin"]
-"""Outputs of an inverse that the C++ functions of the header return."""
+"""Output names of the inverse functions that return `Solutions` in C++."""
 
 
 def header(derivation: Derivation, programs: Programs) -> str:
-    """Returns the C++ header of a robot."""
+    """Return the C++ header of a robot."""
     robot = derivation.robot
     guard = f"CHASLES_ROBOT_{robot.name.upper()}_HPP"
     functions: Sequence[SymbolicFunction | NativeSolverFunction] = (
@@ -71,7 +71,7 @@ def _constants(coordinates: Sequence[Joint | Motor | Coordinate]) -> str:
             f"inline constexpr std::size_t coordinate_count = {n};",
             *wrapped(f"{texts} coordinate_names = {{{names}}};"),
             *wrapped(f"{texts} coordinate_units = {{{units}}};"),
-            "/** Lowest and highest coordinates of the robot. */",
+            "/** Lower and upper limits of the coordinates. */",
             *wrapped(
                 f"inline constexpr Limits<{n}> coordinate_limits = {{{{{lower}}}, {{{upper}}}}};"
             ),

@@ -24,7 +24,7 @@ or with a reserved name, gets a trailing underscore.
 
 
 def renamed(function: SymbolicFunction) -> SymbolicFunction:
-    """Returns the function with names that are valid in CUDA."""
+    """Return the function with names that are valid in CUDA."""
     inputs = tuple(replace(a, name=_safe(a.name)) for a in function.inputs)
     outputs = tuple(replace(r, name=_safe(r.name)) for r in function.outputs)
     return replace(function, inputs=inputs, outputs=outputs)
@@ -35,7 +35,7 @@ def _safe(name: str) -> str:
 
 
 def device_function(function: SymbolicFunction, program: Program, precision: Precision) -> str:
-    """Returns the device function that computes one pose."""
+    """Return the CUDA device function for one pose."""
     program = replace(program, arguments=tuple(map(_safe, program.arguments)))
     program = single(program) if precision is SINGLE else program
     head = f"CHASLES_INLINE void {function.name}({', '.join(_columns(function, precision.kind))})"
@@ -51,7 +51,7 @@ def _columns(function: Signature, kind: str) -> list[str]:
 
 
 def kernel(function: Signature) -> str:
-    """Returns the kernel of a function, with one thread for each pose."""
+    """Return the kernel of a function, with one thread for each pose."""
     inputs = [f"const Real *{a.name}" for a in function.inputs]
     outputs = [f"Real *{r.name}" for r in function.outputs]
     passed = [*map(_column, function.inputs), *map(_column, function.outputs)]
@@ -87,11 +87,11 @@ class Nearest:
 
     @property
     def name(self) -> str:
-        """The name of the printed function."""
+        """The name of the generated function."""
         return f"{self.inverse.name}_nearest"
 
     def device_function(self, precision: Precision) -> str:
-        """Returns the device function that computes one pose."""
+        """Return the CUDA device function for one pose."""
         kind, n = precision.kind, len(self.derivation.robot.coordinates)
         of, (target, *more) = f"<{kind}, {n}", renamed(self.inverse).inputs
         tables = ", ".join(f"{{{', '.join(row)}}}" for row in self._tables())
@@ -131,7 +131,7 @@ class Nearest:
         return [*(call if own.function else ()), *values]
 
     def kernel(self) -> str:
-        """Returns the kernel. All poses use the same limits and weights."""
+        """Return the kernel. All poses use the same limits and weights."""
         n, target = len(self.derivation.robot.coordinates), renamed(self.inverse).inputs[0]
         arguments = [f"const Real *{name}" for name in (target.name, "q_seed")]
         arguments += [f"const Real *{name}" for name in ("lower", "upper", "weights")]

@@ -40,7 +40,7 @@ inputs. For an inverse, only solutions count whose Jacobian has a smallest singu
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the header, the support files, the README and the example."""
+    """Return the header, the support files, the README and the example."""
     name = derivation.robot.name
     printed = printed_functions(derivation)
     absent = (missing_functions(derivation), missing_nearest(derivation, printed))

@@ -35,12 +35,12 @@ underscore.
 
 
 def safe(name: str) -> str:
-    """Returns a valid name for an argument or a result."""
+    """Return a valid name for an argument or a result."""
     return f"{name}_" if name in RESERVED else name
 
 
 def definition(function: SymbolicFunction, described: Sequence[str], program: Program) -> str:
-    """Returns a function with its docstring.
+    """Return a function with its docstring.
 
     Args:
         function: The function.

@@ -27,8 +27,8 @@ class Array:
         name: Name in MATLAB.
         meaning: Meaning and unit of the value.
         shape: Sizes in MATLAB.
-        has_columns: Whether C stores one solution per row. MATLAB then stores one solution per
-            column.
+        has_columns: Whether the C solver stores one solution per row. MATLAB then stores one
+            solution per column.
         is_condition: Whether the entries are booleans.
     """
 
@@ -71,7 +71,7 @@ class Function:
 
 
 def functions(derivation: Derivation) -> list[Function]:
-    """Returns the MATLAB functions of a robot."""
+    """Return the MATLAB functions of a robot."""
     found = [
         f
         for f in (*derivation.functions, *derivation.written)
@@ -84,7 +84,7 @@ def functions(derivation: Derivation) -> list[Function]:
 
 
 def table(derivation: Derivation, listed: Sequence[Function]) -> str:
-    """Returns the C header with the table of functions."""
+    """Return the C header with the table of functions."""
     name = derivation.robot.name
     calls: list[str] = []
     rows: list[str] = []
@@ -109,7 +109,7 @@ def _array(array: Array) -> str:
 
 
 def help_file(derivation: Derivation, function: Function) -> str:
-    """Returns the MATLAB file with the help text of a function."""
+    """Return the MATLAB file with the help text of a function."""
     robot = derivation.robot.name
     name = f"{robot}_{function.name}"
     inputs = [array.name for array in function.inputs]

@@ -19,7 +19,7 @@ SUPPORT = Path(__file__).parent / "support"
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the files of the package, keyed by path.
+    """Return the files of the package, keyed by path.
 
     Raises:
         InputValueError: The robot lacks a function that the plugin needs, or an input of the
@@ -66,7 +66,7 @@ def _inverse(derivation: Derivation) -> Signature:
 
 
 def _joints(derivation: Derivation) -> Sequence[Joint]:
-    """Returns the joints of the planning group, without joints that follow other joints."""
+    """Return the joints of the planning group, without joints that follow other joints."""
     robot = derivation.robot
     own = [coordinate for coordinate in robot.coordinates if isinstance(coordinate, Joint)]
     is_complete = isinstance(robot, SerialRobot) and len(own) == len(robot.coordinates)
@@ -94,7 +94,7 @@ def _constants(derivation: Derivation, inverse: Signature) -> dict[str, str]:
 
 
 def _calls(derivation: Derivation, inverse: Signature) -> dict[str, str]:
-    """Returns the C++ expressions that call functions of the robot."""
+    """Return the C++ expressions that call functions of the robot."""
     own, names = seed_inputs(derivation, inverse), [joint.name for joint in _joints(derivation)]
     inputs, moving = [v.name for v in inverse.inputs[1:]], [j.name for j in chain(derivation)]
     is_swivel = own is not None and own.function in own.names

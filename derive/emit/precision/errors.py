@@ -21,9 +21,9 @@ SAFETY = 2.0
 """The printed error bound is the largest measured error times this factor. Math libraries on other
 processors may be less accurate."""
 NEAR_REFERENCE = 0.2
-"""Coordinates are sampled within this distance of the reference if the robot has loops (radian or
-meter). If the range of a coordinate is below 1 rad or 1 m, samples are within 0.2 times the range.
-"""
+"""If the robot has loops, sampled coordinates differ from the reference by at most this distance
+(radian or meter). If the range of a coordinate is below 1 rad or 1 m, the distance is at most 0.2
+times the range."""
 SOLVED = 1e-9
 """Largest residual of a solution in double precision (meter or radian)."""
 RATES = {"qd", "qdd", "thetad", "thetadd", "zd", "zdd"}
@@ -52,13 +52,13 @@ class Errors:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Random inputs for a robot's functions, and the errors at these inputs."""
+    """Random inputs for a robot's functions, and the numerical errors of the results."""
 
     derivation: Derivation
     programs: Programs
 
     def errors(self, function: SymbolicFunction) -> Errors:
-        """Returns the errors of a function."""
+        """Return the single-precision errors of a function."""
         inputs = self._inputs(function)
         if inputs is None:
             return Errors((None,) * len(function.outputs))
@@ -156,7 +156,7 @@ class Measurement:
     def _inverse_errors(
         self, function: SymbolicFunction, exact: Sequence[Array], rounded: Sequence[Array]
     ) -> Errors:
-        """Compares the solutions in single and double precision.
+        """Compare the solutions in single and double precision.
 
         Solutions near singularities are skipped.
         """
@@ -184,7 +184,7 @@ class Measurement:
 
 
 def with_errors(function: SymbolicFunction, lines: Sequence[str], errors: Errors) -> list[str]:
-    """Adds the error bounds to the comment of a function."""
+    """Add the error bounds to the comment of a function."""
     count = len(function.outputs)
     return [*lines[:-count], *map(_with_error, lines[-count:], errors.bounds)]
 

@@ -12,7 +12,7 @@ Array = NDArray[Any]
 
 
 def evaluate(program: Program, inputs: Sequence[Array], kind: type[np.floating]) -> list[Array]:
-    """Returns the results of a program for m inputs.
+    """Return the results of a program for m inputs.
 
     Inputs and results have the shape (m, entries).
 

@@ -17,18 +17,17 @@ from ...program.operations import (
 )
 
 ROUNDING_RATIO = float(np.finfo(np.float32).eps / np.finfo(np.float64).eps)
-"""Ratio of rounding errors between single and double precision: 2^29."""
+"""Ratio of the rounding errors in single and double precision: 2^29."""
 FRAME = 128
 """Stack size of the saved registers and addresses (byte), for 32-bit and 64-bit processors."""
 
 
 def single(program: Program) -> Program:
-    """Returns the single-precision version of a program.
+    """Return the single-precision version of a program.
 
-    A rounding threshold is a tiny constant that only conditions use. Rounding thresholds are
-    multiplied by the ratio of the rounding errors. Some denominators have a lower bound that
-    prevents a division by zero. Each bound is replaced by a number that single precision can
-    represent.
+    A rounding threshold is a tiny constant that occurs only in conditions. Rounding thresholds are
+    multiplied by the ratio of the rounding errors of the two precisions. A tiny lower bound that
+    prevents a division by zero is replaced by a number that single precision can represent.
     """
     stored = _reaching_results(program)
 
@@ -44,7 +43,7 @@ def single(program: Program) -> Program:
 
 
 def _reaching_results(program: Program) -> set[Operand]:
-    """Returns the operands that affect results other than through a condition."""
+    """Return the operands whose values enter a result, and not only a condition."""
     found: set[Operand] = set()
     for statement in reversed(program.statements):
         if isinstance(statement, Store):
@@ -71,10 +70,7 @@ def _floored(value: float) -> float:
 
 
 def stack_bytes(program: Program) -> int:
-    """Returns an upper bound of a function's stack size (byte). Compilers must optimize.
-
-    The bound is the size of the saved registers plus the largest number of live values.
-    """
+    """Return an upper bound of a function's stack size (byte). Compilers must optimize."""
     last = {operand: k for k, s in enumerate(program.statements) for operand in s.operands}
     alive: set[Operand] = set(program.inputs)
     most = len(alive)

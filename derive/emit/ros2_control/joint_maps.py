@@ -18,7 +18,7 @@ EXAMPLE = "examples/hardware.cpp"
 
 
 def chain(derivation: Derivation) -> Sequence[Joint]:
-    """Returns the moving joints from the base to the tool."""
+    """Return the moving joints from the base to the tool."""
     robot = derivation.robot
     return robot.main_chain.moving if isinstance(robot, Mechanism) else robot.moving
 
@@ -31,7 +31,7 @@ def has_maps(derivation: Derivation) -> bool:
 
 
 def map_files(derivation: Derivation, inverse: Signature, package: str) -> dict[str, str]:
-    """Returns the header and the example, keyed by path. Returns {} if a conversion is missing.
+    """Return the header and the example, keyed by path. Returns {} if a conversion is missing.
 
     Args:
         derivation: The derivation of the robot.

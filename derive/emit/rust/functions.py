@@ -37,12 +37,12 @@ _CALLS = {
 
 
 def safe(name: str) -> str:
-    """Returns a valid name for a Rust argument."""
+    """Return a valid name for a Rust argument."""
     return f"{name}_" if name in RESERVED else name
 
 
 def definition(function: Signature, described: Sequence[str], program: Program) -> str:
-    """Returns a Rust function with its comment.
+    """Return a Rust function with its comment.
 
     Args:
         function: The function.
@@ -62,7 +62,7 @@ def definition(function: Signature, described: Sequence[str], program: Program) 
 
 
 def nearest(derivation: Derivation, function: SymbolicFunction, own: SeedInputs) -> str:
-    """Returns the Rust function for the solution nearest to a seed.
+    """Return the Rust function for the solution nearest to a seed.
 
     Args:
         derivation: The derivation of the robot.
@@ -100,7 +100,7 @@ def nearest(derivation: Derivation, function: SymbolicFunction, own: SeedInputs)
 
 
 def kind(value: Argument | Result) -> str:
-    """Returns the type of an argument. Arguments with solution slots are arrays of arrays.
+    """Return the type of an argument. Arguments with solution slots are arrays of arrays.
 
     Residuals and margins have one entry per solution.
     """

@@ -33,7 +33,7 @@ pub use nearest::{Missing, Nearest};
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the files of the crate, keyed by path."""
+    """Return the files of the crate, keyed by path."""
     printed = printed_functions(derivation)
     missing = (missing_functions(derivation), missing_nearest(derivation, printed))
     values = {

@@ -1,4 +1,4 @@
-"""A loop step that solves the unknown joints of a loop as a serial arm between known bodies.
+"""A loop step that treats the unknown joints of a loop as a serial arm between known bodies.
 
 This loop step supplements the loop steps in ``derive/loops/spatial/``. The branch of an arm is the
 branch of the reference configuration.
@@ -43,8 +43,10 @@ class ArmStep(LoopStep):
     The step has up to two solutions.
 
     Attributes:
-        found: In the first step of an arm, the values of all its joints. Empty in later steps.
-        arm: The arm in its first step. The field is None in later steps, and if joints are locked.
+        found: Values of all joints of the arm if this step is the first step of the arm. Empty for
+            later steps.
+        arm: The serial arm, in its first solution step. None in later steps, and if some joints of
+            the arm are locked.
     """
 
     found: tuple[sp.Expr, ...] = ()
@@ -59,7 +61,7 @@ class ArmStep(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, loop: Loop) -> bool:
-        """Solves for the unknown joints of a loop, or returns False if no structure fits them."""
+        """Solve for the unknown joints of a loop, or return False if no structure fits them."""
         terms, known = legs.terms, legs.known
         either = _arm(legs, loop)
         signs = None if either is None else either.signs(legs)
@@ -79,9 +81,9 @@ class ArmStep(LoopStep):
         return not self.found
 
     def equations(self) -> StepEquations:
-        """Returns the unknown joints and their values, without the equations of the arm.
+        """Return the unknown joints and their values, without equations.
 
-        The equations of the arm are the steps of its closed-form inverse.
+        The steps of the arm's closed-form inverse replace the equations.
         """
         return StepEquations(
             unknowns={quantity(f"s{k}"): value for k, value in enumerate(self.found)}
@@ -89,22 +91,22 @@ class ArmStep(LoopStep):
 
 
 class _SymbolicWork(Work):
-    """State of the derivation of an arm whose branch signs are symbols."""
+    """State of the derivation of an arm's inverse, with symbols as branch signs."""
 
     def sign(self) -> sp.Expr:
-        """Returns a new symbol that selects one of two solutions."""
+        """Return a new symbol that selects one of two solutions."""
         self.signs.append(sp.Symbol(f"_side{len(self.signs) + 1}", real=True))
         return self.signs[-1]
 
 
 @dataclass(frozen=True)
 class _EitherBranch:
-    """The solution of an arm, in which symbols select the branch.
+    """The solution of an arm with symbolic branch signs, valid for every branch.
 
     Attributes:
         arm: The arm.
         work: The solution steps.
-        sides: The symbols of the branches that differ.
+        sides: The branch signs on which the values of the unknown joints depend.
         values: Values of the unknown joints, keyed by name.
         residual: The squared pose error (m^2 and rad^2).
     """
@@ -117,7 +119,7 @@ class _EitherBranch:
 
     @classmethod
     def of(cls, terms: Terms, arm: LoopArm, entries: Sequence[sp.Expr]) -> "_EitherBranch | None":
-        """Returns the solution of an arm, or None if its branches have no smooth formulas."""
+        """Return the solution of an arm, or None if its branches have no smooth formulas."""
         work = _SymbolicWork(terms)
         values, residual = arm.solved(work, entries)
         used = symbols_behind(terms, [*values.values()])
@@ -128,7 +130,7 @@ class _EitherBranch:
         return cls(arm, work, sides, values, residual)
 
     def signs(self, legs: Legs) -> Signs | None:
-        """Returns the requested branch signs, or the signs at the reference.
+        """Return the requested branch signs, or the signs at the reference.
 
         The result is None if no branch or several branches contain the reference.
         """
@@ -143,10 +145,9 @@ class _EitherBranch:
         return [sp.Integer(sign) for sign in near[0]]
 
     def _distance(self, reference: AtReference, signs: Sequence[int]) -> float:
-        """Returns the distance of a branch from the reference configuration.
+        """Return the distance of a branch from the reference configuration.
 
-        The distance is in radian for revolute joints. Displacements of prismatic joints are divided
-        by the size of the robot.
+        Displacements of prismatic joints are divided by the size of the robot.
         """
         at = _with_signs(reference, self.values, dict(zip(self.sides, signs, strict=True)))
         near = reference.assumed | reference.given
@@ -159,7 +160,7 @@ class _EitherBranch:
         return math.hypot(*apart)
 
     def on(self, signs: Signs, size: float) -> tuple[dict[str, sp.Expr], list[ArmStep]]:
-        """Returns the joint values and the steps on a branch.
+        """Return the joint values and the steps on a branch.
 
         Args:
             signs: The branch signs.
@@ -189,13 +190,13 @@ class _EitherBranch:
         return values, [first, *others]
 
     def _fails(self, step: InverseStep) -> bool:
-        """Whether a step of an inverse has two solutions, or no solution for some poses."""
+        """Whether an inverse step has two solutions, or may have no solution."""
         return step.found.margin is not None or step.found.sign in self.sides
 
     def _step(self, step: InverseStep, at: Mapping[sp.Symbol, sp.Expr]) -> ArmStep:
-        """Returns the solution step of the arm on a branch.
+        """Return the solution step of the arm on a branch.
 
-        The first joint of the arm closes the loop.
+        The step's list of joints starts with the name of the loop closure.
         """
         margin, sign = step.found.margin, step.found.sign
         if margin is not None:
@@ -210,7 +211,7 @@ class _EitherBranch:
 
 
 def _arm(legs: Legs, loop: Loop) -> _EitherBranch | None:
-    """Returns the unknown joints of a loop as a solved arm, or None."""
+    """Return the unknown joints of a loop, solved as a serial arm, or None."""
     terms, mechanism, values = legs.terms, legs.mechanism, legs.known.values
     open_ = frozenset(joint.name for joint in loop.joints if joint.name not in values)
     if not open_:
@@ -231,7 +232,7 @@ def _arm(legs: Legs, loop: Loop) -> _EitherBranch | None:
 def _with_signs(
     reference: AtReference, values: dict[str, sp.Expr], signs: dict[sp.Symbol, int]
 ) -> AtReference:
-    """Returns the reference configuration with values of the branch signs."""
+    """Return the reference configuration with values of the branch signs."""
     terms, moved = reference.terms, set(signs)
     used = {symbol for value in values.values() for symbol in value.free_symbols}
     for symbol in terms.needed(values.values()):
@@ -244,10 +245,7 @@ def _with_signs(
 
 
 def _is_smooth(terms: Terms, values: Iterable[sp.Expr]) -> bool:
-    """Whether the values are free of the functions Min and Max.
-
-    Sorted roots contain these functions.
-    """
+    """Whether the values are free of the functions Min and Max."""
     waiting, seen = [*values], set[sp.Symbol]()
     while waiting:
         entry = waiting.pop()
@@ -264,12 +262,12 @@ def _is_smooth(terms: Terms, values: Iterable[sp.Expr]) -> bool:
 
 
 def _rate(c: sp.Expr, s: sp.Expr, tangent: Tangent) -> sp.Expr:
-    """Returns the rate of an angle from the cosine c, the sine s and their rates."""
+    """Return the rate of an angle from the cosine c, the sine s and their rates."""
     return tangent.terms.let(c * tangent.of(s) - s * tangent.of(c))
 
 
 def _least(terms: Terms, margins: Sequence[sp.Expr]) -> sp.Expr:
-    """Returns the smallest of several margins."""
+    """Return the smallest of several margins."""
     least = margins[0]
     for margin in margins[1:]:
         least = terms.let(sp.Min(least, margin, evaluate=False))
@@ -277,9 +275,9 @@ def _least(terms: Terms, margins: Sequence[sp.Expr]) -> sp.Expr:
 
 
 def with_arms(h: SolvedLoops) -> SolvedLoops:
-    """Solves loops with serial arms of unknown joints, if the arms complete the closed form.
+    """Solve the remaining loop joints as serial arms.
 
-    The argument is returned unchanged if the actuators still do not determine all joints.
+    If the actuators still do not determine all joints, the argument is returned unchanged.
     """
     if not h.forward.open or h.is_overdetermined or h.least_squares_closure is not None:
         return h
@@ -292,7 +290,7 @@ def with_arms(h: SolvedLoops) -> SolvedLoops:
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Returns the functions of the main chain joints that need the inverse of a serial arm."""
+    """Return the functions of the main chain joints that need the inverse of a serial arm."""
     arms = from_chain_with_arms(h)
     if arms is None:
         return {}
@@ -305,7 +303,9 @@ def _with(arms: SolvedLoops, maker: Maker, _: SolvedLoops) -> SymbolicFunction:
 
 
 def from_chain_with_arms(h: SolvedLoops) -> SolvedLoops | None:
-    """Solves the loops from the main chain joints, with inverses of serial arms.
+    """Solve the loops for given main chain joints.
+
+    Some steps use inverses of serial arms.
 
     The result is None if all actuators can be computed without inverses of serial arms. The result
     is also None if the inverses of serial arms do not determine all actuators.
@@ -328,7 +328,7 @@ def from_chain_with_arms(h: SolvedLoops) -> SolvedLoops | None:
 
 
 def _at_rest(h: SolvedLoops, locked: Mapping[int, sp.Expr]) -> ArmStep:
-    """Returns the condition that locked joints have their constant values."""
+    """Return the condition that locked joints keep their values."""
     terms, joints = h.terms, [h.robot.moving[k] for k in locked]
     units = [h.numbers.size if joint.kind == "prismatic" else 1.0 for joint in joints]
     apart = [

@@ -1,9 +1,9 @@
 """A part of a loop as a serial arm between two known bodies.
 
-The unknown joints of a loop and the freedom of its closure form a serial arm, if all other joints
-of the loop are known. The last link of this arm has a known pose. Therefore, a family of
-closed-form inverses can solve the arm. Examples are the legs of a tripteron (one prismatic joint
-and three parallel axes), of an Exechon and of a 3-UPU, and a shaft between universal joints.
+If all other joints of a loop are known, its unknown joints and its closure form a serial arm. The
+last link of this arm has a known pose. Therefore, a family of closed-form inverses can solve the
+arm. Examples are the legs of a tripteron (one prismatic joint and three parallel axes), of an
+Exechon and of a 3-UPU, and a shaft between universal joints.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -43,12 +43,13 @@ class LoopArm:
     Attributes:
         closure: Name of the closure.
         known: The known joints between the first body of the loop and the base of the arm.
-        unknown: The moving joints of the arm, except the freedom of the closure.
+        unknown: The moving joints of the arm, without the joint that replaces the closure.
         back: The known joints from the body where the loop begins to the target body of the arm.
         end: The placement of the target frame on the target body.
-        robot: The serial robot that consists of the joints and the freedom of the closure.
+        robot: The serial robot that consists of the unknown joints of the loop and the joint that
+            replaces the closure.
         lines: The axes of the arm.
-        found: The structure that solves the arm.
+        found: The axis structure that gives the closed-form solution of the arm.
     """
 
     closure: str
@@ -61,7 +62,7 @@ class LoopArm:
     found: Attempt
 
     def wanted(self, mechanism: Mechanism, terms: Terms, values: Values) -> list[sp.Expr]:
-        """Returns the sixteen entries of the pose that the arm reaches, seen from its base.
+        """Return the sixteen entries of the pose that the arm reaches, in the frame of its base.
 
         Args:
             mechanism: The mechanism to which the joints of the arm belong.
@@ -73,10 +74,11 @@ class LoopArm:
         return relative_entries(terms, start, end)
 
     def solved(self, work: Work, entries: Sequence[sp.Expr]) -> tuple[dict[str, sp.Expr], sp.Expr]:
-        """Returns the values of the unknown joints, and the squared pose error (m^2 and rad^2).
+        """Return the values of the unknown joints, and the squared pose error (m^2 and rad^2).
 
         Args:
-            work: State of the derivation; receives the signs and the solution steps.
+            work: State of the derivation. The function adds the branch signs and the solution steps
+                of the arm to this state.
             entries: The entries of the pose that the arm reaches.
         """
         terms, robot = work.terms, self.robot
@@ -95,7 +97,7 @@ class LoopArm:
 def loop_arm(
     mechanism: Mechanism, terms: Terms, loop: Loop, open_: Collection[str]
 ) -> LoopArm | None:
-    """Returns the unknown joints of a loop as an arm, or None if no closed form solves this arm.
+    """Return the unknown joints of a loop as an arm, or None if no closed form solves this arm.
 
     Args:
         mechanism: The description.
@@ -123,7 +125,7 @@ def loop_arm(
 def _split(
     path: tuple[Joint, ...], open_: Collection[str]
 ) -> tuple[tuple[Joint, ...], tuple[Joint, ...]]:
-    """Returns the joints before the first unknown joint of a path, and the other joints."""
+    """Return the joints before the first unknown joint of a path, and all other joints."""
     first = next((k for k, joint in enumerate(path) if joint.name in open_), len(path))
     return path[:first], path[first:]
 
@@ -134,7 +136,7 @@ def _robot(
     near: tuple[tuple[Joint, ...], Frame],
     far: tuple[tuple[Joint, ...], Frame],
 ) -> tuple[SerialRobot, Placement]:
-    """Returns the arm, and the placement of its target frame on the target body."""
+    """Return the arm, and the placement of its target frame on the target body."""
     (joints, at), (others, end) = near, far
     parts, after, freedom = [*joints], at.placement, FREEDOMS[closure.kind]
     if freedom:
@@ -152,7 +154,7 @@ def _robot(
 
 
 def structure_of(robot: SerialRobot, terms: Terms) -> tuple[Lines, Attempt] | None:
-    """Returns the axes and the structure of an arm, or None if no structure fits."""
+    """Return the axes and the structure of an arm, or None if no structure fits."""
     classification = classify(robot, terms, families=LEG_FAMILIES)
     found = classification.found
     if found is None:

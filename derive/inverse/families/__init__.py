@@ -41,4 +41,4 @@ FAMILIES: tuple[Family, ...] = (
 )
 """All families, in the order in which a chain is compared with them."""
 LEG_FAMILIES = (*FAMILIES, UNIVERSAL_ROD)
-"""The families that the leg of a platform is compared with."""
+"""Families that are tried for the legs of a platform."""

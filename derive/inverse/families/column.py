@@ -46,7 +46,8 @@ def _requires(lines: Lines) -> list[Requirement]:
 def _plane(lines: Lines) -> Requirement:
     a1, a2, a3, *_ = (axis.direction for axis in lines.axes)
     return Requirement(
-        "the slides span a plane along the column", abs(float(np.linalg.det([a1, a2, a3])))
+        "the prismatic joints move in a plane parallel to the column",
+        abs(float(np.linalg.det([a1, a2, a3]))),
     )
 
 
@@ -64,16 +65,16 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     q14_turn = work.step(
         [a1, a4],
         "subproblem 2",
-        f"{a6.name} does not turn its own axis, and {a1.name} and {a4.name} turn it as one",
+        f"{a6.name} does not rotate its own axis, and {a1.name} and {a4.name} rotate it together",
         _far_from_the_column(terms, a1, found, v, reach, subtracted(terms, wanted, a1.p)),
-        f"with axis {a6.name} along the column the sum is arbitrary; the one taken brings axis "
-        f"{a4.name} farthest from the column",
+        f"if axis {a6.name} is parallel to the column, the sum is arbitrary; it is set to the "
+        f"value at which axis {a4.name} is farthest from the column",
     )
     seen = rotated(terms, a1.h, q14_turn.back, v)
     q5 = work.step(
         [a5],
         "subproblem 1",
-        f"the rest of the rotation of axis {a6.name}",
+        f"this joint produces the remaining rotation of axis {a6.name}",
         sp1(terms, a5.h, a6.h, seen),
     )
     e = cross(terms, a6.h, a5.h)
@@ -87,9 +88,9 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     q1 = work.step(
         [a1],
         "subproblem 4",
-        "the slides do not leave their plane",
+        "the prismatic joints do not move the wrist out of their plane",
         sp4(terms, V, a1.h, normal, d, work.sign()),
-        "with the hand on the column the angle is arbitrary and taken as 0",
+        f"if axis {a4.name} coincides with axis {a1.name}, the angle is arbitrary and set to 0",
     )
     work.turns[a4.joint] = composed(terms, q14_turn, q1.back).counted(
         1 if float(a1.direction @ a4.direction) > 0 else -1
@@ -107,11 +108,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _far_from_the_column(
     terms: Terms, column: Axis, found: FoundTurn, v: Vector, reach: Vector, W: Vector
 ) -> FoundTurn:
-    """Returns the sum of angles 1 and 4.
+    """Return the sum of angles 1 and 4.
 
-    If the orientation does not determine the sum of angles 1 and 4, the sum with the smallest
-    position error is selected. Axis 4 must have a distance from the column, because the column
-    rotates the plane of the prismatic joints until the plane contains axis 4.
+    If the orientation does not determine this sum, axis 4 is placed as far as possible from the
+    column, because joint 1 must rotate axis 4 into the plane of the prismatic joints.
     """
     x, y, z = W
     best = sp1(terms, column.h, reach, (-x, -y, -z)).turn
@@ -125,7 +125,7 @@ def _far_from_the_column(
 
 
 COLUMN = Family(
-    "a turning column with two slides and a hand that turns about its vertical",
+    "a revolute column, two prismatic joints and a wrist with axis 4 parallel to the column",
     (6,),
     _requires,
     _solve,

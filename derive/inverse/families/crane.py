@@ -6,8 +6,8 @@ the parallel axes. If there is a fifth axis, it is also perpendicular to the par
 steps are those for a rotating base with three parallel axes. The telescope changes one side of the
 triangle.
 
-Maximum number of solutions: 4 for a pose of five joints, 2 for four joints, 8 for position and
-pitch.
+Maximum number of solutions: 4 with five joints and 2 with four joints for a pose, and 8 for
+position and pitch.
 """
 
 import numpy as np
@@ -37,7 +37,7 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 
 CRANE = Family(
-    "a turntable with two parallel axes and a slide across them",
+    "a turntable with two parallel axes and a prismatic joint perpendicular to them",
     (4, 5),
     _requires,
     arm_in_plane,

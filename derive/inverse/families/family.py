@@ -1,7 +1,7 @@
 """Description of a family of chains with a closed-form inverse.
 
-A family is one object in one file. The package's ``__init__`` lists all families. Modules outside
-the file of a family read only the fields of the family object, never its name.
+A family is one object in one file. The package's ``__init__`` lists all families. Other modules use
+only the fields of the family object, and never test for a particular family.
 """
 
 from collections.abc import Callable
@@ -32,15 +32,15 @@ class Family:
     Attributes:
         title: Description of the structure, for ``chasles explain`` and the article.
         joints: Possible numbers of joints.
-        requires: Function that returns the conditions on the axes, and by how much the axes deviate
+        requires: Function that returns the conditions on the axes, and how far the axes deviate
             from each condition.
-        solve: Solves step by step for all joints that produce a displacement of the tool. Each step
-            has a reason, a degenerate case and an equation for the explanation and the article.
-        readings: The ends at which the numbering of axes may start.
-        behind_given: Whether the free joints of a longer chain with fixed joints may belong to the
-            family.
-        rather_gives: Whether the family is tried last for chains with fixed joints, because it is
-            better to fix a prismatic joint of the family.
+        solve: Function that solves for all joints step by step, given the displacement of the tool.
+            Each step has a reason, a degenerate case and an equation for the explanation and the
+            article.
+        readings: The ends of the chain from which the axes may be numbered.
+        behind_given: Whether the family may solve the free joints of a longer chain whose other
+            joints are fixed.
+        rather_gives: Whether the family is tried last for chains with fixed joints.
         solves_pose: Whether the family solves for the full tool pose (task ``ik``). A family with
             ``solves_pose = False`` solves only parts of the pose, such as the position.
         inputs: Inputs of ``solve`` other than the displacement, for example a swivel angle.
@@ -49,8 +49,9 @@ class Family:
         functions: Function that returns further functions of a chain without fixed joints, such as
             its swivel angle.
         has_couplings: Whether the solution steps include the couplings of joints.
-        coupled_position: Returns the task for a position if couplings fix the hand's orientation,
-            otherwise None. The field is None if the family never has this task.
+        coupled_position: Function that returns the task for the hand's position if couplings fix
+            the hand's orientation, otherwise None. The field is None if the family never has this
+            task.
     """
 
     title: str

@@ -75,7 +75,7 @@ def _three(work: Work, lines: Lines, target: Target, S: Vector) -> tuple[CosSin,
     found = loop_of_three(
         work,
         (a1, a6, a5),
-        f"{a2.name}, {a3.name} and {a4.name} do not move the point where their axes meet",
+        f"{a2.name}, {a3.name} and {a4.name} do not move the intersection of their axes",
         (
             subtracted(terms, back.point(terms, a1.p), a6.p),
             back.turned(terms, a1.h),
@@ -95,7 +95,7 @@ def _three(work: Work, lines: Lines, target: Target, S: Vector) -> tuple[CosSin,
 def _with_center_in_reach(
     lines: Lines, target: Target, S: Vector, turns: tuple[CosSin, CosSin, CosSin]
 ) -> CosSin:
-    """Returns the angle of joint 6.
+    """Return the angle of joint 6.
 
     If the pose does not determine angle 6, the angle with the smallest orientation error is
     selected. Joints 2 to 4 limit the angle between axes 4 and 2. The angle between axes 4 and 2 is
@@ -118,4 +118,4 @@ def _with_center_in_reach(
     return where_free(terms, a6.h, subtracted(terms, there, a6.p), q6, best.turn)
 
 
-INNER_CENTER = Family("axes 2, 3 and 4 through one point", (6,), _requires, _solve)
+INNER_CENTER = Family("axes 2, 3 and 4 that intersect in one point", (6,), _requires, _solve)

@@ -56,7 +56,10 @@ def _requires(lines: Lines) -> list[Requirement]:
     is_head = len(turning) == _MAX and turning[-1] - turning[0] < _MAX
     most = _MAX if is_head or len(sliding) == _MAX else _HEAD
     few = len(sliding) <= _MAX and len(turning) <= most
-    rule = "at most two joints are revolute, or three in a row or of six"
+    rule = (
+        "at most two joints are revolute, or three if they are consecutive or the arm has six "
+        "joints"
+    )
     count = Requirement(rule, 0.0 if few else np.inf)
     one_run = not sliding or sliding[-1] - sliding[0] < len(sliding)
     run = Requirement(
@@ -84,7 +87,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     for axis in turning if len(turning) == 1 else ():
         e = any_across(terms, axis.h)
         found = sp1(terms, axis.h, e, target.turned(terms, e))
-        work.step([axis], "subproblem 1", "it alone turns the tool", found)
+        work.step([axis], "subproblem 1", "only this joint rotates the tool", found)
     # 2. The position.
     _slides(work, lines, target.home, target.position)
 
@@ -96,7 +99,10 @@ def _three_turns(work: Work, lines: Lines, target: Target) -> None:
     aligned = None
     if may_be_dependent(terms, directions):
         to_plane = partial(first_angle_to_plane, terms, lines.axes, target)
-        end = "is then taken as 0, or follows from the position if the slides move in one plane"
+        end = (
+            "is then set to 0, or follows from the position if the prismatic joints move in one "
+            "plane"
+        )
         aligned = Aligned(to_plane, are_nearly_dependent(terms, directions), end)
     three_turns(work, (first, second, third), lambda v: target.turned(terms, v), aligned)
 
@@ -115,7 +121,7 @@ def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None
         back = rotated(terms, axis.h, work.turns[axis.joint].back, lever)
         position = added(terms, axis.p, back)
     displacement = work.name_vector(
-        ("W", "V"), "the displacement along the slides", subtracted(terms, position, carried)
+        ("W", "V"), "the displacement by the prismatic joints", subtracted(terms, position, carried)
     )
     slides(work, sliding, displacement, "the tool")
 
@@ -134,10 +140,13 @@ def _with_direction(robot: SerialRobot, lines: Lines) -> Solved:
     first, second = (axis for axis in lines.axes if axis.turns)
     direction = name_direction(work)
     q1, q2 = sp2(terms, first.h, second.h, tool_axis(robot, terms), direction, work.sign())
-    reason = "the slides do not turn the tool's axis"
-    degenerate = f"with the tool along axis {first.name} this angle is arbitrary and taken as 0"
+    reason = "the prismatic joints do not rotate the tool axis"
+    degenerate = (
+        f"if the direction is parallel to axis {first.name}, the angle is arbitrary and set to 0"
+    )
     work.step([first], "subproblem 2", reason, q1, degenerate)
-    work.step([second], "subproblem 1", f"the rest of the direction, behind {first.name}", q2)
+    reason = f"this joint produces the remaining rotation of the tool axis after {first.name}"
+    work.step([second], "subproblem 1", reason, q2)
     _slides(work, lines, tool_origin(robot, terms), POSITION)
     return position_direction(robot, work)
 

@@ -9,7 +9,7 @@ from ..steps.slides_between_turns import requires, solve
 from .family import Family
 
 ORIENTED_SLIDES = Family(
-    "joints that the orientation determines, between slides",
+    "prismatic joints between revolute joints that the orientation determines",
     (2, 3, 4),
     requires,
     solve,

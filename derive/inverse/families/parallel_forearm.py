@@ -1,8 +1,8 @@
 """Six revolute joints. Axes 2, 3 and 4 are parallel.
 
-Joints 2 to 4 do not change vector components along axes 2 to 4. The components of the direction h_6
-of axis 6 and of a point on axis 6 give two equations. Subproblem 6 solves the two equations for
-angles 1 and 5. Maximum number of solutions: 8.
+Joints 2 to 4 do not change vector components along axes 2 to 4. The component of the direction h_6
+of axis 6 along these axes gives one equation. The component of a point on axis 6 gives a second
+equation. Subproblem 6 solves the two equations for angles 1 and 5. Maximum number of solutions: 8.
 
 Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel).
 """
@@ -77,7 +77,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         work.step(
             [axis],
             "subproblem 6",
-            "joints 2 to 4 change no component along their axes, of axis 6 or of a point of it",
+            "joints 2 to 4 do not change the components of axis 6 and of a point of axis 6 along "
+            "axes 2 to 4",
             FoundTurn(turn, equation, signs[0], found.margin),
         )
 
@@ -92,17 +93,17 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     q234 = work.step(
         [a2, a3, a4],
         "subproblem 1",
-        "joints 2 to 4 turn axis 6 as one",
+        "joints 2 to 4 rotate axis 6 together",
         found_sum,
-        "with axis 6 parallel to axes 2 to 4 the sum is arbitrary; the one taken brings the elbow "
-        "nearest to a right angle",
+        "if axis 6 is parallel to axes 2 to 4, the sum is arbitrary; it is set to the value at "
+        "which the elbow is nearest to a right angle",
     )
 
     # 4. The remaining rotation.
     e = any_across(terms, a6.h)
     before = (a1, q1), (a2, q234), (a5, q5)
     wanted = target.turned(terms, e)
-    last_turn(work, a6, e, wanted, before, behind=", behind joints 1 to 5", is_regular=True)
+    last_turn(work, a6, e, wanted, before, behind=" after joints 1 to 5", is_regular=True)
 
     # 5. Shoulder, elbow and wrist form a triangle in the plane normal to the parallel axes.
     lever = rotated(terms, h, q234, subtracted(terms, hand, a4.p))
@@ -122,7 +123,7 @@ def _nearer(
     angles: tuple[CosSin, CosSin],
     exists: Boolean,
 ) -> tuple[CosSin, CosSin]:
-    """Returns refined angles 1 and 5.
+    """Return refined angles 1 and 5.
 
     The angles are unchanged unless the refinement reduces both errors.
 
@@ -171,11 +172,10 @@ def _nearer(
 def _aligned(
     terms: Terms, lines: Lines, v: Vector, row: Row, angles: tuple[CosSin, CosSin]
 ) -> tuple[CosSin, CosSin]:
-    """Returns angles 1 and 5 at which axis 6 is parallel to axes 2 to 4.
+    """Return angles 1 and 5 at which axis 6 is parallel to axes 2 to 4.
 
-    If no such angles are close to the arguments ``angles``, the arguments are returned unchanged.
-    Several solutions coincide at a pose with parallel axes, so their accuracy is only 1e-5. The sum
-    of angles 2 to 4 is then arbitrary.
+    If no angles near ``angles`` make the axes parallel, ``angles`` is returned unchanged. Several
+    solutions coincide at a pose with parallel axes, so their accuracy is only 1e-5.
     """
     let, h = terms.let, lines.axes[1].h
     a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]
@@ -208,7 +208,7 @@ def _row(
     right: tuple[Vector, Vector],
     constant: sp.Expr,
 ) -> Row:
-    """Returns (coefficients of sin and cos, right-hand side) of ``h.R(k1) p1 = c + h.R(k2) p2``."""
+    """Return (coefficients of sin and cos, right-hand side) of ``h.R(k1) p1 = c + h.R(k2) p2``."""
     (k1, p1), (k2, p2) = left, right
     along = [terms.let(dot(terms, h, k) * dot(terms, k, p)) for k, p in (left, right)]
     A = dot(terms, h, cross(terms, k1, p1)), dot(terms, h, perpendicular(terms, k1, p1))

@@ -28,7 +28,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     q12 = work.step(
         [a1, a2],
         "subproblem 1",
-        f"the direction of axis {a3.name}, which the parallel joints turn as one",
+        f"the parallel joints rotate axis {a3.name} together",
         sp1(terms, a1.h, a3.h, target.turned(terms, a3.h)),
     )
     # 2. The remaining rotation.

@@ -29,7 +29,8 @@ from .family import Family
 
 _MIN_TURNS, _MAX_TURNS = 2, 3
 _FLAT = 0.1
-"""Maximum cosine of the angle between a prismatic joint and a perpendicular axis."""
+"""A prismatic and a revolute axis count as perpendicular if the cosine of the angle between the
+axes is below this value."""
 _PHI = sp.Symbol("_phi", real=True)
 _PHI_LETTER = InputLetter((r"\varphi", r"\rho", r"\Phi"))
 
@@ -126,7 +127,7 @@ def _in_base_plane(robot: SerialRobot, lines: Lines) -> Solved:
         moved = squares(terms, (origin[0] - X, origin[1] - Y))
         return larger(terms, moved, squares(terms, (axes[0][0] - c, axes[0][1] - s)))
 
-    meaning = "position of the tool in the plane, its angle"
+    meaning = "position and angle of the tool in the plane"
     return partial_pose(
         "ik_planar",
         robot,
@@ -136,8 +137,8 @@ def _in_base_plane(robot: SerialRobot, lines: Lines) -> Solved:
             (*POSITION_ENTRIES[:2], _PHI_LETTER),
         ),
         residual,
-        "fk(q[k]) has its origin in x[:2] and its first axis at the angle x[2] wherever "
-        "residual[k] is rounding",
+        "fk(q[k]) has its origin at x[:2] and its first axis at the angle x[2] if residual[k] is a "
+        "rounding error",
         ("plane", "heading"),
     )
 

@@ -43,11 +43,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _moved_in_space(terms: Terms, lines: Lines, origin: Vector) -> Vector | None:
-    """Returns a tool point that the joints move in three directions, or None.
+    """Return a point of the tool that can move in all three directions of space, or None.
 
     The point is about one arm length from the tool origin. The result is None if the joints move
-    the tool origin in three directions. The result is also None if the joints move no tool point in
-    three directions.
+    the tool origin in three directions.
     """
     if moves_in_space(lines, numbers(terms, origin)):
         return None
@@ -70,8 +69,8 @@ def _whole_pose(robot: SerialRobot, lines: Lines) -> Solved:
     return of_pose_task(robot, work, (), {})
 
 
-# For a pose target, axes may be numbered from the tool, because a pose has an inverse. For a
-# position target, axes are numbered from the base. Fixed joints cannot be factored out of a
+# If the target is a pose, the axes may also be numbered from the tool to the base. For a position
+# target, axes are numbered from the base. The motion of fixed joints cannot be removed from a
 # position target, so a chain with fixed joints is not compared with this family.
 POSITION = Family(
     "three joints that position the tool",

@@ -64,7 +64,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, *_ = lines.axes
     shoulder, center, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
-    # 1. The shoulder does not change its distance from the wrist center.
+    # 1. The shoulder joints keep the distance between shoulder and wrist center.
     wanted = work.name_vector(("W", "V"), "the wrist center", target.point(terms, center))
     V = subtracted(terms, wanted, shoulder)
     upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, center, elbow)
@@ -73,7 +73,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     q4 = work.step(
         [a4],
         "subproblem 3",
-        "the joints of shoulder and wrist keep the distance of their centers",
+        "the shoulder and wrist joints do not change the distance between their centers",
         sp3(terms, a4.h, upper, fore, across2, sign, dot(terms, V, V)),
     )
 
@@ -89,13 +89,13 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     )
     for letters, meaning, vector in (
         (("u", r"\upsilon"), "the direction from shoulder to wrist with joints 1 to 3 at 0", w),
-        (("b", r"\beta"), "the direction across it, in the plane of the arm", b),
+        (("b", r"\beta"), "the perpendicular direction in the arm plane", b),
         (("w", r"\omega"), "the direction from shoulder to wrist", W),
-        (("e", r"\epsilon"), "the direction across it from which the swivel angle counts", e_x),
-        (("f", r"\phi"), "the direction across both", e_y),
+        (("e", r"\epsilon"), "the perpendicular direction at which the swivel angle is 0", e_x),
+        (("f", r"\phi"), "the direction perpendicular to both", e_y),
         (
             ("g", r"\gamma"),
-            "the direction across the line to which the arm's plane has to turn",
+            "the target of the perpendicular direction in the arm plane",
             side,
         ),
     ):
@@ -124,7 +124,7 @@ def _functions(robot: SerialRobot, lines: Lines) -> tuple[SymbolicFunction, ...]
     angle = terms.let(sp.atan2(swivel.s, swivel.c, evaluate=False))
     function = SymbolicFunction(
         "swivel",
-        "Angle by which the elbow is turned about the line from shoulder to wrist.",
+        "Angle by which the elbow is rotated about the line from shoulder to wrist.",
         "q is among the solutions of ik(fk(q), swivel(q))",
         (q,),
         (Result("swivel", (angle,), (), "rad", "swivel angle of the elbow"),),
@@ -154,8 +154,7 @@ def _swivel_of(lines: Lines, turns: dict[int, CosSin]) -> CosSin:
 def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
     w = _unit(terms, V, a1.h)
     r = any_across(terms, a1.h)
-    # If the wrist is straight below the shoulder, the vector w - t is 0. For a wrist straight below
-    # the shoulder, the direction of axis 1 replaces the vector w - t.
+    # For a wrist straight below the shoulder, the direction of axis 1 replaces the vector w - t.
     away = combination(terms, (_ONE, VECTOR_FLOOR), (added(terms, w, a1.h), a1.h))
     e_x = _unit(terms, cross(terms, cross(terms, away, r), w), cross(terms, a1.h, r))
     return w, e_x, cross(terms, w, e_x)
@@ -164,11 +163,13 @@ def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vecto
 def _frame(
     terms: Terms, arm: Vector, upper: Vector, fore: Vector, h: Vector
 ) -> tuple[Vector, Vector, Vector]:
-    """Returns (shoulder to wrist, normal of the arm plane, side direction) at joints 1 to 3 = 0.
+    """Return three vectors for joints 1 to 3 at zero.
+
+    They are the vector from shoulder to wrist, the normal of the arm plane and the side direction.
 
     If the upper arm and the forearm move in a plane normal to the elbow axis, the side direction
     lies in this plane. This direction is also defined for a stretched arm. For other arms, the side
-    direction points to the elbow.
+    direction points from the line between shoulder and wrist to the elbow.
     """
     w = _unit(terms, arm, upper)
     flat = all(

@@ -60,9 +60,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     total = work.step(
         pair,
         "subproblem 2",
-        f"joint 6 does not turn its own axis, and {pair[0].name} and {pair[1].name} turn it as one",
+        f"joint 6 does not rotate its own axis, and {pair[0].name} and {pair[1].name} rotate it "
+        "together",
         found,
-        f"with axis 6 parallel to axis {second.name} the sum is arbitrary and taken as 0",
+        f"if axis 6 is parallel to axis {second.name}, the sum is arbitrary and set to 0",
     )
 
     # 3 and 4. The remaining rotation.
@@ -75,7 +76,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 TELESCOPIC_ARM = Family(
-    "a telescope with two parallel axes among 2, 3, 4, and intersecting axes 5, 6",
+    "a telescope and two parallel axes among joints 2, 3, 4, and intersecting axes 5, 6",
     (6,),
     _requires,
     _solve,

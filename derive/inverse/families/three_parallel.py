@@ -54,10 +54,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     q234 = work.step(
         [a2, a3, a4],
         "subproblem 2",
-        "joint 6 does not turn its own axis, and joints 2 to 4 turn it as one",
+        "joint 6 does not rotate its own axis, and joints 2 to 4 rotate it together",
         found,
-        "with axis 6 parallel to axes 2 to 4 the sum is arbitrary; the one taken brings the elbow "
-        "nearest to a right angle",
+        "if axis 6 is parallel to axes 2 to 4, the sum is arbitrary; it is set to the value at "
+        "which the elbow is nearest to a right angle",
     )
 
     # 3 and 4. The remaining rotation.

@@ -47,7 +47,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     q23 = work.step(
         [a2, a3],
         "subproblem 1",
-        f"the direction of axis {a4.name}, which the parallel joints turn as one",
+        f"the parallel joints rotate axis {a4.name} together",
         sp1(terms, a2.h, a4.h, seen, is_regular=True),
     )
     # 3. The target pose determines the position of the elbow.
@@ -75,7 +75,7 @@ def _holds_tool(robot: SerialRobot, lines: Lines) -> bool:
 
 
 TURNED_HAND = Family(
-    "a turntable with two parallel axes and a hand that turns",
+    "a turntable with two parallel axes and a revolute wrist joint",
     (4,),
     _requires,
     _solve,

@@ -48,13 +48,15 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     before = [(axis, work.turns[axis.joint]) for axis in arm.axes if axis.turns]
     e = any_across(terms, a4.h)
     last_turn(work, a4, e, target.turned(terms, e), before)
-    # 5. Steps 1 to 4 use only some conditions of the pose. A Gauss-Newton step on all joints
+    # 5. Steps 1 to 4 do not use all components of the pose. A Gauss-Newton step on all joints
     # reduces the error of the full pose.
     step_on_all(work, lines, target)
 
 
 def _moved_points(lines: Lines) -> list[sp.Expr]:
-    """Yields points of axis 4 that the first three joints move in three directions.
+    """Yield points of axis 4.
+
+    The first three joints can move each point in three directions.
 
     A point is represented by its distance from the point `origin` of axis 4.
     """
@@ -64,11 +66,12 @@ def _moved_points(lines: Lines) -> list[sp.Expr]:
 
 
 def _best_point(lines: Lines) -> Vector:
-    """Returns the point of axis 4 that best determines joints 1 to 3.
+    """Return the point of axis 4 that best determines joints 1 to 3.
 
     A point that lies on the axis of an earlier joint does not determine the angle of this joint.
-    The selected point determines as many angles as an arbitrary point of axis 4, if possible. Among
-    equally good points, the first point is selected.
+
+    The selected point determines as many joint angles as a generic point of axis 4, if any
+    candidate point does. Among equally good points, the first point is selected.
     """
     arm, points = _arm(lines), _moved_points(lines)
     most = directions_at_right_angles(arm, _there(lines, SOME_SLIDE * (lines.length or 1.0)))
@@ -88,8 +91,8 @@ def _arm(lines: Lines) -> Lines:
     return Lines(lines.terms, lines.axes[:3], lines.tolerance)
 
 
-# The axes are numbered only from the base. With axes numbered from the tool, the inverse of arms
-# with right angles would find no solution for some poses.
+# The axes are numbered only from the base. If the axes were numbered from the tool, the inverse of
+# an arm with right angles would find no solution for some poses.
 TURNING_HAND = Family(
-    "three joints and a hand that turns", (4,), _requires, _solve, readings=("base",)
+    "three joints and a revolute wrist joint", (4,), _requires, _solve, readings=("base",)
 )

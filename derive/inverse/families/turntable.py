@@ -59,9 +59,9 @@ def _with_position(robot: SerialRobot, lines: Lines) -> Solved:
         bent = work.step(
             [a4],
             "subproblem 3",
-            "the hand's distance from the elbow has to fit the triangle",
+            "the distance from elbow to tool must be a possible side of the arm triangle",
             _bent_least(terms, lines, lever, U),
-            "where the distance fits with this joint at 0, it stays there",
+            "if the distance is possible with this joint at 0, the joint is set to 0",
         )
         hand = added(terms, a4.p, rotated(terms, a4.h, bent, lever))
     triangle(work, a2, a3, hand, U)
@@ -70,7 +70,7 @@ def _with_position(robot: SerialRobot, lines: Lines) -> Solved:
 
 
 def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTurn:
-    """Returns the smallest angle of joint 4 for which the elbow can reach the target.
+    """Return the smallest angle of joint 4 for which the elbow can reach the target.
 
     Shoulder, elbow and wrist form a triangle if the elbow-wrist distance is between the difference
     and the sum of the other two sides. Angle 4 determines the elbow-wrist distance. Among the
@@ -97,7 +97,7 @@ def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTu
 
 
 def level_position(chain: CoupledChain, lines: Lines) -> Solved | None:
-    """Returns the task for a position if couplings fix the hand's orientation in the arm plane.
+    """Return the task for a position if couplings fix the hand's orientation in the arm plane.
 
     An example is a palletizer whose hand stays level. The sum of the parallel joints' angles is
     then constant.
@@ -107,7 +107,8 @@ def level_position(chain: CoupledChain, lines: Lines) -> Solved | None:
         lines: The axes of the chain.
 
     Returns:
-        None if the sum of the angles changes, or if a fifth joint moves the tool origin.
+        The result is None if the sum of the joint angles is not constant, or if a fifth joint moves
+        the tool origin.
     """
     robot, terms, arm = chain.robot, lines.terms, in_plane(lines)
     senses = sp.zeros(1, chain.C.rows)
@@ -120,7 +121,9 @@ def level_position(chain: CoupledChain, lines: Lines) -> Solved | None:
     U, _ = turned_to_plane(work, lines, tool, POSITION)
     e = perpendicular(terms, h, lines.axes[0].h)
     level = sp1(terms, h, e, rotated(terms, h, CosSin(*terms.cos_sin(total)), e))
-    hand = turned_as_one(work, lines, level, "the couplings keep the orientation of the hand")
+    hand = turned_as_one(
+        work, lines, level, "the couplings keep the orientation of the tool in the arm plane"
+    )
     reach(work, lines, tool, U, hand)
     leave(work, lines, ARM)
     return position(robot, work)

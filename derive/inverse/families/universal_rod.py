@@ -48,13 +48,13 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms, (first, second, third, fourth, fifth) = work.terms, lines.axes
     # Joints 1 and 2 do not change the component of a vector along the axis `kept`.
     kept = first if first.turns else second
-    both = f"{'axes' if first.turns else 'joints'} {first.name} and {second.name}"
-    along = "them" if first.turns else f"axis {second.name}"
+    both = f"joints {first.name} and {second.name}"
+    along = "their axes" if first.turns else f"axis {second.name}"
     # 1. The direction of axis 5 determines the sum of angles 3 and 4.
     total = work.step(
         [third, fourth],
         "subproblem 1",
-        f"{both} keep the component of axis {fifth.name} along {along}",
+        f"{both} do not change the component of axis {fifth.name} along {along}",
         _tilt(work, lines, kept, target),
     )
     # 2. The position of a point on axis 5 determines angle 3.
@@ -67,7 +67,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     bent = work.step(
         [third],
         "subproblem 4",
-        f"{both} keep the component of the point along {along}",
+        f"{both} do not change the component of the point along {along}",
         sp4(terms, kept.h, third.h, rod, dot(terms, kept.h, rest), work.sign()),
     )
     remaining(work, (third, fourth), total)
@@ -89,7 +89,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _tilt(work: Work, lines: Lines, kept: Axis, target: Target) -> FoundTurn:
-    """Returns the angle of joint 3 at which axis 5 has its target component along ``kept``.
+    """Return the angle of joint 3 that sets the angle between axis 5 and the axis ``kept``.
 
     The sine follows from the other component, because a cosine determines small sines inaccurately.
     """
@@ -106,5 +106,5 @@ def _tilt(work: Work, lines: Lines, kept: Axis, target: Target) -> FoundTurn:
 
 
 UNIVERSAL_ROD = Family(
-    "an arm or a slide, and a rod between universal joints", (5,), _requires, _solve
+    "an arm or a prismatic joint, and a rod between universal joints", (5,), _requires, _solve
 )

@@ -56,10 +56,7 @@ class GeneralArm(Tables):
 
     @classmethod
     def of(cls, robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> "GeneralArm":
-        """Returns the numbers of an arm for the C solver.
-
-        All tables have the size for the maximum number of joints.
-        """
+        """Return the data of an arm for the C solver."""
         placed = tuple(_row(E) for E in constants)
         unused = MAX_JOINTS + 1 - len(placed)
         directions = tuple(float(joint.direction) for joint in robot.moving)
@@ -77,7 +74,7 @@ class GeneralArm(Tables):
 
 
 OWN = JOINTS - 1
-"""Number of joints without the added sixth joint."""
+"""Number of joints of a five-joint arm, without the sixth joint that the solver adds."""
 TOOL_AXES = (((0.36, 0.48, 0.8), (0.4, -0.3, 0.0)), ((-0.8, 0.36, 0.48), (0.0, 0.4, 0.3)))
 """Candidates for the axis of the joint that is added to a five-joint arm. Each has a direction and
 a point in the tool frame.
@@ -87,7 +84,7 @@ The coordinates of the point are divided by the arm length.
 APART = (np.pi,) * OWN + (0.0,)
 """Assumed difference between two solutions in each joint (radian).
 
-The solutions do not differ in the added joint.
+The difference is zero in the joint that the solver adds to the arm.
 """
 
 
@@ -96,7 +93,7 @@ class WithTool:
     """A five-joint arm with a sixth joint added.
 
     Attributes:
-        constants: The placements before, between and after the six joints.
+        constants: The constant transforms before, between and after the six joints.
         choice: The elimination orders.
     """
 
@@ -126,7 +123,7 @@ class GeneralInverse:
 
 
 def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralInverse | None:
-    """Returns the inverse of an arm with five or more joints, or None if there is none.
+    """Return the inverse of an arm with five or more joints, or None if there is none.
 
     Args:
         robot: The description.
@@ -180,7 +177,7 @@ class GeneralTables:
 
     Attributes:
         arm: Numeric data of the arm, or None if the general solver does not apply.
-        separation: How well the best elimination order separates the solutions. See
+        separation: Describes how well the best elimination order separates the solutions. See
             :attr:`.Choice.separation`.
     """
 
@@ -191,7 +188,7 @@ class GeneralTables:
 def general_tables(
     robot: SerialRobot, given: tuple[int, ...], apart: tuple[float, ...] = ()
 ) -> GeneralTables:
-    """Returns the tables of the general solver. The tables are empty if the solver does not apply.
+    """Return the tables of the general solver. The tables are empty if the solver does not apply.
 
     Args:
         robot: The description.
@@ -216,9 +213,10 @@ def _steps(robot: SerialRobot, choice: Choice) -> tuple[str, ...]:
     half, other = (w, v) if choice.orders[0].halved else (v, w)
     steps = (
         f"{last} does not move its own axis: fourteen quantities of this axis are linear in the "
-        f"products of cosines and sines of {one} and {two}, and in those of {v} and {w}."
-        f"{_squares(sliding)} Six combinations of the equations do not contain {one} and {two}.",
-        f"{suppressed}: with the half angle of {half} these are twelve equations. Their "
+        f"products of cosines and sines of {one} and {two}, and in the products for {v} and "
+        f"{w}.{_squares(sliding)} Six combinations of the equations do not contain {one} and "
+        f"{two}.",
+        f"{suppressed}: with the half angle of {half}, these are twelve equations. Their "
         "determinant, a trigonometric polynomial of degree 8, is known from 24 samples; it has up "
         f"to 16 real roots{', of which 8 may be solutions' if len(sliding) > 1 else ''}.",
         f"{half}, {other}: from the null vector of the twelve equations. {one}, {two}: from the "
@@ -233,19 +231,16 @@ def _given(robot: SerialRobot, given: tuple[int, ...], left: int) -> tuple[str, 
     if not given:
         return ()
     names = listed([robot.moving[k].name for k in given])
-    is_one = len(given) == 1
-    return (
-        f"{names} {'is' if is_one else 'are'} given: with {'it' if is_one else 'them'} fixed, "
-        f"{'six' if left == JOINTS else 'five'} joints are left.",
-    )
+    verb, count = "is" if len(given) == 1 else "are", "six" if left == JOINTS else "five"
+    return (f"{names} {verb} fixed, so {count} joints remain.",)
 
 
 def _tool_axis(free: list[str]) -> tuple[str, ...]:
     if TOOL_AXIS not in free:
         return ()
     return (
-        f"{TOOL_AXIS} is a sixth joint, which turns the tool about an axis of the tool. The five "
-        "joints reach a pose where its angle is 0; other solutions are none of theirs.",
+        f"{TOOL_AXIS} is an added sixth joint that rotates the tool about an axis of the tool. "
+        "Only solutions in which its angle is 0 are solutions of the five joints.",
     )
 
 
@@ -254,8 +249,8 @@ def _squares(sliding: list[str]) -> str:
         return ""
     is_one = len(sliding) == 1
     return (
-        f" {listed(sliding)} {'slides' if is_one else 'slide'}: "
-        f"{'its displacement and its' if is_one else 'a displacement and its'} square stand for "
+        f" {listed(sliding)} {'is' if is_one else 'are'} prismatic: "
+        f"{'its displacement and its' if is_one else 'a displacement and its'} square replace "
         "cosine and sine."
     )
 
@@ -276,18 +271,16 @@ def with_tool_joint(
     slides: frozenset[int] = frozenset(),
     given: tuple[int, ...] = (),
 ) -> WithTool | None:
-    """Adds a sixth joint to a five-joint arm.
+    """Add a sixth joint to a five-joint arm.
 
     Returns None if no axis of the sixth joint is suitable.
 
-    The added joint rotates the tool. The axis that gives the best condition is selected. Each
-    solution of the five-joint arm is a solution of the six-joint arm with angle 6 at 0. Solutions
-    with another angle 6 are discarded. The added axis is skew to the other axes, so the six joints
-    fit no known family. The added axis does not pass through the tool origin, so the added joint
-    moves the tool origin.
+    The added joint rotates the tool. Each solution of the five-joint arm is a solution of the
+    six-joint arm with angle 6 at 0. The added axis is skew to the other axes, so the six joints fit
+    no known family. The added axis does not pass through the tool origin.
 
     Args:
-        constants: The placements before, between and after the joints.
+        constants: The constant transforms before, between and after the joints.
         slides: Indices of the prismatic joints.
         given: Indices of the fixed joints. Five joints must stay free.
     """
@@ -316,21 +309,21 @@ def _placement(z: Array, p: Array) -> Array:
 def solver_function(
     robot: SerialRobot, choice: Choice, constants: Sequence[Array]
 ) -> NativeSolverFunction:
-    """Returns the function ``ik``, which finds every solution of a pose.
+    """Return the function ``ik``, which finds every solution of a pose.
 
     The function has sixteen solution slots.
 
-    Valid solutions come first, sorted by the suppressed joint. Unused slots contain an invalid
-    configuration. If there is no solution, the slots contain the nearest configuration. The margin
-    of a solution is |det J| divided by the product of the column norms of J. Lengths in J are
-    relative to the arm length. The margin is at most 1. If two solutions coincide, J is singular
-    and the margin is 0. The margin of an invalid slot is its negative residual.
+    Valid solutions come first. Unused slots contain an invalid configuration. If there is no
+    solution, the slots contain the nearest configuration. The margin of a solution is |det J|
+    divided by the product of the column norms of J. Lengths in J are relative to the arm length.
+    The margin is at most 1. If two solutions coincide, J is singular and the margin is 0. The
+    margin of an invalid slot is the residual with a negative sign.
 
     Args:
         robot: The description.
         choice: The elimination orders of the joints.
-        constants: The placements of the joints. For an arm with five joints, the list includes the
-            sixth joint, which chasles adds.
+        constants: The constant transforms before, between and after the joints. For an arm with
+            five joints, the list includes the sixth joint, which chasles adds.
     """
     n, given = len(robot.coordinates), choice.given
     unit = common_unit(joint.unit for joint in robot.coordinates)
@@ -342,7 +335,7 @@ def solver_function(
             (),
             (SLOTS,),
             "1",
-            "distance from a singularity; in a slot without a solution the negative residual",
+            "distance from a singularity; the negative residual in a slot without a solution",
         ),
     )
     free = [joint for k, joint in enumerate(robot.moving) if k not in given]
@@ -351,7 +344,7 @@ def solver_function(
     return NativeSolverFunction(
         "ik",
         f"Every solution of the inverse kinematics, in {SLOTS} slots, solutions first.",
-        "fk(q[k]) = T wherever residual[k] is rounding",
+        "fk(q[k]) = T if residual[k] is a rounding error",
         (pose_argument(robot), *_given_arguments(robot, given)),
         outputs,
         SIX if n - len(given) == JOINTS else FIVE,

@@ -2,11 +2,11 @@
 
 Let p be a point on a line with unit direction l. The equations of Raghavan and Roth use the
 fourteen quantities ``x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)``. A rigid motion with
-rotation R and translation d maps p to R p + d and l to R l. The motion also acts on the vector (x,
-1) as a matrix that depends only on R and d. If a revolute joint moves the line, each of the
-fourteen quantities is linear in the cosine and sine of the joint angle. If a prismatic joint moves
-the line, each quantity is quadratic in the displacement. Let h = R^T d and w = (p.p) l - 2 (p.l) p.
-A motion changes the quantities as follows.
+rotation R and translation d maps p to R p + d and l to R l. Therefore, the motion multiplies the
+vector (x, 1) by a matrix that depends only on R and d. If a revolute joint moves the line, each of
+the fourteen quantities is linear in the cosine and sine of the joint angle. If a prismatic joint
+moves the line, each quantity is quadratic in the displacement. Let h = R^T d and w = (p.p) l - 2
+(p.l) p. A motion changes the quantities as follows.
 
     A point moves by ``p' = R p + d``, and a direction by ``l' = R l``.
 
@@ -33,19 +33,19 @@ Array = NDArray[Any]
 """Array of floats or of symbolic expressions (object dtype)."""
 P, L, PP, PL, M, W, ONE = slice(0, 3), slice(3, 6), 6, 7, slice(8, 11), slice(11, 14), 14
 COUNT = 14
-"""Number of quantities of a line, without the appended 1."""
+"""Number of quantities that describe a line. The constant 1 is not counted."""
 SIZE = COUNT + 1
 
 
 def quantities(p: Array, direction: Array) -> Array:
-    """Returns the vector (x, 1) (15,) of the line through p, with its fourteen quantities x."""
+    """Return the fourteen entries of x for a line, followed by 1, as a vector (15,)."""
     pp, pl = p @ p, p @ direction
     moment = hat(p) @ direction
     return np.array([*p, *direction, pp, pl, *moment, *(pp * direction - 2 * pl * p), 1], p.dtype)
 
 
 def motion(T: Array) -> Array:
-    """Returns the matrix (15, 15) of the linear map of (x, 1) for a rigid motion T (4, 4)."""
+    """Return the matrix (15, 15) of the linear map of (x, 1) for a rigid motion T (4, 4)."""
     R, d = T[:3, :3], T[:3, 3]
     A = np.zeros((SIZE, SIZE), T.dtype)
     h, dd, cross = R.T @ d, d @ d, hat(d) @ R
@@ -62,7 +62,7 @@ def motion(T: Array) -> Array:
 
 @cache
 def turn(sign: int) -> tuple[Array, Array, Array]:
-    """Returns coefficient matrices (15, 15) of 1, cos and sin for a rotation about z."""
+    """Return coefficient matrices (15, 15) of 1, cos and sin for a rotation about z."""
     fixed, c, s = (np.zeros((SIZE, SIZE), int) for _ in range(3))
     for block in (P, L, M, W):
         x, y, z = range(SIZE)[block]
@@ -77,7 +77,7 @@ def turn(sign: int) -> tuple[Array, Array, Array]:
 
 @cache
 def slide(sign: int) -> tuple[Array, Array, Array]:
-    """Returns coefficient matrices (15, 15) of 1, d and d^2 for a translation along z."""
+    """Return the matrices (15, 15) in M = M0 + M1 d + M2 d^2 for a translation by d along z."""
     forth, here, back = (np.eye(4, dtype=int) for _ in range(3))
     forth[2, 3], back[2, 3] = sign, -sign
     fixed, ahead, behind = motion(here), motion(forth), motion(back)
@@ -88,6 +88,6 @@ def slide(sign: int) -> tuple[Array, Array, Array]:
 
 
 def hat(v: Array) -> Array:
-    """Returns the matrix (3, 3) that maps a vector u to v x u."""
+    """Return the matrix (3, 3) that maps a vector u to v x u."""
     x, y, z = v
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], v.dtype)

@@ -4,9 +4,9 @@ The arm and the tool pose form a closed loop. Let C_k be the placement after joi
 C_6 leads from the tool back to the base and contains the target pose. The product of the factors
 ``Rz(theta_k) C_k`` for k = 1 to 6 is the identity matrix.
 
-An elimination order is a numbering of the joints. The numbering may start at any joint and has
-either direction. The method eliminates joints 1 and 2 together. Joint 3 is suppressed. Joint 6 does
-not move its axis, so the equations of the axis do not contain joint 6.
+An elimination order is a numbering of the joints. The numbering of the joints may start at any
+joint and may run in either direction. The method eliminates joints 1 and 2 together. Joint 3 is
+suppressed. Joint 6 does not move its axis, so the equations of the axis do not contain joint 6.
 
     Let a be the axis of joint 6. Then ``Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 a = C_2^-1 Rz_2^-1 C_1^-1
     Rz_1^-1 C_6^-1 a``.
@@ -23,8 +23,8 @@ depends on the suppressed joint (:mod:`.elimination_choice`).
 
 A prismatic joint with displacement d has Tz(d) instead of Rz(theta). The products of a prismatic
 joint contain 1, d, d^2 instead of 1, cosine, sine. Joints 1 and 2 may be prismatic. One of joints 4
-and 5 must be revolute, because the equations use its half angle. The other joint may be prismatic.
-All other joints of the order must be revolute.
+and 5 must be revolute, because the equations use the half angle of this joint. The other joint may
+be prismatic. Joints 3 and 6 must be revolute.
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
@@ -52,8 +52,8 @@ class EliminationOrder:
     """A numbering of the six joints in the loop.
 
     Attributes:
-        joints: Joint indices in this order: the pair, the suppressed joint, joints 4 and 5, the
-            last joint.
+        joints: Indices of the joints with the numbers 1 to 6; the elimination suppresses the angle
+            of joint 3.
         sense: 1 if the numbering runs from base to tool, -1 if it runs from tool to base.
         halved: Selects the joint whose half angle is used: 0 for joint 4, 1 for joint 5.
     """
@@ -64,7 +64,7 @@ class EliminationOrder:
 
     @property
     def turning(self) -> frozenset[int]:
-        """Indices of the suppressed, half-angle and last joints, which must be revolute."""
+        """Indices of the three joints that must be revolute for this elimination order."""
         return frozenset(self.joints[k] for k in (2, 3 + self.halved, 5))
 
 
@@ -83,7 +83,7 @@ class LineEquations:
 
 
 def elimination_orders(slides: Collection[int] = ()) -> list[EliminationOrder]:
-    """Returns every elimination order of a loop with six joints."""
+    """Return every elimination order of a loop with six joints."""
     every = (
         EliminationOrder(tuple((first + sense * k) % JOINTS for k in range(JOINTS)), sense, halved)
         for sense in (1, -1)
@@ -94,7 +94,7 @@ def elimination_orders(slides: Collection[int] = ()) -> list[EliminationOrder]:
 
 
 def placements(robot: SerialRobot) -> list[Array]:
-    """Returns the exact placements (4, 4) before, between and after the joints.
+    """Return the exact placements (4, 4) before, between and after the joints.
 
     Raises:
         DescriptionError: A joint is coupled, or neither revolute nor prismatic.
@@ -114,7 +114,7 @@ def placements(robot: SerialRobot) -> list[Array]:
 
 
 def numbers(robot: SerialRobot) -> list[Array]:
-    """Returns the placements as floats, for the default parameter values."""
+    """Return the placements as floats, for the default parameter values."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return [
         np.array([[float(e.xreplace(values)) for e in row] for row in E]) for E in placements(robot)
@@ -124,7 +124,7 @@ def numbers(robot: SerialRobot) -> list[Array]:
 def equations(
     constants: Sequence[Array], order: EliminationOrder, T: Array, slides: Collection[int] = ()
 ) -> LineEquations:
-    """Returns the fourteen equations for one elimination order.
+    """Return the fourteen equations for one elimination order.
 
     Args:
         constants: The seven placements of the arm, as expressions or floats.
@@ -156,18 +156,14 @@ def _is_free(joint: Joint) -> bool:
 
 
 def doubled(six: Array) -> Array:
-    """Expands six equations (..., 6, 9) to twelve (..., 12, 12) in the half angle f of joint 4.
-
-    Each of the six equations is multiplied by the cosine and by the sine of the half angle f of
-    joint 4. The columns belong to the products (cos 3f, sin 3f, cos f, sin f) x (1, c5, s5).
-    """
+    """Expand six equations (..., 6, 9) to twelve (..., 12, 12) in the half angle f of joint 4."""
     one, c, s = six[..., :3], six[..., 3:6] / 2, six[..., 6:] / 2
     by_cos, by_sin = [c, s, one + c, s], [-s, c, s, one - c]
     return np.concatenate([np.concatenate(row, -1) for row in (by_cos, by_sin)], -2)
 
 
 def suppressed(found: LineEquations, halved: int) -> Array:
-    """Returns the coefficients (..., 3, 12, 12) of 1, cos and sin of the suppressed angle in M.
+    """Return the coefficients (..., 3, 12, 12) of 1, cos and sin of the suppressed angle in M.
 
     At a solution, M u = 0.
 
@@ -187,7 +183,7 @@ def suppressed(found: LineEquations, halved: int) -> Array:
 def forward(
     constants: Sequence[Array], values: Sequence[float], slides: Collection[int] = ()
 ) -> Array:
-    """Returns the pose (4, 4) of an arm.
+    """Return the pose (4, 4) of an arm.
 
     Args:
         constants: The fixed placements: before joint 1, between consecutive joints, and after the
@@ -202,12 +198,12 @@ def forward(
 
 
 def moved(value: float, slides: bool) -> Array:
-    """Returns the motion (4, 4) of a revolute joint about z or a prismatic joint along z."""
+    """Return the motion (4, 4) of a revolute joint about z or a prismatic joint along z."""
     return _raised(value) if slides else turned(value)
 
 
 def turned(angle: float) -> Array:
-    """Returns the rotation (4, 4) about z by an angle."""
+    """Return the rotation (4, 4) about z by an angle."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
 

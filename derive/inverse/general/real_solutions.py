@@ -17,9 +17,8 @@ from .raghavan_roth import EliminationOrder, equations, forward, moved, suppress
 
 NEWTON = 30
 TURNS = 12
-"""Number of candidate offsets of the suppressed angle. The eigenvalue problem uses the offset whose
-leading matrix has the smallest condition number.
-"""
+"""Number of candidate offsets of the suppressed angle. The solver uses the offset for which the
+leading matrix of the eigenvalue problem has the smallest condition number."""
 
 
 def real_solutions(
@@ -28,11 +27,11 @@ def real_solutions(
     T: Array,
     slides: Collection[int] = (),
 ) -> list[Array]:
-    """Returns the sorted solutions of six joints.
+    """Return the sorted solutions of six joints.
 
     Args:
-        constants: The seven placements of the arm.
-        orders: Elimination orders. The solutions of all elimination orders are merged.
+        constants: The seven constant transformations between the joints, from the base to the tool.
+        orders: Elimination orders.
         T: The pose (4, 4).
         slides: Indices of the prismatic joints.
 

@@ -62,11 +62,11 @@ WHOLE = 6
 """Degrees of freedom of a platform that only its legs constrain."""
 SIGNS_AT_A_POSE = 16
 """Number of random combinations of branch signs to try at each closed configuration."""
-IDENTITY = "T is a pose at which the loops close with q[k] wherever residual[k] is rounding"
+IDENTITY = "T is a pose at which the loops close with q[k] if residual[k] is a rounding error"
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Returns the function ``ik`` if the main chain determines all joints in closed form.
+    """Return the function ``ik`` if the main chain determines all joints in closed form.
 
     If the main chain does not determine all joints in closed form, the dictionary is empty. Planar
     platforms with three legs have an inverse of their own.
@@ -87,12 +87,12 @@ def is_carried(h: SolvedLoops) -> bool:
 
 
 def is_carried_arm(h: SolvedLoops) -> bool:
-    """Whether a platform has solved joints before or after it, and its legs move in planes."""
+    """Whether the platform has legs that move in planes, and further joints before or after it."""
     return isinstance(_chain(h), CarriedArm)
 
 
 def missing(h: SolvedLoops) -> str:
-    """Returns the reason why a robot with iterated loops has no ``ik``.
+    """Return the reason why a robot with iterated loops has no ``ik``.
 
     The text is empty if the reason is unknown. The function must only be called for a robot without
     ``ik``.
@@ -108,7 +108,7 @@ def missing(h: SolvedLoops) -> str:
 
 
 def _chain(h: SolvedLoops) -> Chain | None:
-    """Returns the main chain and a structure that solves its pose, or None if none exists."""
+    """Return the main chain and a structure that solves its pose, or None if none exists."""
     whole = _whole_chain(h)
     moving = moving_chain(h, FAMILIES) if whole is None else None
     return (whole if moving is None else moving[0]) or carried_wrist(h) or carried_arm(h)
@@ -126,7 +126,7 @@ def _whole_chain(h: SolvedLoops) -> MovingChain | None:
 
 
 def moving_inverses(h: SolvedLoops) -> Inverses | None:
-    """Returns the inverse of the moving joints of the main chain, or None if all joints move."""
+    """Return the inverse of the moving joints of the main chain, or None if all joints move."""
     if leg_chains(h) is None or _whole_chain(h) is not None:
         return None
     moving = moving_chain(h, FAMILIES)
@@ -142,7 +142,7 @@ def moving_inverses(h: SolvedLoops) -> Inverses | None:
 
 
 def _inverse(h: SolvedLoops, chain: Chain, legs: Sequence[LegChain]) -> SymbolicFunction:
-    """Returns the function ``ik``. Each combination of branch signs has a solution slot."""
+    """Return the function ``ik``. Each combination of branch signs has a solution slot."""
     function, work = _solved(h, frozenset(), chain, legs)
     settled = _settled(h, function, work, chain, has_legs=bool(legs))
     return _solved(h, settled, chain, legs)[0] if settled else function
@@ -156,7 +156,7 @@ def _settled(
     *,
     has_legs: bool,
 ) -> frozenset[int]:
-    """Returns the indices of branch signs that do not affect the result."""
+    """Return the indices of branch signs that do not affect the result."""
     unused = _unused(h, function, work)
     if h.mechanism.couplings:
         # A branch sign that changes no coordinate may still decide whether a joint coupling holds.
@@ -178,7 +178,7 @@ def _settled(
 
 
 def _idle_in_legs(h: SolvedLoops, function: SymbolicFunction, chain: Chain) -> frozenset[int]:
-    """Returns the branch signs of legs that have no effect on the coordinates.
+    """Return the branch signs of legs that have no effect on the coordinates.
 
     The loops of a platform with all degrees of freedom can be closed at every pose.
     """
@@ -211,7 +211,10 @@ def _has_loops_at_its_ends(mechanism: Mechanism) -> bool:
 
 
 def _inputs(h: SolvedLoops, chain: Chain, theta: FloatArray) -> list[FloatArray]:
-    """Returns the inputs of the inverse after the tool pose, for main-chain joints (N, n)."""
+    """Return the inputs that the inverse takes after the tool pose.
+
+    The array theta (N, n) contains the main-chain joint values.
+    """
     if isinstance(chain, CarriedArm):
         return [theta.T[chain.places]]
     if not isinstance(chain, CarriedWrist):
@@ -221,7 +224,7 @@ def _inputs(h: SolvedLoops, chain: Chain, theta: FloatArray) -> list[FloatArray]
 
 
 def _poses(h: SolvedLoops, chain: Chain) -> list[FloatArray]:
-    """Returns random main-chain poses (16, N) around the reference, and further inputs."""
+    """Return random main-chain poses (16, N) around the reference, and further inputs."""
     (fk,) = lower([of_open_chain("fk", h)], "chain")
     size = h.backward.reference.size
     middle = np.array([h.at_reference[joint.name] for joint in h.robot.moving])
@@ -237,7 +240,7 @@ def _solved(
     chain: Chain,
     legs: Sequence[LegChain],
 ) -> tuple[SymbolicFunction, Work]:
-    """Returns (function without redundant branch signs, solution steps)."""
+    """Return (function without redundant branch signs, solution steps)."""
     terms, work = h.terms, Work(h.terms, settled=settled)
     arguments, joints = chain.coordinates(work)
     joints = near_reference(h.mechanism, terms, h.robot.moving, joints)
@@ -278,7 +281,10 @@ def _solved(
 
 
 def _errors(h: SolvedLoops, loop: ClosureEquations) -> Sequence[sp.Expr]:
-    """Returns the residuals of a loop or coupling. Full turns of coupled joints do not count."""
+    """Return the residuals of a loop or coupling.
+
+    If the residual of a coupling is an angle, the returned residual is also zero at full turns.
+    """
     if isinstance(loop, CouplingEquation) and loop.units == ("1",):
         return [chord(h.terms, loop.residual[0])]
     return loop.residual

@@ -1,8 +1,12 @@
-"""Joints before or on a platform whose legs keep ball joints in planes, such as a 3-RPS on a rail.
+"""Solves for joints before or on a platform.
 
-The planes of the legs have the rows r_i (unit normal, negative offset) in the frame of the legs,
-and the ball joints are at b_i on the platform. Let B be the pose of the legs in the base frame. Let
-W be the pose of the tool on the platform. For a tool pose T, the condition that each ball joint
+Each leg of the platform keeps a ball joint in a plane.
+
+An example is a 3-RPS platform on a rail.
+
+The row r_i (unit normal, negative offset) describes the plane of leg i in the frame of the legs.
+The ball joint of leg i is at b_i on the platform. Let B be the pose of the legs in the base frame.
+Let W be the pose of the tool on the platform. For a tool pose T, the condition that each ball joint
 lies in its plane is the equation
 
     r_i . B^-1 T W^-1 b_i = 0,   i = 1, 2, 3.
@@ -36,13 +40,15 @@ from .plane_equations import PlaneEquations
 
 SOLVER = "carried_arm"
 ARM = "v"
-"""Name of the argument of ``ik_legs`` with the joints before and on the platform."""
+"""Name of the argument of ``ik_legs`` that contains the values of the joints before the platform
+and on the platform."""
 MAX_UNKNOWN = 3
-"""Maximum number of unknown joints, because the three legs give three plane equations."""
+"""Maximum number of unknown joints."""
 LINEAR = 2
-"""Minimum number of unknown prismatic joints for which a small determinant solves the equations."""
+"""Minimum number of unknown prismatic joints for which a small determinant replaces Dixon's
+resultant."""
 MAX_JOINTS = 6
-"""Maximum number of joints before and on a platform."""
+"""Maximum number of joints: the joints before the platform plus the joints on the platform."""
 SOLUTIONS = {
     (0, 1): 4,
     (0, 2): 8,
@@ -51,35 +57,35 @@ SOLUTIONS = {
     (1, 2): 24,
     (2, 1): 6,
 }
-"""Maximum number of solutions by the numbers of unknown prismatic joints and angles.
-
-If two angles are unknown, each value of the second angle has up to two values of the first angle.
-If all unknown joints are prismatic, the maximum is 1.
-"""
+"""Maximum number of solutions. Each key is the number of unknown prismatic joints, followed by the
+number of unknown angles. If two angles are unknown, each value of the second angle gives up to two
+values of the first angle."""
 ON_BOTH_SIDES = 48
 """Maximum number of solutions for three unknown angles, some before and some on the platform."""
 
 
 @dataclass(frozen=True)
 class CarriedArmTables(Tables):
-    """The fields of the C struct ``chasles_carried_arm_arm`` after its function pointers.
+    """The data fields of the C struct ``chasles_carried_arm_arm``.
 
     Attributes:
         slots: Number of solution slots of ``ik_legs``.
         coordinates: Number of actuated coordinates.
-        joints: Number of joints before and on the platform.
+        joints: Total number of joints before the platform and on the platform.
         before: Number of joints before the platform.
         unknown: Number of unknown joints.
-        slides: Number of prismatic unknown joints, which are the first unknown joints.
+        slides: Number of prismatic joints among the unknown joints. They come first among the
+            unknown joints.
         dixon: Whether the last unknown joint follows from Dixon's resultant.
         solutions: Maximum number of solutions for the unknown joints.
         places: For each map, the number of its joint, counted from the base.
-        ranks: For each map, the index of its joint among the unknown joints. For a fixed joint, the
-            value is -1 - k with the index k among the fixed joints.
-        kinds: Whether the joint of each map is prismatic.
+        ranks: For each map, the index of its joint among the unknown joints. If the joint is fixed,
+            the entry is -1 - k, where k is the index among the fixed joints.
+        kinds: For each entry of `maps`, whether its joint is prismatic.
         size: Length of the mechanism (meter).
-        maps: For each revolute joint, the factors of 1, cosine and sine in the inverse of the joint
-            pose. For a prismatic joint, the constant term, the factor of the displacement, and 0.
+        maps: Terms of the inverse pose of each joint. For a revolute joint, the terms are the
+            factors of 1, cosine and sine. For a prismatic joint, the terms are the constant, the
+            factor of the displacement, and 0.
         planes: Unit normal and negative offset of each plane in the frame of the legs (1, meter).
         points: The ball joints in the platform frame (meter).
     """
@@ -103,7 +109,7 @@ class CarriedArmTables(Tables):
 
 @dataclass(frozen=True)
 class CarriedArm:
-    """A main chain that consists of a platform and joints before or on it.
+    """A main chain with a platform and further joints between base and tool.
 
     Attributes:
         h: The robot.
@@ -131,7 +137,7 @@ class CarriedArm:
 
     @property
     def slides(self) -> int:
-        """Number of prismatic unknown joints."""
+        """Number of prismatic joints among the unknown joints."""
         return sum(map(self.equations.is_slide, self.unknown))
 
     @property
@@ -145,7 +151,7 @@ class CarriedArm:
 
     @property
     def given(self) -> tuple[int, ...]:
-        """Numbers of the fixed joints in the main chain."""
+        """Indices of the fixed joints among the moving joints of the main chain."""
         names = [joint.name for joint in self.h.robot.moving]
         others = self.carried.others
         return tuple(
@@ -154,7 +160,7 @@ class CarriedArm:
 
     @property
     def places(self) -> list[int]:
-        """Numbers of the joints before and on the platform in the main chain."""
+        """Indices, in the main chain, of the joints before and on the platform."""
         names = [joint.name for joint in self.h.robot.moving]
         return [names.index(joint.name) for joint in self.carried.others]
 
@@ -165,7 +171,7 @@ class CarriedArm:
         return Argument(ARM, symbols, (len(symbols),), "", "joints before and on the platform")
 
     def arguments(self) -> tuple[Argument, ...]:
-        """Returns the fixed joints as arguments of the inverse."""
+        """Return the fixed joints as arguments of the inverse."""
         moving = self.h.robot.moving
         return tuple(
             given_argument(self.h.robot, k, sp.Symbol(f"_{moving[k].name}", real=True))
@@ -173,7 +179,7 @@ class CarriedArm:
         )
 
     def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
-        """Returns an argument for the joints before and on the platform, and all coordinates."""
+        """Return the argument for all joints except the legs, and all main-chain coordinates."""
         carried, own = self.carried, self.argument
         values = {
             joint.name: symbol for joint, symbol in zip(carried.others, own.symbols, strict=True)
@@ -184,7 +190,7 @@ class CarriedArm:
         return (own,), [values[joint.name] for joint in self.h.robot.moving]
 
     def tables(self, slots: int, coordinates: int, size: float) -> CarriedArmTables:
-        """Returns the tables of the C solver.
+        """Return the tables of the C solver.
 
         Args:
             slots: Number of solution slots of ``ik_legs``.
@@ -219,7 +225,7 @@ class CarriedArm:
         )
 
     def _platform(self, values: dict[str, sp.Expr]) -> list[sp.Expr]:
-        """Returns the entries of the pose of the platform in the frame of the legs."""
+        """Return the platform pose's entries in the frame of the legs."""
         m, terms, carried = self.h.mechanism, self.h.terms, self.carried
         base = self.h.robot.base if carried.before else ()
         B = pose_along(m, terms, carried.before, (), values, base)
@@ -228,15 +234,15 @@ class CarriedArm:
 
 
 def carried_arm(h: SolvedLoops) -> CarriedArm | None:
-    """Returns the platform and its other joints, or None if their equations cannot be solved."""
+    """Return the main chain with its platform, or None if the equations cannot be solved."""
     found = _found(h)
     return found if isinstance(found, CarriedArm) else None
 
 
 def missing(h: SolvedLoops) -> str:
-    """Returns the reason why a chain with coupled joints next to other joints has no ``ik``.
+    """Return why a main chain that contains joints coupled by loops has no ``ik``.
 
-    The text is empty if the chain is a platform with joints before or on it.
+    The text is empty if the chain is a platform with legs and further joints.
     """
     found = _found(h)
     if isinstance(found, CarriedArm):
@@ -255,7 +261,7 @@ def _found(h: SolvedLoops) -> CarriedArm | str:
     unlike = [j.name for j in carried.others if j.kind not in ("revolute", "prismatic")]
     if len(names) > MAX_JOINTS:
         return (
-            f"at most {MAX_JOINTS} joints may be before and on the platform, unlike {listed(names)}"
+            f"at most {MAX_JOINTS} joints may be before and on the platform; found {listed(names)}"
         )
     if unlike:
         kinds = "the joints before and on the platform must be revolute or prismatic"
@@ -263,8 +269,8 @@ def _found(h: SolvedLoops) -> CarriedArm | str:
     equations = PlaneEquations(h, carried)
     count = equations.rank()
     obstacles = []
-    # The search starts with the joints near the tool as unknowns. So rails and turntables are
-    # fixed.
+    # The search first tries the joints near the tool as unknowns. It therefore prefers to fix rails
+    # and turntables.
     for unknown in combinations(range(len(names))[::-1], count):
         if equations.rank(unknown) == count:
             order = _order(equations, unknown)
@@ -275,11 +281,11 @@ def _found(h: SolvedLoops) -> CarriedArm | str:
 
 
 def _order(equations: PlaneEquations, unknown: Sequence[int]) -> tuple[int, ...] | str:
-    """Returns the joints in the order of elimination, or the reason why no order works.
+    """Return the joints in the order of elimination, or the reason why no order works.
 
-    Prismatic joints are eliminated first. An angle in which the equations are always dependent is
-    eliminated last. For example, the planes of a symmetric platform meet in a line, and a turntable
-    about this line leaves two independent equations.
+    Prismatic joints are eliminated first. If the equations for an angle are always linearly
+    dependent, this angle is eliminated last. For example, the planes of a symmetric platform meet
+    in a line. If a turntable rotates about this line, only two equations are independent.
     """
     slides = [k for k in unknown if equations.is_slide(k)]
     angles = sorted(k for k in unknown if k not in slides)
@@ -291,12 +297,14 @@ def _order(equations: PlaneEquations, unknown: Sequence[int]) -> tuple[int, ...]
     found = (order for order in orders if not equations.meet_at_infinity(*order[:2]))
     names = [joint.name for joint in equations.carried.others]
     own = listed([names[k] for k in sorted(unknown)])
-    failed = f"any two of {own} have a resultant of zero, such as parallel axes"
+    failed = (
+        f"any two of {own} have a resultant of zero, for example because their axes are parallel"
+    )
     return next(found, failed)
 
 
 def _before(terms: Terms, T: Pose, W: Pose) -> Pose:
-    """Returns T W^-1."""
+    """Return T W^-1."""
     axes, origin = W
     rows = [_triple([T[0][j][i] for j in range(3)]) for i in range(3)]
     # Entry (i, k) of the rotation is row i of the rotation of T times row k of the rotation of W.

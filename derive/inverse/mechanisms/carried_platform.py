@@ -31,15 +31,19 @@ from ..tasks.slots import POSE_SYMBOLS, values_of
 from .differences import FloatArray
 
 LEGS, LEG_JOINTS, TURNS = 3, 2, 3
-"""Number of legs, joints per leg before its ball joint, and axes of a ball joint."""
+"""Number of legs, number of joints per leg before the ball joint, and number of axes of a ball
+joint."""
 FREE = 6
-"""Number of virtual joints that move a platform freely. If the main chain contains a leg instead,
-it has five joints."""
+"""Number of virtual joints that move a platform freely. If the main chain passes through a leg
+instead of these joints, the leg has five joints."""
 Path = tuple[Joint, ...]
 
 
 def pose_of_entries(entries: Sequence[sp.Expr]) -> Pose:
-    """Returns the axes and the origin of a pose with sixteen entries, row by row."""
+    """Return the axes and the origin of a pose.
+
+    The sixteen entries of the pose are in row order.
+    """
     x, y, z, p = ((entries[j], entries[4 + j], entries[8 + j]) for j in range(4))
     return (x, y, z), p
 
@@ -50,7 +54,7 @@ TOOL = pose_of_entries(POSE_SYMBOLS)
 
 @dataclass(frozen=True)
 class Plane:
-    """The plane of a leg: its normal and offset in the frame of the legs, and the platform's ball.
+    """The plane of motion of a leg's ball joint, and the position of this joint on the platform.
 
     Attributes:
         normal: Unit normal, in the axes of the body at which the legs start.
@@ -65,14 +69,17 @@ class Plane:
 
 @dataclass(frozen=True)
 class CarriedPlatform:
-    """A main chain with a platform whose legs keep ball joints in planes.
+    """A main chain that contains a platform.
+
+    Each leg of the platform keeps a ball joint in a plane.
 
     Attributes:
         before: All joints before the body at which the legs start. Fixed joints are included.
-        platform: The virtual joints of the platform, or the leg that carries it.
+        platform: The virtual joints of a free platform, or the joints of the leg that the main
+            chain contains.
         behind: All joints after the platform. Fixed joints are included.
         lines: The axes of the platform's joints.
-        found: The structure of the axes in `lines`.
+        found: The detected structure of the axes in `lines`.
         planes: The planes of the three ball joints.
     """
 
@@ -85,11 +92,11 @@ class CarriedPlatform:
 
     @property
     def others(self) -> tuple[Joint, ...]:
-        """Returns the moving joints before and on the platform."""
+        """Return the moving joints other than the joints of the legs."""
         return tuple(j for j in (*self.before, *self.behind) if j.kind != "fixed")
 
     def place(self, work: Work, entries: Sequence[sp.Expr]) -> list[sp.Expr]:
-        """Solves for the joints of the platform at a pose, given by its entries."""
+        """Solve for the platform joints at the pose with the given matrix entries."""
         target = of_pose(work.terms, entries, home_of(self.platform, work.terms))
         solve_chain(work, self.lines, self.found, target, {})
         return values_of(work, self.platform, {})
@@ -97,7 +104,7 @@ class CarriedPlatform:
 
 @dataclass(frozen=True)
 class _Parts:
-    """The main chain before, up to and behind the platform; the body ``start`` carries the legs."""
+    """Three parts of the main chain, and the body ``start`` that carries the legs."""
 
     before: Path
     middle: Path
@@ -106,7 +113,7 @@ class _Parts:
 
 
 def carried_platform(h: SolvedLoops) -> CarriedPlatform | str:
-    """Returns the platform of a main chain, or the condition that fails."""
+    """Return the parallel platform in a main chain, or the condition that the robot violates."""
     parts = _parts(h)
     if isinstance(parts, str):
         return parts
@@ -138,7 +145,7 @@ def keeps_planes(h: SolvedLoops) -> bool:
 
 
 def _parts(h: SolvedLoops) -> _Parts | str:
-    """Returns the parts of the main chain, or the condition that fails."""
+    """Return the parts of the main chain, or the condition that fails."""
     m, chain = h.mechanism, h.mechanism.path_to(h.mechanism.tool_body)
     ends = {frame.body for item in m.loop_joints for frame in (item.a, item.b)}
     starts = _starts(h)
@@ -158,7 +165,7 @@ def _parts(h: SolvedLoops) -> _Parts | str:
 
 
 def _starts(h: SolvedLoops) -> list[str]:
-    """Returns the bodies at which the legs start: the common bodies of the loops."""
+    """Return the bodies at which the legs start: the common bodies of the loops."""
     found = []
     for loop in loops(h.mechanism):
         paths = [path for path in (loop.to_a, loop.to_b) if path]
@@ -167,7 +174,7 @@ def _starts(h: SolvedLoops) -> list[str]:
 
 
 def _robot(h: SolvedLoops, parts: _Parts) -> SerialRobot:
-    """Returns the joints of the platform, from the body at which the legs start."""
+    """Return the joints of the platform, from the body at which the legs start."""
     base = () if parts.before else h.robot.base
     count = len(parts.before)
     joints = h.robot.joints[count : count + len(parts.middle)]
@@ -175,7 +182,7 @@ def _robot(h: SolvedLoops, parts: _Parts) -> SerialRobot:
 
 
 def _planes(h: SolvedLoops, parts: _Parts, platform: SerialRobot) -> tuple[Plane, ...] | str:
-    """Returns the planes of the three ball joints, or the condition that fails."""
+    """Return the planes of the three ball joints, or the condition that fails."""
     found = {
         f"the leg that ends at {loop.loop_joint.name}": _plane(h, parts, loop)
         for loop in loops(h.mechanism)
@@ -192,12 +199,12 @@ def _planes(h: SolvedLoops, parts: _Parts, platform: SerialRobot) -> tuple[Plane
 
 
 def names_of(robot: SerialRobot) -> list[str]:
-    """Returns the names of the moving joints."""
+    """Return the names of the moving joints."""
     return [joint.name for joint in robot.moving]
 
 
 def _plane(h: SolvedLoops, parts: _Parts, loop: Loop) -> Plane | None:
-    """Returns the plane in which a leg keeps its ball joint, or None if the ball leaves a plane."""
+    """Return the plane in which a leg keeps its ball joint, or None if the ball leaves a plane."""
     closure, chain = loop.loop_joint, {joint.name for joint in h.robot.joints}
     if not isinstance(closure, Closure) or closure.kind != "ball":
         return None
@@ -211,11 +218,11 @@ def _plane(h: SolvedLoops, parts: _Parts, loop: Loop) -> Plane | None:
 
 
 def _plane_of_leg(h: SolvedLoops, parts: _Parts, own: Frame, other: Frame) -> Plane | None:
-    """Returns the plane in which a leg moves its ball joint.
+    """Return the plane in which a leg moves its ball joint.
 
     Args:
         h: The robot.
-        parts: The parts of the robot's main chain.
+        parts: The joints of the main chain before, on and behind the platform.
         own: The frame of the ball joint on the leg.
         other: The frame of the ball joint on the platform.
     """
@@ -234,7 +241,7 @@ def _plane_of_leg(h: SolvedLoops, parts: _Parts, own: Frame, other: Frame) -> Pl
 
 
 def _plane_of_chain(platform: SerialRobot, terms: Terms) -> Plane | None:
-    """Returns the plane of a leg, or None. The last three axes of the leg are its ball joint."""
+    """Return the plane of a leg, or None. The last three axes of the leg are its ball joint."""
     lines = Lines(terms, axes_of(platform, terms))
     if len(lines.axes) != LEG_JOINTS + TURNS or not all(a.turns for a in lines.axes[LEG_JOINTS:]):
         return None
@@ -247,7 +254,7 @@ def _plane_of_chain(platform: SerialRobot, terms: Terms) -> Plane | None:
 
 
 def _normal(axes: Sequence[Axis]) -> FloatArray | None:
-    """Returns the normal of the plane in which the joints of a leg move points, or None."""
+    """Return the normal of the plane in which the joints of a leg move points, or None."""
     normal = next((axis.direction for axis in axes if axis.turns), None)
     return normal if normal is not None and all(_keeps(a, normal) for a in axes) else None
 
@@ -260,5 +267,5 @@ def _keeps(axis: Axis, normal: FloatArray) -> bool:
 
 
 def home(robot: SerialRobot, terms: Terms) -> list[FloatArray]:
-    """Returns the axes and the origin of the tool with all joints at zero (meter)."""
+    """Return the axes and the origin of the tool with all joints at zero (meter)."""
     return [numbers(terms, column[:3]) for column in home_of(robot, terms).T.tolist()]

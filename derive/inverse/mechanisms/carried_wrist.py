@@ -94,12 +94,12 @@ class CarriedWrist:
     axes: Lines
 
     given = ()
-    """No joint value is an input of the inverse."""
+    """Joints whose values are inputs of the inverse: none."""
     solver, solutions, label = SOLVER, ROTATIONS, "platform rotation"
     """Name of the C solver, its maximum number of solutions, and the name of a solution."""
 
     def arguments(self) -> tuple[Argument, ...]:
-        """Returns (), because no joint of this inverse is fixed."""
+        """Return (), because no joint of this inverse is fixed."""
         return ()
 
     @property
@@ -108,7 +108,7 @@ class CarriedWrist:
         return _center(self.axes)
 
     def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
-        """Returns the arguments, and all joint coordinates as functions of the arguments.
+        """Return the arguments, and all joint coordinates as functions of the arguments.
 
         The only argument is the platform pose.
 
@@ -125,7 +125,7 @@ class CarriedWrist:
         return (PLATFORM,), [joint.direction * value for joint, value in moving]
 
     def turn(self, work: Work, entries: Sequence[sp.Expr]) -> list[sp.Expr]:
-        """Solves for the joints of the wrist at a tool pose relative to the platform."""
+        """Solve for the joints of the wrist at a tool pose relative to the platform."""
         target = of_pose(work.terms, entries, home_of(self.wrist, work.terms))
         terms, axes = work.terms, self.axes.axes
 
@@ -142,7 +142,7 @@ class CarriedWrist:
         return values_of(work, self.wrist, {})
 
     def platform_pose(self, h: SolvedLoops) -> SymbolicFunction:
-        """Returns the platform pose as a function of the main-chain joints."""
+        """Return the platform pose as a function of the main-chain joints."""
         motion = InProportion(h.robot, h.terms, h.theta)
         platform = self.carried.platform
         found = groups(platform, h.terms, motion.values[: len(platform.moving)])
@@ -150,7 +150,7 @@ class CarriedWrist:
         return Kinematics.of(platform, h.terms, found, motion, arguments).function("fk")
 
     def tables(self, slots: int, coordinates: int, size: float) -> CarriedWristTables:
-        """Returns the tables of the C solver.
+        """Return the tables of the C solver.
 
         Args:
             slots: Number of solution slots per platform pose.
@@ -175,7 +175,7 @@ class CarriedWrist:
 
 
 def carried_wrist(h: SolvedLoops) -> CarriedWrist | None:
-    """Returns the platform and the wrist of a main chain, or None if the chain has another form.
+    """Return the platform and the wrist of a main chain, or None for other main chains.
 
     Args:
         h: The robot.
@@ -202,7 +202,7 @@ def _meet(axes: Lines) -> bool:
 
 
 def _center(axes: Lines) -> FloatArray:
-    """Returns the point in which the axes meet, or a point of a single axis (meter)."""
+    """Return the point in which the axes meet, or a point of a single axis (meter)."""
     if len(axes.axes) == 1:
         return axes.axes[0].origin
     return numbers(axes.terms, axes.meeting(0, 1))

@@ -23,13 +23,13 @@ from .mode_check import FK, IDENTITY, IK, ModeTables
 SOLVER = "chain_modes"
 CHAIN_IK, CHAIN_POSE, ACTUATORS = "ik_chain", "fk_jacobian_chain", "actuators_all"
 MAX_BRANCHES = 16
-"""Maximum number of loop branches for a solution of the chain."""
+"""Maximum number of loop branches for each solution of the chain."""
 
 
 def chain_inverse(
     hybrid: SolvedLoops, families: Sequence[Family], give: tuple[int, ...]
 ) -> Inverses | None:
-    """Returns the inverse of a robot whose main chain is solved by handwritten C, or None.
+    """Return the inverse of a robot whose main chain is solved by handwritten C, or None.
 
     None is returned if the loops couple joints of the main chain or have no closed form.
 
@@ -65,7 +65,7 @@ def chain_inverse(
 
 
 def chain_pose(hybrid: SolvedLoops) -> SymbolicFunction:
-    """Returns the tool pose and the mixed Jacobian as functions of the main-chain joints."""
+    """Return the tool pose and the mixed Jacobian as functions of the main-chain joints."""
     robot, terms = hybrid.robot, hybrid.terms
     arguments = {f"q{'d' * k}": hybrid.arguments[f"theta{'d' * k}"] for k in range(3)}
     motion = InProportion(robot, terms, hybrid.theta)
@@ -95,7 +95,9 @@ def _composed(
                 shape=(slots,),
                 meaning="distance of fk(q[k]) from the target; infinite in another assembly mode",
             ),
-            replace(margin, shape=(slots,), meaning="least margin of the main chain and the loops"),
+            replace(
+                margin, shape=(slots,), meaning="smallest margin of the main chain and the loops"
+            ),
         ),
         SOLVER,
         ModeTables(hybrid.backward.reference.size),
@@ -107,7 +109,7 @@ def _composed(
 
 
 def moving_coordinates(hybrid: SolvedLoops, joints: Sequence[int]) -> list[int]:
-    """Returns the indices of the actuated coordinates that move any of the listed joints."""
+    """Return the indices of the actuated coordinates that move any of the listed joints."""
     entries = named(hybrid, hybrid.forward, [hybrid.robot.moving[k].name for k in joints])
     rests_on = [*entries, *(hybrid.terms.definitions[s] for s in hybrid.terms.needed(entries))]
     behind = {symbol for e in rests_on for symbol in e.free_symbols}

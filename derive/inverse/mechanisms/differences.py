@@ -25,9 +25,9 @@ class Feature(NamedTuple):
 
     Attributes:
         point: A point (3,) of the feature (meter).
-        axes: Directions (k, 3) of the feature.
-        across: Projection matrix (3, 3). Differences of the points are compared after this
-            projection.
+        axes: Directions (k, 3) that are fixed to the body, such as the axis of a joint.
+        across: Projection matrix (3, 3). This matrix projects the differences of the points before
+            they are compared.
     """
 
     point: FloatArray
@@ -36,13 +36,13 @@ class Feature(NamedTuple):
 
 
 def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
-    """Returns the largest differences of two robots: a distance (meter) and an angle (radian).
+    """Return the largest differences of two robots: a distance (meter) and an angle (radian).
 
     Rod lengths and zero offsets of actuators are compared as well.
 
     Args:
         built: The robot as built.
-        design: The design. The joints and struts of the design correspond to those of ``built``.
+        design: The design.
     """
     mine, other = NumericMechanism(built), NumericMechanism(design)
     moved = [

@@ -1,7 +1,8 @@
 """Numeric poses and Jacobians of robots whose loops have no closed form.
 
 A straight line connects the reference with each configuration. Newton's method closes the loops at
-several points on this line, with a few steps at each point. All lines are followed together.
+several points on this line, with a few steps at each point. Newton's method follows all lines at
+the same time.
 """
 
 import numpy as np
@@ -14,11 +15,9 @@ from ...terms.casadi_graph import lower
 
 FloatArray = NDArray[np.float64]
 STATIONS, STEPS, LAST_STEPS = 4, 2, 4
-"""Number of points on a line, of Newton steps per point, and of Newton steps at the end.
-
-If Newton's method needs more steps than this number, as near a singularity, the result counts as
-not converged.
-"""
+"""Number of points on a line, of Newton steps per point, and of Newton steps at the end. If
+Newton's method needs more steps than this number, as near a singularity, the result counts as not
+converged."""
 
 
 class Followed:
@@ -33,11 +32,11 @@ class Followed:
         self.chain = [closure.names.index(joint.name) for joint in h.robot.moving]
 
     def theta(self, q: FloatArray) -> FloatArray:
-        """Returns the main-chain joints (N, n_theta) at actuated coordinates (N, n)."""
+        """Return the main-chain joints (N, n_theta) at actuated coordinates (N, n)."""
         return np.asarray(self._closed(q)[0][:, self.chain])
 
     def posed(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Returns poses (N, 4, 4) and mixed Jacobians (N, 6, n) at actuated coordinates (N, n)."""
+        """Return poses (N, 4, 4) and mixed Jacobians (N, 6, n) at actuated coordinates (N, n)."""
         w, D = self._closed(q)
         given, unknown = self.closure.given, self.closure.unknown
         slope = np.zeros((len(q), w.shape[1], q.shape[1]))
@@ -48,7 +47,7 @@ class Followed:
         return T, J @ slope[:, self.chain]
 
     def _closed(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Returns (loop variables (N, W), derivatives (N, M, W)).
+        """Return the loop variables (N, W) and the derivatives (N, M, W) of the loop equations.
 
         The variables are NaN without convergence.
         """

@@ -61,9 +61,8 @@ from .translation import (
 )
 
 MAX_TRIED = 60
-"""Maximum number of sets of fixed joints to try if a fixed revolute joint is between free joints.
-"""
-IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
+"""Maximum number of joint sets to try if a fixed revolute joint is between free joints."""
+IDENTITY = "fk(q[k]) = T if residual[k] is a rounding error"
 
 
 def hybrid_inverses(
@@ -72,7 +71,7 @@ def hybrid_inverses(
     give: tuple[int, ...] = (),
     closure: LoopClosure | None = None,
 ) -> Inverses:
-    """Derives the closed-form inverse of a robot with loops that has a main chain.
+    """Derive the closed-form inverse of a robot with loops that has a main chain.
 
     If the built robot has no closed form, the solution of the nominal robot is refined.
 
@@ -104,14 +103,14 @@ def _by_structure(
     give: tuple[int, ...],
     built: SolvedLoops | None = None,
 ) -> Inverses:
-    """Returns the inverse of the main chain or of the chain with virtual joints.
+    """Return the inverse of the main chain or of the chain with virtual joints.
 
     Args:
         hybrid: The robot.
         families: The families of axis structures to try.
         give: Indices of the chain joints to fix.
-        built: The built robot if ``hybrid`` is its nominal robot, otherwise None. The loops of the
-            built robot may need coordinates beyond a dead point of the nominal robot.
+        built: The as-built robot for which ``hybrid`` is the nominal robot, or None. The loops of
+            the built robot may need coordinates beyond a dead point of the nominal robot.
     """
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
     if classification.found is None and not give:
@@ -137,9 +136,7 @@ def _by_structure(
 def _giving_turns(
     hybrid: SolvedLoops, classification: Classification, families: Sequence[Family]
 ) -> Classification | None:
-    """Returns a structure with fixed revolute joints inside the chain.
-
-    The last joints of the chain are preferred.
+    """Return a structure with fixed revolute joints inside the chain.
 
     For example, a long-arm excavator has four parallel axes on a column, and one of these four
     joints must be fixed.
@@ -185,7 +182,7 @@ def _without_nominal(hybrid: SolvedLoops, exact: Inverses, give: tuple[int, ...]
         and missing
         and (could_fit or len(hybrid.theta) > len(hybrid.q))
     ):
-        why = 'if it is as built, nominal = "<file>" names the robot as designed'
+        why = 'for a file of the robot as built, nominal = "<file>" must name the robot as designed'
     else:
         return exact
     missing = f"{missing}; {why}" if missing else why
@@ -199,7 +196,7 @@ def _of_nominal(
     give: tuple[int, ...],
     closure: LoopClosure | None,
 ) -> Inverses | None:
-    """Returns the inverse refined from a nominal robot. None if too few poses converge."""
+    """Return the inverse refined from a nominal robot. None if too few poses converge."""
     design = solved_loops(loop_model(nominal.mechanism, hybrid.terms))
     exact = _by_structure(design, families, give, hybrid) if not design.forward.open else None
     found = exact.classification.found if exact and exact.solved else None
@@ -241,7 +238,7 @@ def _holds(hybrid: SolvedLoops, solved: Solved, found: Attempt) -> bool:
 
 
 def _actuator(hybrid: SolvedLoops, k: int) -> sp.Expr:
-    """Returns the value of one actuator as a function of the main-chain joints.
+    """Return the value of one actuator as a function of the main-chain joints.
 
     Raises:
         DescriptionError: The value of the actuator has no closed form in the main-chain joints.
@@ -266,11 +263,11 @@ def _by_chain(hybrid: SolvedLoops, chain: MovingChain, built: SolvedLoops | None
 def _on_chain(
     design: SolvedLoops, chain: MovingChain, work: Work, built: SolvedLoops | None = None
 ) -> Solved:
-    """Solves for the chain and the actuators, without redundant branch signs.
+    """Solve for the chain joints, and then for the actuators.
 
-    If the robot as built is known, the solved coordinates are start values for Newton's method.
-    Newton's method does not change the coordinates of fixed joints, so these coordinates are
-    computed from the built robot.
+    If ``built`` describes the robot as built, the solved coordinates are start values for Newton's
+    method. Newton's method does not change the coordinates of fixed joints. These coordinates are
+    therefore computed with the geometry of the robot as built.
     """
     terms = design.terms
     loops = built if built is not None and built.has_closed_form else design
@@ -343,7 +340,7 @@ def _on_shorter_chain(
             return None
         q.append(substituted(terms, [entry], theta)[0])
     margins = list(substituted(terms, closing, theta))
-    # The virtual prismatic joints have no influence on whether the replaced loops close.
+    # The virtual prismatic joints do not affect whether the replaced loops close.
     residual = _residual(hybrid, q, is_closed=is_start)
     return _solved(hybrid, work, (), found.family.inputs, tuple(q), residual, closing=margins)
 

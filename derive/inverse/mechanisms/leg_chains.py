@@ -29,12 +29,12 @@ from .substitution import substituted, symbols_behind
 
 @dataclass
 class LegWork(Work):
-    """State of the derivation of one leg.
+    """State during the derivation of one leg.
 
     Attributes:
         hidden: Indices of the branch signs that do not change the actuated coordinate of the leg.
         passive: Symbols of the branch signs that do not change the coordinate.
-        requested: Number of branch signs of the leg so far.
+        requested: Number of branch signs that the derivation of the leg has requested so far.
     """
 
     hidden: frozenset[int] = frozenset()
@@ -42,7 +42,7 @@ class LegWork(Work):
     requested: int = 0
 
     def sign(self) -> sp.Expr:
-        """Returns a new symbol that selects one of two solutions."""
+        """Return a new symbol that selects one of two solutions."""
         self.requested += 1
         if self.requested - 1 not in self.hidden:
             return super().sign()
@@ -55,7 +55,8 @@ class LegChain:
     """A leg as a serial arm from a known body to a closure.
 
     Attributes:
-        arm: The joints of the leg and the freedom of its closure.
+        arm: The serial arm, which consists of the joints of the leg and the joint that replaces its
+            closure.
     """
 
     arm: LoopArm
@@ -68,7 +69,7 @@ class LegChain:
     def solved(
         self, h: SolvedLoops, work: Work, values: Values
     ) -> tuple[dict[str, sp.Expr], sp.Expr]:
-        """Returns (actuated coordinates of the leg, squared closure error in m^2 and rad^2).
+        """Return (actuated coordinates of the leg, squared closure error in m^2 and rad^2).
 
         Args:
             h: The robot.
@@ -116,7 +117,7 @@ class LegChain:
 
 
 def leg_chains(h: SolvedLoops) -> tuple[LegChain, ...] | None:
-    """Returns the legs that must be solved as serial chains, or None if this is impossible.
+    """Return the legs that must be solved as serial chains, or None if this is impossible.
 
     The tuple is empty if the main chain determines all joints in closed form.
     """

@@ -15,7 +15,7 @@ FREEDOMS = 6
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Returns the function ``ik`` of a platform on six cylinders.
+    """Return the function ``ik`` of a platform on six cylinders.
 
     The dictionary is empty for other robots.
     """
@@ -28,7 +28,7 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
 
 
 def leg_lengths(h: SolvedLoops) -> SymbolicFunction:
-    """Returns the function ``ik``, which computes the leg lengths at a pose.
+    """Return the function ``ik``, which computes the leg lengths at a pose.
 
     A leg length is the distance between the end points of the leg. The residual is the deviation of
     the matrix T from a rigid pose. Every pose determines the leg lengths. Forward kinematics may

@@ -35,24 +35,24 @@ In crank-and-rod loops, one of twenty trials can be closed.
 PARTS, FEW = (1.0, 0.1, 0.01, 0.001), 20
 """Sampling ranges for lengths without limits, as fractions of the mechanism size.
 
-If ``FEW`` closed configurations are found, no smaller range is sampled. For example, a loop of
-three long booms closes only within a small range.
+The ranges are sampled in this order. Sampling ends at the first range in which the loops close for
+at least ``FEW`` samples. For example, a loop of three long booms closes only within a small range.
 """
 MAX_CHOICES = 9
-"""Maximum number of branch signs, for 512 solution slots.
+"""Maximum number of sign symbols of an inverse. Nine signs distinguish 2^9 = 512 solutions.
 
-If a robot needs more branch signs, the remaining loops stay on the branch of the reference
-configuration.
+If a robot needs more sign symbols, the loops beyond this maximum have no sign symbol. These loops
+stay on the reference branch.
 """
 
 
 def solved_on_sides(hybrid: SolvedLoops, work: Work) -> Solution:
-    """Computes all joints from the joints of the main chain. Each loop has a branch sign.
+    """Compute all joints from the joints of the main chain. Each loop has a branch sign.
 
     Args:
         hybrid: The robot.
-        work: Record of the solution, which receives the branch signs and their names. Sign 1 is the
-            reference branch.
+        work: The solution so far. The function adds the branch signs and their names to this
+            object.
     """
     given = [joint.name for joint in hybrid.robot.moving]
     solution = with_free_sides(hybrid.loops, hybrid.backward, given, work.sign)
@@ -78,11 +78,11 @@ def _sides(step: LoopStep, symbol: sp.Symbol) -> dict[int, str]:
 def settled_choices(
     hybrid: SolvedLoops, solved: Solved, given: Sequence[int] = ()
 ) -> frozenset[int]:
-    """Returns the indices of branch signs that an inverse does not need.
+    """Return the indices of branch signs that an inverse does not need.
 
     The inverse is evaluated at the poses of random configurations. A branch sign is not needed if
-    both of its values lead to the same coordinates. The sign of a loop is not
-    needed if its value -1 gives no solution.
+    both of its values lead to the same coordinates. The branch sign of a loop is not needed if only
+    the value 1 gives solutions.
 
     Args:
         hybrid: The robot.
@@ -101,15 +101,12 @@ def settled_choices(
 
 
 def choices_of_loops(work: Work) -> frozenset[int]:
-    """Returns the indices of the branch signs of loops."""
+    """Return the indices of the branch signs of loops."""
     return frozenset(k for k, symbol in enumerate(work.signs) if symbol in work.sides)
 
 
 def unused_sides(built: SolvedLoops, start: Solved, given: Sequence[int] = ()) -> frozenset[int]:
-    """Returns the indices of loop branches that a built robot never reaches.
-
-    At random configurations, an unused branch never has better start values than the reference
-    branch.
+    """Return the indices of loop branches that a built robot never reaches.
 
     Args:
         built: The robot as built.
@@ -143,17 +140,17 @@ def idle_choices(
     *inputs: FloatArray,
     within: float | None = None,
 ) -> tuple[frozenset[int], frozenset[int]]:
-    """Finds branch signs that do not change the results at sample poses.
+    """Find branch signs that do not change the results at sample poses.
 
     Args:
         hybrid: The robot.
         function: The inverse with all branch signs.
-        inputs: Inputs of the inverse. The first input contains the poses (16, N).
+        inputs: Inputs of the inverse. The first input is an array (16, N) of sample poses.
         within: Maximum residual of a solution. By default, only rounding errors are accepted.
 
     Returns:
-        A set with the indices of the branch signs that do not change the coordinates, and a set
-        with the indices of the branch signs whose value -1 gives no solution.
+        Two sets of branch sign indices. The signs of the first set do not change the coordinates.
+        If a sign of the second set is -1, there is no solution.
     """
     if within is None:
         within = RECOVERED * min(hybrid.backward.reference.size, 1.0)
@@ -167,7 +164,7 @@ def idle_choices(
 def idle_signs(
     hybrid: SolvedLoops, function: SymbolicFunction, *inputs: FloatArray
 ) -> frozenset[int]:
-    """Finds branch signs that change no coordinate at sample poses.
+    """Find branch signs that change no coordinate at sample poses.
 
     Each sign is tested while all other signs have random values.
     """
@@ -228,7 +225,7 @@ def _tolerances(hybrid: SolvedLoops) -> FloatArray:
 
 
 def _moved(hybrid: SolvedLoops, apart: FloatArray) -> FloatArray:
-    """Converts coordinate differences (..., n) to joint differences. Full turns are removed."""
+    """Convert coordinate differences (..., n) to joint differences."""
     moved = apart * [float(hybrid.terms.value(c.ratio)) for c in hybrid.mechanism.coordinates]
     turns = [c.kind == "revolute" for c in hybrid.mechanism.coordinates]
     wrapped = np.remainder(moved + np.pi, 2 * np.pi) - np.pi
@@ -236,11 +233,11 @@ def _moved(hybrid: SolvedLoops, apart: FloatArray) -> FloatArray:
 
 
 def _configurations(hybrid: SolvedLoops, part: float) -> FloatArray:
-    """Returns the reference coordinates and random coordinates (N, n).
+    """Return the reference coordinates and random coordinates (N, n).
 
-    Random coordinates lie within the limits. Without limits, angles span a full turn, and lengths
-    span the fraction ``part`` of the mechanism size. If ``part`` is small, the loops stay on one
-    side of their dead points.
+    Random coordinates lie within the limits. Angles without limits differ from the reference by at
+    most half a turn. Lengths without limits differ by at most ``part`` times the mechanism size. If
+    ``part`` is small, the loops stay on one side of their dead points.
     """
     low, high = [], []
     for c in hybrid.mechanism.coordinates:

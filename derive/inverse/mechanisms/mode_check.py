@@ -26,17 +26,18 @@ from .carried_wrist import PLATFORM, CarriedWrist, carried_wrist
 IK, LEGS, FK = "ik", "ik_legs", "fk"
 SOLVER = "closure_modes"
 REFERENCE_DIGITS = 9
-"""Decimals of a reference angle, which are the same on all machines."""
+"""Reference angles are rounded to this number of decimal places, so that they are the same on all
+machines."""
 IDENTITY = (
-    "fk(q[k]) = T wherever residual[k] is rounding; the loops close with q[k] at T in another "
-    "assembly mode than that of fk(q[k]) wherever residual[k] is infinite and q[k] is not NaN"
+    "fk(q[k]) = T if residual[k] is a rounding error; if residual[k] is infinite and q[k] is not "
+    "NaN, the loops close with q[k] at T, but in another assembly mode than at fk(q[k])"
 )
 
 
 def with_legs(
     makers: Mapping[str, Maker], closure: LoopClosure
 ) -> tuple[dict[str, Maker], dict[str, WrittenMaker]]:
-    """Adds the function ``ik``, which checks the results of the leg inverse ``ik_legs``.
+    """Add the function ``ik``, which checks the results of the leg inverse ``ik_legs``.
 
     Args:
         makers: Functions that derive the robot functions, keyed by name. The function under the key
@@ -68,13 +69,12 @@ def _on_legs(function: SymbolicFunction) -> SymbolicFunction:
 
 @dataclass(frozen=True)
 class ModeTables(Tables):
-    """Numbers of the check of assembly modes.
+    """Tables for the test whether a solution belongs to the correct assembly mode.
 
     Attributes:
         size: The length of the mechanism (meter), which scales the length tolerances.
-        angles: The reference angle (radian) of each coordinate that moves a joint by full turns,
-            otherwise NaN. Each solution is moved to within half a turn of the reference, from which
-            ``fk`` follows the loops.
+        angles: (n,) reference angles (radian) of the coordinates. The angle is NaN unless the
+            coordinate is revolute and moves its joint with ratio 1.
     """
 
     size: float
@@ -136,7 +136,7 @@ def _reference_angles(h: SolvedLoops) -> tuple[float, ...]:
 
 
 def carried_chain(h: SolvedLoops, legs: SymbolicFunction) -> CarriedWrist | CarriedArm | None:
-    """Returns the main chain of a platform with joints before or on it, otherwise None."""
+    """Return the main chain if joints are before or on the platform, otherwise None."""
     names = {argument.name for argument in legs.inputs}
     if PLATFORM in legs.inputs:
         return carried_wrist(h)
@@ -144,13 +144,13 @@ def carried_chain(h: SolvedLoops, legs: SymbolicFunction) -> CarriedWrist | Carr
 
 
 def coordinates_of(h: SolvedLoops, joints: Sequence[int]) -> list[int]:
-    """Returns the actuated coordinates of main-chain joints."""
+    """Return the actuated coordinates of main-chain joints."""
     moves = [c.moves for c in h.mechanism.coordinates]
     return [moves.index(h.robot.moving[k].name) for k in joints]
 
 
 def _by_solution(carried: CarriedWrist | CarriedArm, labels: Sequence[str]) -> tuple[str, ...]:
-    """Returns the label of each solution slot."""
+    """Return the label of each solution slot."""
     return tuple(
         ", ".join(filter(None, (f"{carried.label} {k + 1}", label)))
         for k in range(carried.solutions)

@@ -1,10 +1,10 @@
 """The part of a main chain that moves while the loops lock the other joints.
 
 The rods of a delta keep its platform parallel to the base. The three rotations of the platform are
-therefore locked. An axis mounted on the platform moves together with the three translations. If the
-robot has more actuators than the tool has degrees of freedom, the caller chooses the values of some
-actuated joints. A rail below a hexapod and an axis on its platform are
-actuated joints whose values the caller may choose.
+therefore locked. The moving part contains the three translations. If there is an axis on the
+platform, the moving part also contains this axis. If the robot has more actuators than the tool has
+degrees of freedom, the caller chooses the values of some actuated joints. A rail below a hexapod
+and an axis on its platform are actuated joints whose values the caller may choose.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,7 +35,7 @@ class MovingChain:
     Attributes:
         whole: The main chain.
         robot: The main chain. Locked joints are fixed joints.
-        lines: The axes of the moving joints, with the joint numbers of the whole chain.
+        lines: The axes of the moving joints. Joint numbers count the joints of the whole chain.
         found: The structure that the axes of the moving joints fit.
         locked: The value of each locked joint, keyed by its number in the whole chain.
     """
@@ -48,7 +48,7 @@ class MovingChain:
 
     @classmethod
     def of(cls, whole: SerialRobot, lines: Lines, found: Attempt) -> "MovingChain":
-        """Returns a main chain whose joints all move."""
+        """Return a main chain whose joints all move."""
         return cls(whole, whole, lines, found, {})
 
     @property
@@ -57,7 +57,7 @@ class MovingChain:
         return tuple(self.lines.axes[place].joint for place in self.found.given)
 
     def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
-        """Returns (arguments except the pose, coordinates of all joints).
+        """Return (arguments except the pose, coordinates of all joints).
 
         Args:
             work: Record of the solution, which receives the joint values and steps.
@@ -78,7 +78,7 @@ class MovingChain:
 def moving_chain(
     h: SolvedLoops, families: Sequence[Family]
 ) -> tuple[MovingChain, Classification] | None:
-    """Returns the moving part of a main chain, or None if the part fits no inverse family exactly.
+    """Return the moving part of a main chain, or None if the part fits no inverse family exactly.
 
     None is also returned if the loops lock no joint and no actuated joint is redundant.
 
@@ -94,8 +94,8 @@ def moving_chain(
         h.terms, tuple(replace(axis, joint=k) for axis, k in zip(axes, numbers, strict=True))
     )
     surplus = len(lines.axes) - rank.of_chain(lines)
-    # If loops couple moving joints, the number of redundant joints is smaller than the number of
-    # moving joints suggests.
+    # If loops couple moving joints, there are fewer redundant joints than the number of moving
+    # joints suggests.
     are_coupled = len(numbers) > len(h.q)
     if unfit(robot) or not (locked or surplus) or (surplus and are_coupled):
         return None
@@ -114,7 +114,7 @@ def _choices(h: SolvedLoops, numbers: Sequence[int], surplus: int) -> Iterator[t
 
 
 def locked_joints(h: SolvedLoops) -> dict[int, sp.Expr]:
-    """Returns the constant values of the locked joints (radian or meter), keyed by joint number."""
+    """Return the constant values of the locked joints (radian or meter), keyed by joint number."""
     found = {}
     for k, joint in enumerate(h.robot.moving):
         if joint.kind in ("revolute", "prismatic") and _is_still(h, joint):

@@ -27,23 +27,25 @@ from .differences import FloatArray
 RANK = 1e-6
 """Smallest singular value, relative to the largest, of equations that determine the unknowns."""
 ZERO = 1e-12
-"""Largest change of a coefficient that counts as constant, relative to the coefficient."""
+"""A coefficient counts as constant if it changes by at most this fraction of its value."""
 SAMPLES = 8
-"""Number of random values of the unknown joints that show a constant coefficient."""
+"""Number of random joint vectors that test whether a coefficient is constant."""
 ANGLES = (0.0, 2.0, 4.0)
-"""Angles (radian) that determine the factors of 1, cosine and sine."""
+"""Sample angles (radian) of a function with the terms 1, cosine and sine."""
 Group = tuple[tuple[Joint, ...], Placement, Placement]
-"""A moving joint with fixed joints next to it, and the placements before and after them."""
+"""A moving joint and its adjacent fixed joints, the placement before these joints, and the
+placement after these joints."""
 
 
 @dataclass(frozen=True)
 class JointMap:
-    """The inverse pose of a joint, which is linear in functions of its coordinate.
+    """The inverse pose of a joint as a linear expression in functions of the joint coordinate.
 
     Attributes:
-        joint: Number of the joint among the joints before and on the platform.
+        joint: Index of the joint in the list of the joints before the platform and on the platform.
         is_slide: Whether the joint is prismatic.
-        parts: Factors (4, 4) of 1, cosine and sine, or of 1, displacement and 0.
+        parts: Matrices (4, 4) that multiply 1, cosine and sine of an angle, or 1, a displacement
+            and 0.
     """
 
     joint: int
@@ -51,12 +53,12 @@ class JointMap:
     parts: tuple[FloatArray, ...]
 
     def at(self, x: float) -> FloatArray:
-        """Returns the inverse pose (4, 4) at a coordinate (radian or meter)."""
+        """Return the inverse pose (4, 4) for a coordinate value (radian or meter)."""
         one, first, second = self.parts
         return one + (x * first if self.is_slide else np.cos(x) * first + np.sin(x) * second)
 
     def slope(self, x: float) -> FloatArray:
-        """Returns the derivative of the inverse pose with respect to the coordinate."""
+        """Return the derivative of the inverse pose with respect to the coordinate."""
         _, first, second = self.parts
         return first if self.is_slide else np.cos(x) * second - np.sin(x) * first
 
@@ -82,10 +84,10 @@ class PlaneEquations:
 
     @cached_property
     def maps(self) -> tuple[JointMap, ...]:
-        """The inverse joint poses in the order of their product.
+        """The inverses of the joint poses, in the order in which they are multiplied.
 
-        The joints before the legs come first, in the order from the legs to the base. Then come the
-        joints on the platform, in the order from the tool to the platform.
+        The joints before the legs come first, ordered from the legs to the base. The joints on the
+        platform follow, ordered from the tool to the platform.
         """
         base = self.h.robot.base if self.carried.before else ()
         before = _groups(self.carried.before, base, ())
@@ -95,19 +97,19 @@ class PlaneEquations:
 
     @cached_property
     def rows(self) -> FloatArray:
-        """Unit normals and negative offsets (3, 4), times constant poses before the legs."""
+        """Plane coefficients (3, 4), normal and negative offset, times a constant matrix."""
         planes = self.carried.planes
         rows = np.array([[*plane.normal, -plane.offset] for plane in planes])
         return rows @ self._still(self.carried.before, self.h.robot.base, ())
 
     @cached_property
     def points(self) -> FloatArray:
-        """Homogeneous coordinates (3, 4) of the ball joints, times constant poses of the arm."""
+        """Homogeneous coordinates (3, 4) of the ball joints, multiplied by a constant matrix."""
         points = np.array([[*plane.ball, 1.0] for plane in self.carried.planes])
         return points @ self._still(self.carried.behind, (), self.h.robot.tool).T
 
     def rank(self, unknown: Sequence[int] | None = None) -> int:
-        """Returns the number of joints that the planes determine.
+        """Return the number of joints that the planes determine.
 
         Args:
             unknown: Numbers of the joints that are not fixed; by default, all joints.
@@ -122,7 +124,7 @@ class PlaneEquations:
         return int(max(np.sum(v > RANK * max(v[0], RANK)) for v in values))
 
     def has_constant_factor(self, slide: int, unknown: Sequence[int]) -> bool:
-        """Whether no other unknown joint changes the factor of a prismatic joint."""
+        """Whether the coefficient of a displacement is independent of all other unknown joints."""
         rng, (start, T) = np.random.default_rng(0), self._closed[-1]
         found, x = [], start.copy()
         for _ in range(SAMPLES):
@@ -132,7 +134,7 @@ class PlaneEquations:
         return bool(np.max(np.ptp(found, axis=0)) <= ZERO * size)
 
     def is_dependent(self, joint: int, unknown: Sequence[int]) -> bool:
-        """Whether the equations are linearly dependent in 1, cosine and sine of a joint.
+        """Whether the coefficients of 1, cosine and sine of a joint are linearly dependent.
 
         The test uses random values of all other unknown joints.
         """
@@ -150,10 +152,8 @@ class PlaneEquations:
     def meet_at_infinity(self, first: int, second: int) -> bool:
         """Whether the equations in two joints have a common root at infinity.
 
-        The test uses random values of all other joints. Two adjacent parallel axes, for example,
-        cause a common root at infinity. A common root at infinity makes the resultant of the
-        equations zero. The factor of exp(i x) in a map is (A - i B) / 2, with the factors A and B
-        of cosine and sine. For a prismatic joint, the factor A of the displacement is used instead.
+        The test uses random values of all other joints. For example, the equations of two adjacent
+        parallel axes share a root at infinity.
         """
         rng, (start, T) = np.random.default_rng(0), self._closed[-1]
         x = rng.uniform(-np.pi, np.pi, len(start))
@@ -174,7 +174,7 @@ class PlaneEquations:
 
     @cached_property
     def _closed(self) -> list[tuple[FloatArray, FloatArray]]:
-        """Joints before and on the platform, and tool poses (4, 4), at closed configurations."""
+        """Return joint values and tool poses (4, 4) of random closed configurations."""
         h, carried, found = self.h, self.carried, []
         base = () if carried.before else h.robot.base
         before_still = self._still(carried.before, h.robot.base, ())
@@ -190,7 +190,7 @@ class PlaneEquations:
         return found
 
     def _derivatives(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """Returns the derivatives (3, n) of the equations with respect to the joints."""
+        """Return the derivatives (3, n) of the equations with respect to the joints."""
         found = np.zeros((len(self.carried.planes), len(self.maps)))
         for moved in self.maps:
             factors = [m.slope(x[m.joint]) if m is moved else m.at(x[m.joint]) for m in self.maps]
@@ -198,15 +198,15 @@ class PlaneEquations:
         return found
 
     def _product(self, factors: Sequence[FloatArray], T: FloatArray) -> FloatArray:
-        """Returns the values (3,) of the plane equations at the ball joints."""
+        """Return the values (3,) of the plane equations at the ball joints."""
         pose = reduce(np.matmul, [*factors[: self.before], T, *factors[self.before :]])
         found: FloatArray = np.einsum("ij,jk,ik->i", self.rows, pose, self.points)
         return found
 
     def _still(self, path: Sequence[Joint], base: Placement, tool: Placement) -> FloatArray:
-        """Returns the inverse pose (4, 4) of the fixed joints on one side of the platform.
+        """Return the inverse of the pose (4, 4) of the fixed joints before or after the platform.
 
-        If this side has moving joints, the identity is returned.
+        If the path contains a moving joint, the identity is returned.
         """
         if any(joint.kind != "fixed" for joint in path):
             return np.eye(4)
@@ -237,9 +237,10 @@ class PlaneEquations:
 
 
 def _groups(path: Sequence[Joint], base: Placement, tool: Placement) -> list[Group]:
-    """Returns groups of one moving joint and the fixed joints before it.
+    """Return groups of joints.
 
-    The last group ends at the tool.
+    Each group has one moving joint and the fixed joints before it. The last group also contains the
+    fixed joints after the last moving joint.
 
     The list is empty if no joint moves.
     """

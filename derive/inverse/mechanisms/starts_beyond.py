@@ -1,10 +1,11 @@
 """Start values near the dead points of loops.
 
 The loops of a built robot can be closed slightly beyond the dead points of the design. The equation
-of the designed loop is h^2 = x. Beyond its dead point, x is slightly negative, so that the equation
-has no solution. The equation of the built robot is h^2 = x + e, where e is about as large as |x|.
-The equation of the built robot has a solution on each side of the dead point. The two roots h of
-the equation h^2 = |x| are start values for the solutions of the built robot.
+of the designed loop is h^2 = x. Beyond the dead point of the loop, x is slightly negative, so that
+the equation has no solution. The errors of the built robot change this equation to h^2 = x + e,
+where e is about as large as |x|. The equation of the built robot has a solution on each side of the
+dead point. The two roots h of the equation h^2 = |x| are start values for the solutions of the
+built robot.
 """
 
 from collections.abc import Sequence
@@ -17,7 +18,7 @@ ROOT = sp.Rational(1, 2)
 
 
 def beyond_dead_points(terms: Terms, entries: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-    """Replaces sqrt(x) by sqrt(|x|) in expressions, so that real values stay the same.
+    """Replace sqrt(x) by sqrt(|x|) in expressions, so that real values stay the same.
 
     Args:
         terms: Table of named terms, which receives the new terms.

@@ -10,7 +10,7 @@ from ...terms.terms import Terms
 def substituted(
     terms: Terms, entries: Sequence[sp.Expr], values: Mapping[sp.Symbol, sp.Expr]
 ) -> tuple[sp.Expr, ...]:
-    """Replaces symbols in expressions and in the terms that the expressions contain.
+    """Replace symbols in expressions and in the terms that the expressions contain.
 
     The cosine and sine of a solved angle are reused, so no trigonometric function is added.
 
@@ -29,7 +29,7 @@ def substituted(
 
 
 def symbols_behind(terms: Terms, entries: Sequence[sp.Expr]) -> set[sp.Symbol]:
-    """Returns the symbols on which expressions depend, directly or through terms."""
+    """Return the symbols on which expressions depend, directly or through terms."""
     found = [*entries, *(terms.definitions[symbol] for symbol in terms.needed(entries))]
     found += [part for s in terms.needed(entries) if s in terms.solved for part in terms.solved[s]]
     return {symbol for entry in found for symbol in entry.free_symbols}

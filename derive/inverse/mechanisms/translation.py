@@ -44,11 +44,12 @@ from .substitution import substituted
 
 @dataclass(frozen=True)
 class Slides:
-    """The virtual prismatic joints of a shortened chain.
+    """The virtual prismatic joints that replace other joints of a chain.
 
     Attributes:
         values: The displacements as functions of the actuated coordinates.
-        weights: The components of each displacement along the axes of the shortened chain.
+        weights: Matrix that converts the displacements to the values of the prismatic joints in the
+            shortened chain, with one row for each of these joints.
     """
 
     values: tuple[sp.Expr, ...]
@@ -71,7 +72,7 @@ class Translating:
 
 
 def translating(hybrid: SolvedLoops) -> Translating | None:
-    """Returns the shortened chain, or None if every part of the chain can rotate."""
+    """Return the shortened chain, or None if no part of the chain keeps its orientation."""
     terms = hybrid.terms
     values = [joint.direction * hybrid.forward.values[joint.name] for joint in hybrid.robot.moving]
     shorter, translations = collapsed(
@@ -140,7 +141,7 @@ def _still(terms: Terms, vector: Vector, station: Station, values: Sequence[sp.E
 
 
 def spelled(terms: Terms, expression: sp.Expr, stop: set[sp.Symbol] | None = None) -> sp.Expr:
-    """Replaces named terms by their definitions, except the terms in ``stop``."""
+    """Replace named terms by their definitions, except the terms in ``stop``."""
     kept = stop or set()
     while True:
         found = {
@@ -156,7 +157,7 @@ def spelled(terms: Terms, expression: sp.Expr, stop: set[sp.Symbol] | None = Non
 def _independent(
     terms: Terms, slides: Sequence[Axis]
 ) -> tuple[list[Axis], tuple[tuple[sp.Expr, ...], ...]]:
-    """Returns (basis, components in this basis) of the directions of prismatic joints."""
+    """Return (basis, components in this basis) of the directions of prismatic joints."""
     kept: list[Axis] = []
     for axis in slides:
         directions = [a.direction for a in (*kept, axis)]
@@ -172,21 +173,23 @@ def _independent(
 def actuators_of(
     work: Work, moved: Translating, q: Sequence[sp.Symbol]
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """Solves for the actuated coordinates that produce given prismatic displacements.
+    """Solve for the actuated coordinates that produce given prismatic displacements.
 
-    The displacements must be linear in one actuated coordinate, which belongs to a slider. The
-    second actuated coordinate is a crank angle. The slider coordinate is eliminated, which leaves
-    an equation for the crank angle. This equation must be linear in the cosine and sine of the
-    crank angle.
+    The displacements must be linear in one actuated coordinate, which belongs to a slider.
+
+    The second actuated coordinate is a crank angle. The slider coordinate is eliminated, which
+    leaves an equation for the crank angle. This equation must be linear in the cosine and sine of
+    the crank angle.
 
     Args:
-        work: Record of the solution, which contains the prismatic displacements. A solution step is
-            added to it.
+        work: Record of the solution, with the prismatic displacements already solved. The function
+            adds a solution step to `work`.
         moved: The shortened chain.
         q: The actuated coordinates.
 
     Returns:
-        The values of the coordinates. None if the displacements do not have this form.
+        The values of the coordinates, or None if the equations do not have the form described
+        above.
     """
     terms = work.terms
     slides = moved.slides
@@ -225,7 +228,7 @@ def _two(
     rest: Sequence[sp.Expr],
     lengths: Sequence[sp.Expr],
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """Solves the equations ``rates[j] along + rest[j](crank) = lengths[j]`` for j = 0 and 1."""
+    """Solve the equations ``rates[j] along + rest[j](crank) = lengths[j]`` for j = 0 and 1."""
     terms, (along, crank) = work.terms, unknown
     alone = sp.expand(rates[1] * rest[0] - rates[0] * rest[1])
     a, b = (sp.expand(alone).coeff(f(crank)) for f in (sp.cos, sp.sin))
@@ -239,7 +242,7 @@ def _two(
     turn = work.note(
         (crank.name,),
         "subproblem 4",
-        "the component of the translation that the slider does not contribute to",
+        "the slider does not contribute to one component of the translation",
         found,
     )
     row = 0 if rates[0] != 0 else 1
@@ -248,21 +251,21 @@ def _two(
     work.note_length(
         (along.name,),
         "line-plane intersection",
-        "the rest of the translation, behind the crank",
+        "the slider produces the remaining translation after the crank",
         FoundLength(length, LineAndPlane(rates[row], left - lengths[row])),
     )
     return {crank: terms.solved_angle(turn.c, turn.s), along: length}
 
 
 def still_axes(design: SolvedLoops) -> Basis | None:
-    """Returns the axes of the tool frame if no coordinate rotates the tool, otherwise None."""
+    """Return the axes of the tool frame if no coordinate rotates the tool, otherwise None."""
     axes, _ = tool_kinematics(design).forward.tool_pose()
     is_still = all(design.terms.is_constant(entry) for axis in axes for entry in axis)
     return axes if is_still else None
 
 
 def of_position_alone(function: SymbolicFunction, axes: Basis) -> SymbolicFunction:
-    """Returns the task ``ik`` whose residual contains no orientation error.
+    """Return the task ``ik`` whose residual contains no orientation error.
 
     Args:
         function: The task.
@@ -277,7 +280,7 @@ def of_position_alone(function: SymbolicFunction, axes: Basis) -> SymbolicFuncti
 
 
 def position_task(polished: NativeSolverFunction) -> NativeSolverFunction:
-    """Derives the function ``ik_position`` for target positions from a refined ``ik``.
+    """Derive the function ``ik_position`` for target positions from ``ik``.
 
     The functions ``ik`` and ``ik_position`` start from the same nominal inverse.
     """
@@ -286,7 +289,7 @@ def position_task(polished: NativeSolverFunction) -> NativeSolverFunction:
     return replace(
         polished,
         name="ik_position",
-        identity="fk(q[k]) has its origin in p wherever residual[k] is rounding",
+        identity="fk(q[k]) has its origin at p if residual[k] is a rounding error",
         inputs=(argument,),
         role=role,
     )

@@ -11,8 +11,8 @@ If there are three prismatic joints, the angle is arbitrary. For coplanar direct
 prismatic joints, the first angle solves ``n.(R_1 w) = n.v`` or ``n.(R_1^T v) = n.w``. Here, n is
 the normal of the plane of the directions.
 
-Both sides of the first equations have equal lengths, which gives a quadratic equation for d.
-Subproblem 1 then gives the first angle.
+Both sides of ``R_1 (w + d u) = v`` or ``R_1 w = v - d u`` have equal lengths, which gives a
+quadratic equation for d. Subproblem 1 then gives the first angle.
 """
 
 from collections.abc import Sequence
@@ -33,7 +33,7 @@ from .target import Target
 def first_angle(
     terms: Terms, axes: Sequence[Axis], target: Target, middle: CosSin, sign: sp.Expr
 ) -> CosSin:
-    """Returns the rotation of the first joint if the first and the last axis are parallel.
+    """Return the rotation of the first joint if the first and the last axis are parallel.
 
     Args:
         terms: Table of named terms.
@@ -62,7 +62,9 @@ def first_angle(
 def first_angle_to_plane(
     terms: Terms, axes: Sequence[Axis], target: Target, middle: CosSin, sign: sp.Expr
 ) -> CosSin:
-    """Returns the first of three angles. Three prismatic joints then reach the position.
+    """Return the first revolute angle of a chain with three revolute and three prismatic joints.
+
+    At this angle, the prismatic joints can reach the target position.
 
     Args:
         terms: Table of named terms.

@@ -20,7 +20,7 @@ from ..subproblems.quartic import select
 from ..subproblems.turns import perpendicular
 
 DEPENDENT_SLIDES = sp.Float("1e-14", 20)
-"""Prismatic joints count as dependent if the sine of an angle is at most this value.
+"""Maximum sine of the angle at which prismatic joints count as linearly dependent.
 
 The angle is between two joints, or between a joint and the plane of two other joints.
 """
@@ -32,7 +32,7 @@ OneOf = Callable[..., sp.Expr]
 def dependent_lengths(
     terms: Terms, directions: Sequence[Vector], displacement: Vector
 ) -> list[sp.Expr]:
-    """Returns the displacements of up to three prismatic joints that move a point by a vector.
+    """Return the displacements of up to three prismatic joints that move a point by a vector.
 
     Args:
         terms: Table of named terms.
@@ -56,23 +56,25 @@ def may_be_dependent(terms: Terms, directions: Sequence[Vector]) -> bool:
 
 
 def are_nearly_dependent(terms: Terms, directions: Sequence[Vector]) -> Boolean:
-    """Returns the condition that three directions nearly lie in one plane."""
+    """Return the condition that three directions nearly lie in one plane."""
     _, (first, second, third) = _widest_last(terms, directions)
     rate = dot(terms, common_normal(terms, third, second), first)
     return sp.Le(terms.let(rate**2), terms.let(sp.Float(OBLIQUE_AXES, 20) ** 2))
 
 
 def plane_normal(terms: Terms, directions: Sequence[Vector]) -> Vector:
-    """Returns the unit normal of three directions that lie in one plane."""
+    """Return the unit normal of three directions that lie in one plane."""
     _, (_, second, third) = _widest_last(terms, directions)
     return common_normal(terms, third, second)
 
 
 def _widest_last(terms: Terms, directions: Sequence[Vector]) -> tuple[OneOf, list[Vector]]:
-    """Rotates the order of three directions. Returns the order as a function, and the directions.
+    """Rotate the order of three directions cyclically.
+
+    Returns a permutation function and the permuted directions.
 
     The last two returned directions have the largest angle between them. The returned function
-    selects one of three values in the same order.
+    selects one of three values: the value with the original index of the first returned direction.
     """
     squares = [squared_sine(terms, directions[k - 2], directions[k - 1]) for k in range(_TRIPLE)]
     is_first = sp.And(squares[0] >= squares[1], squares[0] >= squares[2])
@@ -89,9 +91,9 @@ def _widest_last(terms: Terms, directions: Sequence[Vector]) -> tuple[OneOf, lis
 def in_order(
     terms: Terms, directions: Sequence[Vector], displacement: Vector
 ) -> Iterator[FoundLength]:
-    """Yields the displacements of prismatic joints in succession.
+    """Yield the displacements of the prismatic joints from the first joint to the last.
 
-    The direction of each equation is perpendicular to all later joints.
+    Each equation uses a direction that is perpendicular to all later prismatic joints.
     """
     for k, u in enumerate(directions):
         normal = _normal(terms, u, directions[k + 1 :])
@@ -114,7 +116,10 @@ def _normal(terms: Terms, direction: Vector, later: Sequence[Vector]) -> Vector:
 
 
 def normal_to_both(terms: Terms, a: Vector, b: Vector) -> Vector:
-    """Returns the cross product of two vectors. The entries are expanded, so that terms cancel."""
+    """Return the cross product of two vectors.
+
+    The entries are expanded, so that terms cancel.
+    """
     x, y, z = sp.Matrix([terms.spelled(e) for e in a]).cross(
         sp.Matrix([terms.spelled(e) for e in b])
     )
@@ -122,12 +127,12 @@ def normal_to_both(terms: Terms, a: Vector, b: Vector) -> Vector:
 
 
 def common_normal(terms: Terms, k: Vector, v: Vector) -> Vector:
-    """Returns a unit vector perpendicular to two unit vectors, which may be nearly parallel."""
+    """Return a unit vector perpendicular to two unit vectors, which may be nearly parallel."""
     return cross(terms, unit_across(terms, k, v), k)
 
 
 def unit_across(terms: Terms, k: Vector, v: Vector) -> Vector:
-    """Returns the direction of the part of ``v`` that is perpendicular to the unit vector ``k``.
+    """Return the direction of the part of ``v`` that is perpendicular to the unit vector ``k``.
 
     A second projection keeps the result perpendicular to ``k`` if ``v`` and ``k`` are nearly
     parallel.
@@ -137,13 +142,13 @@ def unit_across(terms: Terms, k: Vector, v: Vector) -> Vector:
 
 
 def _unit(terms: Terms, v: Vector) -> Vector:
-    """Returns a vector divided by its length. A zero vector stays zero."""
+    """Return a vector divided by its length. A zero vector stays zero."""
     inverse = terms.let(1 / terms.let(sp.sqrt(terms.let(dot(terms, v, v) + DIRECTION_FLOOR))))
     return combination(terms, (inverse,), (v,))
 
 
 def squared_sine(terms: Terms, a: Vector, b: Vector) -> sp.Expr:
-    """Returns the squared sine of the angle between two unit vectors."""
+    """Return the squared sine of the angle between two unit vectors."""
     across = perpendicular(terms, a, b)
     return dot(terms, across, across)
 

@@ -20,7 +20,7 @@ def with_elbow_in_reach(
     center: Vector,
     sign: sp.Symbol,
 ) -> FoundTurn:
-    """Returns the sum of angles 2 to 4.
+    """Return the sum of angles 2 to 4.
 
     If the tool orientation does not determine the sum of angles 2 to 4, the elbow angle is set as
     close to 90 degrees as possible.
@@ -28,12 +28,11 @@ def with_elbow_in_reach(
     Args:
         work: Object that records the solution steps.
         lines: The chain.
-        found: The sum of angles 2 to 4 that follows from the direction of axis 6.
+        found: The sum of angles 2 to 4, computed from the direction of axis 6.
         v: The target direction of axis 6, rotated back by joint 1.
         U: The target wrist position relative to axis 2, rotated back by joint 1.
         center: The wrist position with joints 1 to 4 at 0.
-        sign: Selects one of two values of the sum of angles 2 to 4. The elbow angle is equal for
-            the two values.
+        sign: Selects one of two values for the sum of angles 2 to 4.
     """
     terms = work.terms
     _, a2, a3, a4, _, _ = lines.axes

@@ -37,7 +37,7 @@ class _State:
 
 
 def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
-    """Applies a Gauss-Newton step to a solution.
+    """Apply a Gauss-Newton step to a solution.
 
     The solution belongs to the chain with an additional joint.
 
@@ -51,9 +51,9 @@ def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
 
 
 def step_on_all(work: Work, lines: Lines, target: Target) -> None:
-    """Applies a Gauss-Newton step to a chain with fewer than six joints.
+    """Apply a Gauss-Newton step to all joints of a chain with fewer than six joints.
 
-    The step is used only near the target pose, and only if the error becomes smaller.
+    The step is used only if the pose is near the target and the error decreases.
 
     Args:
         work: Object that records the solution steps.
@@ -84,7 +84,7 @@ def _state(
     turns: dict[int, CosSin],
     lengths: dict[int, sp.Expr],
 ) -> _State:
-    """Returns the twist and the Jacobian. The first Jacobian column belongs to the last joint."""
+    """Return the twist and the Jacobian."""
     let, zero = terms.let, (ZERO, ZERO, ZERO)
     scale = let(sp.Float(1 / (lines.length or 1.0), 20))
     tool = target.home
@@ -117,7 +117,8 @@ def _state(
     tilts = [cross(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     tilt = combination(terms, (sp.Rational(1, 2),) * 3, (tilts[0], tilts[1], tilts[2]))
     error = [*(let(scale * v) for v in off), *tilt]
-    # The rotation vector is 0 also for a rotation error of half a turn.
+    # The vector ``tilt`` is also 0 if the rotation error is half a turn. The squared error
+    # therefore uses the differences between the frame axes.
     apart = [subtracted(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     square = let(
         sum((v**2 for v in error[:3]), ZERO) + let(sum((dot(terms, d, d) for d in apart), ZERO) / 2)

@@ -17,7 +17,7 @@ def loop_of_three(
     second: tuple[Vector, Vector],
     third: tuple[Vector, Vector],
 ) -> tuple[CosSin, CosSin, CosSin]:
-    """Solves ``p0 + R(k1) p1 = R(k2) (p2 + R(k3) p3)`` for three angles, with up to four solutions.
+    """Solve ``p0 + R(k1) p1 = R(k2) (p2 + R(k3) p3)`` for three angles, with up to four solutions.
 
     Args:
         work: Records the steps.
@@ -42,6 +42,6 @@ def loop_of_three(
 
 
 def negative(v: Vector) -> Vector:
-    """Returns the opposite vector."""
+    """Return the opposite vector."""
     x, y, z = v
     return -x, -y, -z

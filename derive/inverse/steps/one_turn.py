@@ -1,8 +1,9 @@
 """Three joints that position a point. The joints are revolute or prismatic.
 
-A rotation keeps the height of a point along the axis and the distance of the point from the axis.
-Therefore, the intersection of the joint's line of motion with a plane or a sphere determines one
-prismatic joint. The other joints are then determined by the remaining equations.
+A rotation keeps the height of a point along the axis and the distance of the point from the axis. A
+prismatic joint moves the point along a line. Therefore, the intersection of this line with a plane
+or a sphere determines the displacement of one prismatic joint. The other joints are then determined
+by the remaining equations.
 """
 
 from collections.abc import Callable
@@ -34,23 +35,27 @@ _ONE = sp.Integer(1)
 
 
 def rises(lines: Lines) -> Requirement:
-    """Requires a prismatic joint along axis 1, and another one in a different direction."""
+    """Require a prismatic joint along axis 1, and another one in a different direction."""
     a1, a2, a3 = (axis.direction for axis in lines.axes)
     along = max(abs(float(a1 @ a2)), abs(float(a1 @ a3)))
     spread = float(np.linalg.norm(np.cross(a2, a3)))
     names = [axis.name for axis in lines.axes]
-    text = f"{names[1]} or {names[2]} moves along axis {names[0]}, and both in a plane"
+    text = (
+        f"{names[1]} or {names[2]} moves the point along axis {names[0]}, and their directions "
+        "differ"
+    )
     return Requirement(text, np.inf if min(along, spread) < OBLIQUE_AXES else 0.0)
 
 
 def turn_then_slides(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
-    """Solves ``exp(S_1 q_1) Trans(t_2 h_2 + t_3 h_3) C = W``, with up to two solutions."""
+    """Solve ``exp(S_1 q_1) Trans(t_2 h_2 + t_3 h_3) C = W``, with up to two solutions."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     up = [abs(float(a1.direction @ axis.direction)) for axis in (a2, a3)]
     lift, other = (a2, a3) if up[0] > up[1] else (a3, a2)
     u, c = subtracted(terms, W, a1.p), subtracted(terms, center, a1.p)
-    # 1. The prismatic joint `lift` compensates the height change by the prismatic joint `other`.
-    # Together, the two prismatic joints keep the point at the target height along axis 1.
+    # 1. The displacement of the prismatic joint `lift` cancels the height change that the prismatic
+    # joint `other` causes. Together, the two prismatic joints keep the point at the target height
+    # along axis 1.
     sign = work.sign()
     length, height = _two_lengths(terms, a1, (lift.h, other.h), (c, u), sign)
     rate, other_rate = (dot(terms, a1.h, slide.h) for slide in (lift, other))
@@ -78,11 +83,11 @@ def _two_lengths(
     points: tuple[Vector, Vector],
     sign: sp.Expr,
 ) -> tuple[FoundLength, FoundLength]:
-    """Returns the displacements of two prismatic joints: first ``other``, then the lift.
+    """Return the displacements of the two prismatic joints in the order ``other``, lift.
 
     Args:
         terms: Table of named terms.
-        axis: The axis of the revolute joint before the two prismatic joints.
+        axis: The axis of the revolute joint that precedes the two prismatic joints.
         slides: The directions of the lift and of the ``other`` joint.
         points: The point in the home pose and its target, relative to the axis.
         sign: Selects one of two solutions.
@@ -93,8 +98,8 @@ def _two_lengths(
     height = terms.let(dot(terms, axis.h, subtracted(terms, goal, start)) / rate)
     is_flat = sp.false
     if not terms.is_constant(rate):
-        # Let both prismatic joints be perpendicular to the axis. The joint ``lift`` moves the point
-        # so that the line through the point along ``other`` intersects the axis. Then the joint
+        # Let both prismatic joints be perpendicular to the axis. The joint ``lift`` first moves the
+        # point onto a line that is parallel to ``other`` and intersects the axis. Then the joint
         # ``other`` moves the point to any distance from the axis.
         is_flat = terms.let(rate**2) <= terms.let(UNDETERMINED_SUM**2)
         to_axis = _to_axis(terms, cross(terms, axis.h, other), lift, start)
@@ -109,7 +114,7 @@ def _two_lengths(
 
 
 def _to_axis(terms: Terms, normal: Vector, slide: Vector, start: Vector) -> sp.Expr:
-    """Returns the displacement that moves a point into a plane through the axis.
+    """Return the displacement that moves a point into a plane through the axis.
 
     If the joint is parallel to the plane, 0 is returned.
     """
@@ -119,9 +124,10 @@ def _to_axis(terms: Terms, normal: Vector, slide: Vector, start: Vector) -> sp.E
 
 
 def slides_then_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
-    """Solves ``Trans(t_1 h_1 + t_2 h_2) exp(S_3 q_3) C = W``, with up to two solutions."""
+    """Solve ``Trans(t_1 h_1 + t_2 h_2) exp(S_3 q_3) C = W``, with up to two solutions."""
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. Along the normal of both prismatic joints, only the revolute joint moves the center.
+    # 1. Only the revolute joint moves the center in the direction perpendicular to both prismatic
+    # axes.
     reach, V = subtracted(terms, center, a3.p), subtracted(terms, W, a3.p)
     q3 = work.step(
         [a3],
@@ -137,7 +143,7 @@ def slides_then_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> Non
 def _turn_to_plane_of_slides(
     terms: Terms, axes: tuple[Axis, ...], reach: Vector, goal: Vector, sign: sp.Expr
 ) -> FoundTurn:
-    """Returns the rotation after which two prismatic joints can reach the goal.
+    """Return the rotation after which two prismatic joints can reach the goal.
 
     Args:
         terms: Table of named terms.
@@ -166,14 +172,14 @@ def _turn_to_plane_of_slides(
 
 
 def slide_turn_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
-    """Solves ``Trans(t_1 h_1) exp(S_2 q_2) Trans(t_3 h_3) C = W``, with up to two solutions."""
+    """Solve ``Trans(t_1 h_1) exp(S_2 q_2) Trans(t_3 h_3) C = W``, with up to two solutions."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     back = a1.reversed()
     u, c = subtracted(terms, W, a2.p), subtracted(terms, center, a2.p)
     conditions = [(a1, u, back, c), (a3, c, a3, u)]
-    # The height of the target along axis 2 determines one prismatic joint. This prismatic joint is
-    # parallel to axis 2, or only this prismatic joint changes the height. The distance of the
-    # target from axis 2 determines the other prismatic joint.
+    # The height of the target along axis 2 determines one prismatic joint. Either this prismatic
+    # joint is parallel to axis 2, or the other prismatic joint does not change the height. The
+    # distance of the target from axis 2 determines the other prismatic joint.
     first_by_height = _is_along(a1, a2) or _is_across(a3, a2)
     (slide, own, sense, goal), (other, own2, sense2, goal2) = (
         conditions if first_by_height else conditions[::-1]
@@ -200,7 +206,7 @@ def slide_turn_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> Non
 
 
 def turn_slide_parallel_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
-    """Solves for two parallel revolute joints with a prismatic joint between them."""
+    """Solve for two parallel revolute joints with a prismatic joint between them."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     length = _to_height(work, a2, a1, center, W)
     by = combination(terms, (length,), (a2.h,))
@@ -209,7 +215,7 @@ def turn_slide_parallel_turn(work: Work, lines: Lines, center: Vector, W: Vector
 
 
 def turn_slide_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
-    """Solves for two revolute joints and a prismatic joint normal to axis 1.
+    """Solve for two revolute joints and a prismatic joint normal to axis 1.
 
     There are up to 4 solutions.
     """
@@ -220,7 +226,7 @@ def turn_slide_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None
     found = sp4(terms, a1.h, a3.h, reach, d, sign := work.sign())
 
     def in_reach() -> CosSin:
-        # The line of the prismatic joint comes as near to axis 1 as possible.
+        # At this angle, the line of the prismatic joint is as near to axis 1 as possible.
         normal = cross(terms, a1.h, a2.h)
         nearest = dot(terms, normal, subtracted(terms, a1.p, a3.p))
         return sp4(terms, normal, a3.h, reach, nearest, sign).turn
@@ -255,15 +261,16 @@ def _to_height(
     goal: Vector,
     in_reach: Callable[[], sp.Expr] | None = None,
 ) -> sp.Expr:
-    """Solves for the prismatic joint that moves ``point`` to the height of ``goal``.
+    """Solve for the displacement that moves ``point`` to the height of ``goal``.
 
     Args:
         work: Records the step.
         slide: The prismatic joint.
         axis: The revolute axis, along which the height is measured.
-        point: The current position of the moved point, relative to the axis.
+        point: Position of the moved point relative to the axis, before the step.
         goal: The goal point.
-        in_reach: Returns the displacement to use if the prismatic joint does not change the height.
+        in_reach: Function that returns a displacement for the case that the prismatic joint does
+            not change the height.
     """
     terms = work.terms
     found = slide_to_plane(terms, axis.h, slide.h, point, dot(terms, axis.h, goal))
@@ -274,7 +281,7 @@ def _to_height(
 def _to_distance(
     work: Work, slide: Axis, axis: Axis, displacement: Vector, point: Vector, goal: Vector
 ) -> sp.Expr:
-    """Solves for the prismatic joint that moves ``point`` as far from the axis as ``goal`` is.
+    """Solve for the prismatic joint that moves ``point`` as far from the axis as ``goal`` is.
 
     Args:
         work: Records the step.
@@ -314,14 +321,14 @@ def _keeps_height(axis: Axis) -> str:
 
 
 def _keeps_distance(axis: Axis) -> str:
-    return f"{axis.name} keeps the center's distance from its axis"
+    return f"{axis.name} does not change the distance from the center to its axis"
 
 
 def _turn(work: Work, axis: Axis, before: Vector, after: Vector) -> None:
     work.step(
         [axis],
         "subproblem 1",
-        "the rest of the way to the position",
+        "this joint rotates the center to its target position",
         sp1(work.terms, axis.h, before, after),
-        "with the center on the axis the angle is arbitrary and taken as 0",
+        "if the center is on the axis, the angle is arbitrary and set to 0",
     )

@@ -1,8 +1,8 @@
 """Prismatic joints of an arm with parallel revolute axes.
 
-The lift moves along the revolute axes. The telescope moves perpendicular to two of the axes. The
-sum of the two angles about these axes is known. The telescope changes one side of a triangle. The
-lengths of the two other sides of the triangle are known.
+The prismatic joint called lift moves along the revolute axes. The telescope moves perpendicular to
+two of these axes. The sum of the angles about these two axes is known. The telescope changes the
+length of one side of a triangle. The lengths of the two other sides are known.
 """
 
 import sympy as sp
@@ -16,7 +16,7 @@ from .work import Work
 
 
 def lift(work: Work, slide: Axis, first: Axis, hand: Vector, position: Vector) -> None:
-    """Solves for the lift, a prismatic joint along the parallel axes.
+    """Solve for the lift, a prismatic joint along the parallel axes.
 
     Args:
         work: Records the step.
@@ -38,15 +38,15 @@ def lift(work: Work, slide: Axis, first: Axis, hand: Vector, position: Vector) -
 def telescope(
     work: Work, axes: tuple[Axis, ...], hand: Vector, position: Vector, total: CosSin
 ) -> None:
-    """Solves for the telescope and the first of the two revolute joints.
+    """Solve for the telescope (a prismatic joint) and the first revolute joint.
 
     Args:
         work: Two steps are recorded.
         axes: The two revolute axes and the telescope, in the order of the chain.
         hand: The home position of a point that all three joints move.
-        position: The target of the point, relative to the first revolute axis. The component along
-            the axis has no effect.
-        total: The rotation by the sum of the two revolute angles, about the first axis.
+        position: Target position of the point `hand`, relative to the first revolute axis. The
+            component along the axis has no effect.
+        total: Cosine and sine of the sum of the two revolute angles.
     """
     terms = work.terms
     first, second = (axis for axis in axes if axis.turns)
@@ -64,7 +64,7 @@ def telescope(
     length = work.slide(
         slide,
         "line-sphere intersection",
-        f"{first.name} keeps the distance of axis {second.name}",
+        f"{first.name} does not change the distance between axes {first.name} and {second.name}",
         slide_to_sphere(terms, u, longer, dot(terms, other, other), work.sign()),
     )
     side = combination(terms, (sp.Integer(1), length), (longer, u))
@@ -72,7 +72,7 @@ def telescope(
     work.step(
         [first],
         "subproblem 1",
-        f"it turns axis {second.name} to its position",
+        f"this joint rotates axis {second.name} to its target position",
         sp1(terms, first.h, before, after),
-        f"with this position on axis {first.name} the angle is arbitrary and taken as 0",
+        f"if this position is on axis {first.name}, the angle is arbitrary and set to 0",
     )

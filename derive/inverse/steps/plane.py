@@ -25,9 +25,10 @@ from .triangle import remaining, triangle
 from .work import Work
 
 ARM = 4
-"""Number of joints of base and arm, without the fifth joint."""
+"""Number of joints before the optional fifth joint: the rotating base and three joints that move in
+a plane."""
 DIGITS = 20
-"""Number of digits of the arm length, which is used only as a scale."""
+"""Number of digits to which the arm length is rounded; the arm length is only a scale."""
 
 
 def turn_to_plane(
@@ -39,7 +40,7 @@ def turn_to_plane(
     reason: str,
     sides: Sequence[Vector] = (),
 ) -> tuple[Vector, CosSin]:
-    """Solves for joint 1 if only joint 1 moves a point along the second axis.
+    """Solve for joint 1 from the coordinate of a point along the second axis.
 
     Args:
         work: Records the step.
@@ -47,9 +48,9 @@ def turn_to_plane(
         second: The second axis.
         carried: The point in the home pose.
         position: The target position of the point.
-        reason: Explains why no other joint moves the point along the second axis.
-        sides: Link vectors that later joints can rotate to any angle in the plane. If the two axes
-            are parallel, joint 1 moves the target to a distance that the links reach.
+        reason: The reason why no other joint moves the point along the second axis.
+        sides: Vectors along the links. If the two axes are parallel, joint 1 moves the target to a
+            distance that these links reach.
 
     Returns:
         Two values: the target position relative to the second axis, rotated back by joint 1, and
@@ -70,7 +71,7 @@ def turn_to_plane(
         "subproblem 4",
         reason,
         turn_in_reach(terms, (second.h, first.h), found, in_reach) if sides else found,
-        "with the point on the first axis the angle is arbitrary and taken as 0",
+        "if the point is on the first axis, the angle is arbitrary and set to 0",
     )
     return seen_behind(work, first, second, V, turn), turn
 
@@ -82,7 +83,7 @@ def turn_to_direction(
     point: tuple[Vector, Vector],
     direction: tuple[Vector, Vector],
 ) -> tuple[Vector, CosSin]:
-    """Solves for joint 1 from the targets of a point and of a direction of the tool.
+    """Solve for joint 1 from the targets of a point and of a direction of the tool.
 
     The later joints are revolute with parallel axes, or prismatic and perpendicular to these axes.
     Therefore, the later joints do not change the angle between the tool direction and the parallel
@@ -108,8 +109,8 @@ def turn_to_direction(
     turn = work.step(
         [first],
         EQUATIONS,
-        f"the other joints keep the height of the point along axis {second.name}, and the angle of "
-        "the direction with this axis",
+        f"the other joints change neither the height of the point along axis {second.name} nor the "
+        "angle between the tool direction and this axis",
         of_two_lines(
             terms,
             component(terms, second.h, k, V, height, size2),
@@ -121,19 +122,19 @@ def turn_to_direction(
 
 
 def seen_behind(work: Work, first: Axis, second: Axis, V: Vector, turn: CosSin) -> Vector:
-    """Returns a position relative to the second axis, rotated back by joint 1."""
+    """Return a position relative to axis 2, in axes that rotate with joint 1."""
     terms = work.terms
     seen = rotated(terms, first.h, turn.back, V)
     return added(terms, seen, subtracted(terms, first.p, second.p))
 
 
 def in_plane(lines: Lines) -> tuple[Axis, ...]:
-    """Returns the parallel axes."""
+    """Return the parallel axes."""
     return tuple(axis for axis in lines.axes[1:ARM] if axis.turns)
 
 
 def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
-    """Solves for all joints of an arm from a pose.
+    """Solve for all joints of an arm from a pose.
 
     Args:
         work: Records the steps.
@@ -154,11 +155,14 @@ def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
         U, q1 = turn_to_direction(work, lines, a2, (carried, wanted), (e, after))
     else:
         U, q1 = _turned_with(work, lines, wanted, target)
-    # 2. The parallel joints rotate the tool direction e. If the arm has a fifth joint, e is its
-    # axis, so the fifth joint does not rotate e.
+    # 2. The parallel joints rotate the tool direction e. If the arm has a fifth joint, e is the
+    # axis of the fifth joint.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, e))
     total = turned_as_one(
-        work, lines, sp1(terms, a2.h, e, v), "the tool's direction in the arm's plane"
+        work,
+        lines,
+        sp1(terms, a2.h, e, v),
+        "the sum of these angles rotates the tool in the arm plane",
     )
     # 3. A triangle.
     reach(work, lines, carried, U, total)
@@ -173,7 +177,7 @@ def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tu
     q1 = work.step(
         [a1],
         "subproblem 1",
-        f"the other joints do not turn axis {a2.name}",
+        f"the other joints do not rotate axis {a2.name}",
         sp1(terms, a1.h, a2.h, target.turned(terms, a2.h)),
     )
     return seen_behind(work, a1, a2, subtracted(terms, wanted, a1.p), q1), q1
@@ -182,7 +186,7 @@ def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tu
 def turned_to_plane(
     work: Work, lines: Lines, carried: Vector, position: Vector
 ) -> tuple[Vector, CosSin]:
-    """Solves for joint 1, which rotates the arm plane so that the plane contains a position.
+    """Solve for joint 1, which rotates the arm plane so that the plane contains a position.
 
     Returns the position in the rotated arm plane, and the rotation of joint 1.
     """
@@ -192,12 +196,15 @@ def turned_to_plane(
 
 
 def turned_as_one(work: Work, lines: Lines, found: FoundTurn, reason: str) -> CosSin:
-    """Records the sum of the angles of the parallel joints."""
+    """Record the sum of the angles of the parallel joints."""
     return work.step(in_plane(lines), "subproblem 1", reason, found)
 
 
 def reach(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -> None:
-    """Solves for the joints in the arm plane. The sum of these joint angles is known."""
+    """Solve for the joints that move in the plane of the arm.
+
+    The sum of these joint angles is known.
+    """
     terms, turning = work.terms, in_plane(lines)
     if len(turning) < len(lines.axes[1:ARM]):
         telescope(work, lines.axes[1:ARM], carried, U, total)
@@ -209,7 +216,7 @@ def reach(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -
 
 
 def leave(work: Work, lines: Lines, first: int) -> None:
-    """Sets the joints that the task does not determine to 0."""
+    """Set the joints from index ``first`` to 0, because the task does not determine them."""
     for axis in lines.axes[first:]:
         work.turns[axis.joint] = NO_TURN
 

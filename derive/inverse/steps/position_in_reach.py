@@ -1,4 +1,6 @@
-"""Joint values for tasks that leave a joint free at special values of the fixed joints.
+"""Selects the value of a joint that the position does not determine.
+
+This happens at special values of the fixed joints.
 
 The height of a point along a revolute axis h determines the value of a joint. The angle between the
 axis of this joint and h may depend on fixed joints. A revolute joint parallel to h does not change
@@ -26,7 +28,7 @@ from ..subproblems.turns import CosSin, perpendicular
 def slide_in_reach(
     terms: Terms, found: FoundLength, in_reach: Callable[[], sp.Expr]
 ) -> FoundLength:
-    """Returns the displacement of a prismatic joint that moves a point into a plane.
+    """Return the displacement by which a prismatic joint moves a point into a plane.
 
     If the prismatic joint is parallel to the plane, ``in_reach()`` is returned.
 
@@ -47,7 +49,7 @@ def slide_in_reach(
 def turn_in_reach(
     terms: Terms, axes: tuple[Vector, Vector], found: FoundTurn, in_reach: Callable[[], CosSin]
 ) -> FoundTurn:
-    """Returns the joint angle that gives a point a required height along a direction.
+    """Return the joint angle that gives a point a required height along a direction.
 
     If the joint axis is parallel to the direction, ``in_reach()`` is returned.
 
@@ -55,7 +57,7 @@ def turn_in_reach(
         terms: Table of named terms.
         axes: The direction along which the height is measured, and the axis of the joint.
         found: The joint angle at which the point has the required height.
-        in_reach: Returns an angle at which the other joints reach the target.
+        in_reach: Function that returns a joint angle at which the other joints reach the target.
     """
     across = perpendicular(terms, *axes)
     if all(map(terms.is_constant, across)):
@@ -67,7 +69,7 @@ def turn_in_reach(
 
 
 def hypotenuse2(terms: Terms, axis: Vector, *sides: Vector) -> sp.Expr:
-    """Sums the squared lengths of link vectors, without their components along an axis.
+    """Sum the squared lengths of link vectors, without their components along an axis.
 
     For two links at a right angle, the square root of the sum is the distance between their ends.
     The two links can always reach a point at this distance if the elbow angle is free.
@@ -79,7 +81,7 @@ def hypotenuse2(terms: Terms, axis: Vector, *sides: Vector) -> sp.Expr:
 def slide_to_distance(
     terms: Terms, axis: Vector, slide: Vector, start: Vector, distance2: sp.Expr
 ) -> sp.Expr:
-    """Returns the displacement that brings a point closest to a squared distance from an axis.
+    """Return the displacement at which a point is closest to a given distance from an axis.
 
     Args:
         terms: Table of named terms.

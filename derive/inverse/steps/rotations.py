@@ -22,10 +22,11 @@ class Aligned:
     """Solves for the first of three angles if the first and the third axis are parallel.
 
     Attributes:
-        angle: Returns the first angle from the second angle and a sign.
+        angle: Function that computes the first angle from the second angle and a sign.
         condition: An additional condition: the first angle is computed only if the condition is
             true.
-        end: The last words of the article sentence that states how the first angle is computed.
+        end: The article states in one sentence how the first angle is computed. This text is the
+            end of the sentence.
     """
 
     angle: Callable[[CosSin, sp.Expr], CosSin]
@@ -34,7 +35,7 @@ class Aligned:
 
 
 def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
-    """Solves for the three wrist joints.
+    """Solve for the angles of the three wrist joints.
 
     Args:
         work: Record of the solution, which already contains the joints before the wrist. The steps
@@ -57,7 +58,7 @@ def three_turns(
     wanted: Callable[[Vector], Vector],
     aligned: Aligned | None = None,
 ) -> None:
-    """Solves ``R_4 R_5 R_6 = R`` for three angles.
+    """Solve ``R_4 R_5 R_6 = R`` for three angles.
 
     Subproblem 2 solves ``R_4 R_5 h_6 = R h_6``. A direction that is not parallel to h_6 then
     determines the last angle.
@@ -76,7 +77,7 @@ def three_turns(
         return
     sign = work.sign()
     q4, q5 = sp2(terms, a4.h, a5.h, a6.h, wanted(a6.h), sign)
-    end = "is then taken as 0"
+    end = "is then set to 0"
     if aligned is not None:
         image = wanted(a6.h)
         across = perpendicular(terms, a4.h, image)
@@ -91,22 +92,21 @@ def three_turns(
     work.step(
         [a4],
         "subproblem 2",
-        f"{a6.name} does not turn its own axis, and {a5.name} keeps the component along axis "
-        f"{a5.name}",
+        f"{a6.name} does not rotate its own axis, and {a5.name} does not change the component of "
+        f"this axis along axis {a5.name}",
         q4,
-        f"with axis {a6.name} on axis {a4.name} only the sum of the two is determined; this one "
-        f"{end}",
+        f"if axis {a6.name} is parallel to axis {a4.name}, only the sum of the two angles is "
+        f"determined; this angle {end}",
     )
-    work.step(
-        [a5], "subproblem 1", f"the rest of the rotation of axis {a6.name}, behind {a4.name}", q5
-    )
+    reason = f"this joint produces the remaining rotation of axis {a6.name} after {a4.name}"
+    work.step([a5], "subproblem 1", reason, q5)
     e = cross(terms, a6.h, a5.h)
     before = (a4, q4.turn), (a5, q5.turn)
     last_turn(work, a6, e, wanted(e), before, is_regular=q4.margin is None)
 
 
 def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Vector]) -> None:
-    """Solves ``R_4 R_5 = R`` for two angles, with at most one solution.
+    """Solve ``R_4 R_5 = R`` for two angles, with at most one solution.
 
     Subproblem 1 solves ``R_4 h_5 = R h_5`` for the first angle, and ``R_5 = R_4^T R`` for the
     second angle. Subproblem 1 always returns exactly one angle per equation.
@@ -121,7 +121,7 @@ def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Ve
     q4 = work.step(
         [a4],
         "subproblem 1",
-        f"{a5.name} does not turn its own axis",
+        f"{a5.name} does not rotate its own axis",
         sp1(terms, a4.h, a5.h, wanted(a5.h)),
     )
     e = cross(terms, a5.h, a4.h)
@@ -138,7 +138,7 @@ def last_turn(
     behind: str = "",
     is_regular: bool = False,
 ) -> None:
-    """Solves for the last angle. A direction perpendicular to the last axis determines the angle.
+    """Solve for the last angle.
 
     Args:
         work: Records the step.
@@ -146,14 +146,14 @@ def last_turn(
         e: A direction perpendicular to the last axis.
         wanted: The direction after the rotation by all joints.
         before: The axes and rotations of all joints before the last joint, starting at the base.
-        behind: Text that names the joints before the last joint.
+        behind: Text that names the joints before the last joint, such as " after joints 1 to 5".
         is_regular: Whether the rotated direction is perpendicular to the last axis for every
             target.
     """
     for other, turn in before:
         wanted = rotated(work.terms, other.h, turn.back, wanted)
     found = sp1(work.terms, axis.h, e, wanted, is_regular=is_regular)
-    work.step([axis], "subproblem 1", f"the rest of the rotation{behind}", found)
+    work.step([axis], "subproblem 1", f"this joint produces the remaining rotation{behind}", found)
 
 
 def two_last_turns(
@@ -164,12 +164,12 @@ def two_last_turns(
     *,
     is_regular: bool,
 ) -> None:
-    """Solves for joints 5 and 6 from the rotation that remains.
+    """Solve for joints 5 and 6 from the rotation that remains.
 
     Args:
         work: Records the steps.
-        before: Two pairs of an axis and an angle: joint 1 with its angle, and the parallel joints
-            with the sum of their angles.
+        before: Two pairs (axis, angle): joint 1 with its angle, and the parallel joints with the
+            sum of their angles.
         last: The axes of joints 5 and 6.
         target: The pose that the chain must reach.
         is_regular: Whether the angle sum solves its equation for every target.
@@ -177,17 +177,17 @@ def two_last_turns(
     terms, (a5, a6), ((a1, q1), (second, total)) = work.terms, last, before
     v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))
     seen = rotated(terms, second.h, total.back, v)
-    reason = "the rest of the rotation of axis 6, behind joints 1 to 4"
+    reason = "this joint produces the remaining rotation of axis 6 after joints 1 to 4"
     found = sp1(terms, a5.h, a6.h, seen, is_regular=is_regular)
     q5 = work.step([a5], "subproblem 1", reason, found)
     e = cross(terms, a6.h, a5.h)
     wanted = target.turned(terms, e)
     turned = (*before, (a5, q5))
-    last_turn(work, a6, e, wanted, turned, behind=", behind joints 1 to 5", is_regular=True)
+    last_turn(work, a6, e, wanted, turned, behind=" after joints 1 to 5", is_regular=True)
 
 
 def turned_back(work: Work, lines: Lines, count: int, v: Vector) -> Vector:
-    """Rotates a direction in base axes back by the first ``count`` joints."""
+    """Express a base-frame direction in the frame after the first ``count`` joints."""
     for axis in lines.axes[:count]:
         if axis.turns:
             v = rotated(work.terms, axis.h, work.turns[axis.joint].back, v)

@@ -17,13 +17,12 @@ from .work import Work
 
 
 def slides(work: Work, axes: Sequence[Axis], displacement: Vector, carried: str) -> None:
-    """Solves for one to three prismatic joints that move a point by a vector.
+    """Solve for one to three prismatic joints that move a point by a vector.
 
     Args:
         work: Records the steps.
         axes: The prismatic joints, whose directions may depend on fixed joints.
-        displacement: The vector. The point moves only by the component of the vector in the span of
-            the joint directions.
+        displacement: The vector.
         carried: Description of the point, for the article.
     """
     terms = work.terms
@@ -35,9 +34,9 @@ def slides(work: Work, axes: Sequence[Axis], displacement: Vector, carried: str)
         alone = len(axes) == 1
         normal = axis.h if alone else normal_to_both(terms, axes[k - 2].h, axes[k - 1].h)
         reason = (
-            f"it alone moves {carried} along its direction"
+            f"only this joint moves {carried} along its direction"
             if alone
-            else f"the other slides move {carried} in a plane"
+            else f"the other prismatic joints move {carried} in a plane"
         )
         d = dot(terms, normal, displacement)
         steps.append((axis, reason, slide_to_plane(terms, normal, axis.h, ORIGIN, d)))
@@ -59,11 +58,11 @@ def _record(
 
 
 def two_slides(work: Work, first: Axis, second: Axis, displacement: Vector) -> None:
-    """Solves for two prismatic joints that move a point by a vector in the plane of the joints."""
+    """Solve for two prismatic joints that move a point by a vector in the plane of the joints."""
     terms, steps = work.terms, []
     for axis, other in ((first, second), (second, first)):
         n = perpendicular(terms, other.h, axis.h)
         found = slide_to_plane(terms, n, axis.h, ORIGIN, dot(terms, n, displacement))
-        reason = f"{other.name} does not move the point normal to its direction"
+        reason = f"{other.name} moves the point only along its own direction"
         steps.append((axis, reason, found))
     _record(work, steps, displacement)

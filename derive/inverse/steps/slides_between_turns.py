@@ -30,7 +30,7 @@ _FREEDOMS = 6
 
 
 def requires(lines: Lines) -> list[Requirement]:
-    """Returns the conditions on the axes of the chain."""
+    """Return the conditions on the axes of the chain."""
     turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
     few = len(turning) <= _MAX and 1 <= len(lines.axes) - len(turning) <= _MAX
     count = Requirement(
@@ -40,12 +40,12 @@ def requires(lines: Lines) -> list[Requirement]:
 
 
 def solve(work: Work, lines: Lines, target: Target) -> None:
-    """Solves for all joints."""
+    """Solve for all joints."""
     # 1. The orientation.
     _turns(work, lines, target)
     # 2. The position.
     _slides(work, lines.axes, target)
-    # 3. The pose may have more conditions than the chain has joints.
+    # 3. If the chain has fewer joints than the six that a pose requires, correct all joint values.
     if len(lines.axes) < _FREEDOMS:
         step_on_all(work, lines, target)
 
@@ -67,7 +67,7 @@ def _turns(work: Work, lines: Lines, target: Target) -> None:
         case [only]:
             e = any_across(terms, only.h)
             found = sp1(terms, only.h, e, target.turned(terms, e))
-            work.step([only], "subproblem 1", "it alone turns the tool", found)
+            work.step([only], "subproblem 1", "only this joint rotates the tool", found)
 
 
 def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
@@ -81,7 +81,7 @@ def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
             sliding = [replace(s, h=rotated(terms, axis.h, turn, s.h)) for s in sliding]
         else:
             sliding.insert(0, axis)
-    meaning = "the displacement along the slides"
+    meaning = "the displacement by the prismatic joints"
     displacement = work.name_vector(
         ("W", "V"), meaning, subtracted(terms, target.position, carried)
     )
@@ -95,8 +95,8 @@ def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
 def _reasons(sliding: Sequence[Axis]) -> Iterator[str]:
     match sliding:
         case [_, second, third]:
-            yield f"{second.name} and {third.name} do not move the tool along their normal"
+            yield f"{second.name} and {third.name} do not move the tool along their common normal"
     for _, later in pairwise(sliding[-2:]):
-        yield f"{later.name} does not move the tool across its direction"
-    alone = "it alone moves the tool along its direction"
-    yield "the rest of the displacement" if len(sliding) > 1 else alone
+        yield f"{later.name} moves the tool only along its own direction"
+    alone = "only this joint moves the tool along its direction"
+    yield "this joint produces the remaining displacement" if len(sliding) > 1 else alone

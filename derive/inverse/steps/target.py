@@ -18,7 +18,7 @@ from ..subproblems.turns import CosSin, rotated
 
 @dataclass(frozen=True)
 class Target:
-    """The displacement of the last body that the chain must produce.
+    """The required displacement of the last body of the chain.
 
     The displacement is stored as a rotation, and as the positions of one body point before and
     after the displacement.
@@ -34,36 +34,39 @@ class Target:
     position: Vector
 
     def turned(self, terms: Terms, direction: Vector) -> Vector:
-        """Rotates a direction of the body."""
+        """Rotate a direction of the body."""
         return combination(terms, direction, self.axes)
 
     def point(self, terms: Terms, point: Vector) -> Vector:
-        """Displaces a point of the body.
+        """Displace a point of the body.
 
-        Only the vector from ``home`` to the point is rotated. A wrist center near the tool is
-        therefore accurate even far from the base.
+        Only the vector from ``home``, a point of the body, to ``point`` is rotated. A wrist center
+        near the tool is therefore accurate even far from the base.
         """
         return added(terms, self.position, self.turned(terms, subtracted(terms, point, self.home)))
 
     def reversed(self) -> "Target":
-        """Returns the inverse displacement, the target of the chain numbered from the tool."""
+        """Return the inverse displacement.
+
+        This is the target if the chain is numbered from the tool.
+        """
         x, y, z = zip(*self.axes, strict=True)
         return Target((x, y, z), self.position, self.home)
 
     def without_last(self, terms: Terms, k: Vector, p: Vector, turn: CosSin) -> "Target":
-        """Removes the motion of the last joint: ``G exp(S_n theta_n)^-1``."""
+        """Remove the motion of the last joint: ``G exp(S_n theta_n)^-1``."""
         kept = tuple(rotated(terms, k, turn.back, e) for e in IDENTITY)
         axes = tuple(self.turned(terms, e) for e in kept)
         lever = rotated(terms, k, turn, subtracted(terms, self.home, p))
         return Target((axes[0], axes[1], axes[2]), added(terms, p, lever), self.position)
 
     def shifted(self, terms: Terms, by: Vector) -> "Target":
-        """Removes a final translation: ``G Trans(by)^-1``."""
+        """Remove a final translation: ``G Trans(by)^-1``."""
         return Target(self.axes, added(terms, self.home, by), self.position)
 
 
 def of_pose(terms: Terms, pose: Sequence[sp.Expr], home: sp.Matrix) -> Target:
-    """Returns the target of a chain for a tool pose.
+    """Return the target of a chain for a tool pose.
 
     Args:
         terms: Table of named terms.

@@ -47,7 +47,7 @@ class Case:
 
     Attributes:
         kinds: One letter per joint: r for revolute, p for prismatic.
-        title: The arrangement in words, such as "axes 2 and 3 parallel".
+        title: The arrangement in words, such as "axes 2 and 3 are parallel".
         max_solutions: The maximum number of solutions.
         requires: Returns the conditions on the axes of the chain.
         solve: Function that solves for the values of the three joints.
@@ -61,7 +61,7 @@ class Case:
 
 
 def case_of(lines: Lines) -> Case | None:
-    """Returns the first case whose conditions three axes satisfy."""
+    """Return the first case that applies to the three axes, or None."""
     kinds = _kinds(lines)
     for case in CASES:
         if case.kinds == kinds and _worst(case, lines).deviation <= lines.tolerance:
@@ -70,22 +70,22 @@ def case_of(lines: Lines) -> Case | None:
 
 
 def requires(lines: Lines) -> Requirement:
-    """Returns the conditions of the first arrangement of axes that fits the chain.
+    """Return the conditions of the first arrangement of axes that fits the chain.
 
     If no arrangement fits the chain, the conditions of the nearest arrangement are returned.
     """
     found = case_of(lines)
     names = ", ".join(axis.name for axis in lines.axes)
     if found is not None:
-        text = f"joints {names}: {_with_names(found.title, lines)}"
+        text = _with_names(found.title, lines)
         worst, parts = _worst(found, lines), tuple(found.requires(lines))
         return Requirement(text, worst.deviation, worst.is_length, parts=parts)
     kinds = _kinds(lines)
     missed = [(_worst(case, lines), case.title) for case in CASES if case.kinds == kinds]
     if not missed:
-        return Requirement(f"joints {names}: no structure of such joints is known", np.inf)
+        return Requirement(f"the joints {names} have a known structure", np.inf)
     worst, title = min(missed, key=lambda each: each[0].deviation)
-    text = f"joints {names}: {_with_names(title, lines)}"
+    text = _with_names(title, lines)
     return Requirement(text, worst.deviation, worst.is_length)
 
 
@@ -146,31 +146,33 @@ def _first_two_meet(work: Work, lines: Lines, center: Vector, W: Vector) -> None
     q3 = work.step(
         [a3],
         "subproblem 3",
-        f"{a1.name} and {a2.name} keep the center's distance from the point where their axes meet",
+        f"{a1.name} and {a2.name} do not change the distance from the center to the intersection "
+        "of their axes",
         sp3(terms, a3.h, upper, fore, across2, work.sign(), dot(terms, V, V)),
     )
-    # 2, 3. Both joints rotate the point about the intersection of their axes.
+    # 2, 3. Both joints rotate the center about the intersection of their axes.
     _two_about_a_point(work, a1, a2, added(terms, upper, rotated(terms, a3.h, q3, fore)), V)
 
 
 def _two_about_a_point(work: Work, a1: Axis, a2: Axis, p: Vector, v: Vector) -> None:
-    """Solves ``R_1 R_2 p = v`` for two rotations."""
+    """Solve ``R_1 R_2 p = v`` for two rotations."""
     first, second = sp2(work.terms, a1.h, a2.h, p, v, work.sign())
     work.step(
         [a1],
         "subproblem 2",
         f"{a2.name} does not move the center along its axis",
         first,
-        "with the center on the axis the angle is arbitrary and taken as 0",
+        "if the center is on the axis, the angle is arbitrary and set to 0",
     )
-    work.step([a2], "subproblem 1", f"the rest of the rotation, behind {a1.name}", second)
+    reason = f"this joint produces the remaining rotation after {a1.name}"
+    work.step([a2], "subproblem 1", reason, second)
 
 
 def _last_two_meet(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(1, 2)
     # 1. Joints 2 and 3 do not change the distance from the center to the intersection of axes 2 and
-    # 3. Joint 1 moves the intersection of axes 2 and 3 to a known position. Therefore, the distance
+    # 3. Joint 1 moves the intersection of axes 2 and 3 to a known position, so the distance
     # |R_1^T V - c| is known.
     V, c = subtracted(terms, W, a1.p), subtracted(terms, C, a1.p)
     reach = subtracted(terms, center, C)
@@ -180,11 +182,12 @@ def _last_two_meet(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     q1 = work.step(
         [a1],
         "subproblem 3",
-        f"{a2.name} and {a3.name} keep the center's distance from the point where their axes meet",
+        f"{a2.name} and {a3.name} do not change the distance from the center to the intersection "
+        "of their axes",
         sp3(terms, minus_h, minus_c, V, across2, work.sign(), dot(terms, reach, reach)),
-        "with the center on the first axis the angle is arbitrary and taken as 0",
+        "if the center is on the first axis, the angle is arbitrary and set to 0",
     )
-    # 2, 3. Both joints rotate the point about the intersection of their axes.
+    # 2, 3. Both joints rotate the center about the intersection of their axes.
     _two_about_a_point(work, a2, a3, reach, subtracted(terms, rotated(terms, a1.h, q1.back, V), c))
 
 
@@ -214,10 +217,11 @@ def _meeting_then_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> 
     length = work.slide(
         a3,
         "line-sphere intersection",
-        f"{a1.name} and {a2.name} keep the center's distance from the point where their axes meet",
+        f"{a1.name} and {a2.name} do not change the distance from the center to the intersection "
+        "of their axes",
         slide_to_sphere(terms, a3.h, reach, r2, work.sign()),
     )
-    # 2, 3. Both joints rotate the point about the intersection of their axes.
+    # 2, 3. Both joints rotate the center about the intersection of their axes.
     extended = combination(terms, (sp.Integer(1), length), (reach, a3.h))
     _two_about_a_point(work, a1, a2, extended, V)
 
@@ -256,13 +260,16 @@ def _turn_across_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> N
     length = work.slide(
         a3,
         "line-sphere intersection",
-        f"{a2.name} keeps the center's distance from its axis",
+        f"{a2.name} does not change the distance from the center to its axis",
         slide_to_sphere(terms, a3.h, reach, dot(terms, A, A), work.sign()),
     )
     # 3. The extended arm points to the center.
     extended = combination(terms, (sp.Integer(1), length), (reach, a3.h))
     work.step(
-        [a2], "subproblem 1", "the extended arm points to the center", sp1(terms, a2.h, extended, A)
+        [a2],
+        "subproblem 1",
+        "this joint rotates the center to its target position",
+        sp1(terms, a2.h, extended, A),
     )
 
 
@@ -301,17 +308,18 @@ def _slide_then_meeting(work: Work, lines: Lines, center: Vector, W: Vector) -> 
     length = work.slide(
         a1,
         "line-sphere intersection",
-        f"{a2.name} and {a3.name} keep the center's distance from the point where their axes meet",
+        f"{a2.name} and {a3.name} do not change the distance from the center to the intersection "
+        "of their axes",
         slide_to_sphere(terms, minus_h, V, dot(terms, reach, reach), work.sign()),
     )
-    # 2, 3. Both joints rotate the point about the intersection of their axes.
+    # 2, 3. Both joints rotate the center about the intersection of their axes.
     left = combination(terms, (sp.Integer(1), length), (V, minus_h))
     _two_about_a_point(work, a2, a3, reach, left)
 
 
 def _oblique(lines: Lines, i: int, j: int) -> Requirement:
     sideways = abs(float(lines.axes[i].direction @ lines.axes[j].direction)) < OBLIQUE_AXES
-    text = f"{lines.axes[j].name} does not move across {lines.axes[i].name}"
+    text = f"{lines.axes[j].name} is not perpendicular to axis {lines.axes[i].name}"
     return Requirement(text, np.inf if sideways else 0.0)
 
 
@@ -319,93 +327,112 @@ def _turned_out(lines: Lines) -> Requirement:
     a, b, c = (axis.direction for axis in lines.axes)
     normal = np.cross(a, b)
     flat = np.linalg.norm(np.cross(normal, c)) < OBLIQUE_AXES
-    text = f"{lines.axes[2].name} moves the point out of the plane of the slides"
+    text = f"{lines.axes[2].name} moves the point out of the plane of the prismatic joints"
     return Requirement(text, np.inf if flat else 0.0)
 
 
 def _independent(lines: Lines) -> Requirement:
     volume = float(np.linalg.det([axis.direction for axis in lines.axes]))
-    return Requirement("the slides span space", np.inf if abs(volume) < OBLIQUE_AXES else 0.0)
+    text = "the prismatic joints have independent directions"
+    return Requirement(text, np.inf if abs(volume) < OBLIQUE_AXES else 0.0)
 
 
 CASES = (
-    Case("rrr", "axes 2 and 3 parallel", 4, lambda a: [parallel(a, 1, 2)], _last_two_parallel),
-    Case("rrr", "axes 1 and 2 parallel", 4, lambda a: [parallel(a, 0, 1)], _first_two_parallel),
-    Case("rrr", "axes 1 and 2 intersecting", 4, lambda a: [meeting(a, 0, 1)], _first_two_meet),
-    Case("rrr", "axes 2 and 3 intersecting", 4, lambda a: [meeting(a, 1, 2)], _last_two_meet),
-    Case("rrr", "any axes", 4, lambda _: [], _any),
+    Case("rrr", "axes 2 and 3 are parallel", 4, lambda a: [parallel(a, 1, 2)], _last_two_parallel),
+    Case("rrr", "axes 1 and 2 are parallel", 4, lambda a: [parallel(a, 0, 1)], _first_two_parallel),
+    Case("rrr", "axes 1 and 2 intersect", 4, lambda a: [meeting(a, 0, 1)], _first_two_meet),
+    Case("rrr", "axes 2 and 3 intersect", 4, lambda a: [meeting(a, 1, 2)], _last_two_meet),
+    Case("rrr", "joints 1, 2 and 3 are revolute", 4, lambda _: [], _any),
     Case(
         "rrp",
-        "axes 1 and 2 intersecting, a slide",
+        "axes 1 and 2 intersect, and joint 3 is prismatic",
         4,
         lambda a: [meeting(a, 0, 1)],
         _meeting_then_slide,
     ),
     Case(
         "rrp",
-        "axes 1 and 2 parallel, a slide along them",
+        "axes 1 and 2 are parallel and not perpendicular to prismatic joint 3",
         2,
         lambda a: [parallel(a, 0, 1), _oblique(a, 0, 2)],
         _parallel_then_slide,
     ),
-    Case("rrp", "a slide across axis 2", 4, lambda a: [across(a, 1, 2)], _turn_across_slide),
+    Case(
+        "rrp",
+        "joint 3 is prismatic and perpendicular to axis 2",
+        4,
+        lambda a: [across(a, 1, 2)],
+        _turn_across_slide,
+    ),
     Case(
         "prr",
-        "a slide along parallel axes 2 and 3",
+        "axes 2 and 3 are parallel and not perpendicular to prismatic joint 1",
         2,
         lambda a: [parallel(a, 1, 2), _oblique(a, 1, 0)],
         _slide_then_parallel,
     ),
     Case(
         "prr",
-        "a slide, axes 2 and 3 intersecting",
+        "joint 1 is prismatic, and axes 2 and 3 intersect",
         4,
         lambda a: [meeting(a, 1, 2)],
         _slide_then_meeting,
     ),
-    Case("rpp", "a turn and two slides", 2, lambda a: [rises(a)], turn_then_slides),
+    Case(
+        "rpp",
+        "joint 1 is revolute, and joints 2 and 3 are prismatic",
+        2,
+        lambda a: [rises(a)],
+        turn_then_slides,
+    ),
     Case(
         "prp",
-        "a turn between slides, the first along its axis",
+        "joints 1 and 3 are prismatic, and joint 1 is parallel to axis 2",
         2,
         lambda a: [parallel(a, 0, 1), askew(a, 1, 2)],
         slide_turn_slide,
     ),
     Case(
         "prp",
-        "a turn between slides, the second along its axis",
+        "joints 1 and 3 are prismatic, and joint 3 is parallel to axis 2",
         2,
         lambda a: [parallel(a, 1, 2), askew(a, 0, 1)],
         slide_turn_slide,
     ),
     Case(
         "prp",
-        "a turn between slides, the first across its axis",
+        "joints 1 and 3 are prismatic, and joint 1 is perpendicular to axis 2",
         2,
         lambda a: [across(a, 0, 1), _oblique(a, 1, 2)],
         slide_turn_slide,
     ),
     Case(
         "prp",
-        "a turn between slides, the second across its axis",
+        "joints 1 and 3 are prismatic, and joint 3 is perpendicular to axis 2",
         2,
         lambda a: [across(a, 1, 2), _oblique(a, 1, 0)],
         slide_turn_slide,
     ),
     Case(
         "rpr",
-        "parallel axes 1 and 3, a slide along them",
+        "axes 1 and 3 are parallel and not perpendicular to prismatic joint 2",
         2,
         lambda a: [parallel(a, 0, 2), _oblique(a, 0, 1)],
         turn_slide_parallel_turn,
     ),
     Case(
         "rpr",
-        "a slide across axis 1",
+        "joint 2 is prismatic and perpendicular to axis 1",
         4,
         lambda a: [across(a, 0, 1), askew(a, 0, 2)],
         turn_slide_turn,
     ),
-    Case("ppr", "two slides and a turn", 2, lambda a: [_turned_out(a)], slides_then_turn),
-    Case("ppp", "three slides", 1, lambda a: [_independent(a)], _three_slides),
+    Case(
+        "ppr",
+        "joints 1 and 2 are prismatic, and joint 3 is revolute",
+        2,
+        lambda a: [_turned_out(a)],
+        slides_then_turn,
+    ),
+    Case("ppp", "joints 1, 2 and 3 are prismatic", 1, lambda a: [_independent(a)], _three_slides),
 )

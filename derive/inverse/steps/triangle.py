@@ -12,15 +12,15 @@ from .work import Sum, Work
 
 
 def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vector) -> None:
-    """Solves for the elbow angle, then for the shoulder angle, from the sides of a triangle.
+    """Solve for the elbow angle, then for the shoulder angle, from the sides of a triangle.
 
     Args:
         work: Object that records the two solution steps.
         first: The shoulder axis.
         second: The elbow axis, parallel to the shoulder axis.
-        hand: A point in the home pose that both joints move.
-        position: The target of the point, relative to the shoulder axis. The component of the
-            target along the shoulder axis has no effect on the angles.
+        hand: A point of the tool in the home pose. Both joints move this point.
+        position: Target position of the point `hand`, relative to the shoulder axis. The component
+            of the target along the shoulder axis has no effect on the angles.
     """
     terms = work.terms
     upper = perpendicular(terms, first.h, subtracted(terms, second.p, first.p))
@@ -29,26 +29,27 @@ def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vect
     bent = work.step(
         [second],
         "subproblem 3",
-        f"the distance from axis {first.name} determines the bend by the law of cosines",
+        f"the distance of the target position from axis {first.name} determines this angle by the "
+        "law of cosines",
         sp3(terms, second.h, upper, fore, dot(terms, displacement, displacement), work.sign()),
     )
     arm = added(terms, upper, rotated(terms, second.h, bent, fore))
     work.step(
         [first],
         "subproblem 1",
-        "the bent arm points to the wanted position",
+        "this joint rotates the bent arm to the target position",
         sp1(terms, first.h, arm, displacement),
-        f"with this position on axis {first.name} the angle is arbitrary and taken as 0",
+        f"if this position is on axis {first.name}, the angle is arbitrary and set to 0",
     )
 
 
 def remaining(work: Work, axes: tuple[Axis, ...], total: CosSin) -> None:
-    """Solves for the last of several parallel joints. The sum of all angles is known.
+    """Solve for the last of several parallel joints. The sum of all angles is known.
 
     Args:
-        work: Record of the solution, which receives the last joint.
+        work: Solution steps so far. The function adds the step for the last joint.
         axes: The parallel axes.
-        total: The rotation by the angle sum about the first axis.
+        total: Rotation about the first axis by the sum of all joint angles.
     """
     first, *others, last = axes
     before = work.turns[first.joint]

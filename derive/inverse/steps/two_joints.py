@@ -1,8 +1,8 @@
 """Two joints that position a point.
 
-Two joints cannot reach every position. For an unreachable position, the joint values lead to a
-nearby position. The second joint must satisfy two equations. The better conditioned equation is
-solved.
+Two joints cannot reach every position. For an unreachable position, the joints move the point to a
+nearby position. The second joint must satisfy two equations. Only the better conditioned equation
+is solved.
 """
 
 import sympy as sp
@@ -19,7 +19,7 @@ from .work import Work
 
 
 def two_joints(work: Work, first: Axis, second: Axis, point: Vector, position: Vector) -> None:
-    """Solves ``exp(S_1 q_1) exp(S_2 q_2) point = position`` for two joints.
+    """Solve ``exp(S_1 q_1) exp(S_2 q_2) point = position`` for two joints.
 
     Args:
         work: Records the steps.
@@ -43,7 +43,7 @@ def two_joints(work: Work, first: Axis, second: Axis, point: Vector, position: V
 def second_turn(
     work: Work, first: Axis, second: Axis, offset: Vector, reach: Vector, wanted: Vector
 ) -> None:
-    """Solves ``R_1 (offset + R_2 reach) = wanted`` for two rotations R_1 and R_2.
+    """Solve ``R_1 (offset + R_2 reach) = wanted`` for two rotations R_1 and R_2.
 
     The rotation R_1 changes neither the length of a vector nor its component along the axis of R_1.
     """
@@ -56,7 +56,8 @@ def second_turn(
     turn = work.step(
         [second],
         EQUATIONS,
-        f"{first.name} keeps the point's distance from its axis, and its height along the axis",
+        f"{first.name} changes neither the distance from the point to its axis nor the height of "
+        "the point along the axis",
         of_two_lines(
             terms,
             component(terms, offset, second.h, reach, by_length),
@@ -72,9 +73,9 @@ def _point(work: Work, axis: Axis, there: Vector, wanted: Vector) -> None:
     work.step(
         [axis],
         "subproblem 1",
-        "the rest of the way to the position",
+        "this joint rotates the point to its target position",
         sp1(work.terms, axis.h, there, wanted),
-        "with the position on the axis the angle is arbitrary and taken as 0",
+        "if the position is on the axis, the angle is arbitrary and set to 0",
     )
 
 
@@ -95,10 +96,9 @@ def _slide_and_turn(work: Work, first: Axis, second: Axis, point: Vector, wanted
 
 
 def _slide_off(work: Work, slide: Axis, turning: Axis, point: Vector, other: Vector) -> sp.Expr:
-    """Solves for the prismatic joint from the height or the axis distance of a point.
+    """Solve for the prismatic joint from the height or the axis distance of a point.
 
-    The revolute joint rotates ``point`` to ``other``. The positions ``point`` and ``other`` are
-    relative to a point on the axis of the revolute joint.
+    The revolute joint rotates ``point`` to ``other``.
     """
     terms = work.terms
     if abs(float(slide.direction @ turning.direction)) > OBLIQUE_AXES:
@@ -112,7 +112,7 @@ def _slide_off(work: Work, slide: Axis, turning: Axis, point: Vector, other: Vec
     return work.slide(
         slide,
         "line-sphere intersection",
-        f"{turning.name} keeps the point's distance from its axis",
+        f"{turning.name} does not change the distance from the point to its axis",
         slide_to_sphere(
             terms,
             slide.h,

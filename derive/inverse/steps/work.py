@@ -1,4 +1,4 @@
-"""Record of a closed form during its derivation."""
+"""Records the solution steps of a closed form while they are derived."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -23,9 +23,10 @@ class InverseStep:
         joints: Names of the joints. For two or more joints, the step solves for the sum of the
             joint angles.
         method: The subproblem, for example "subproblem 4".
-        reason: A sentence that names the joints that the equation of the step does not contain.
+        reason: The reason why the equation of the step contains no other unknown joint.
         found: The angle or displacement, with its equation.
-        degenerate: The poses at which the value is arbitrary, and the value that is then selected.
+        degenerate: The poses that do not determine the value, and the value that is selected at
+            these poses.
     """
 
     joints: tuple[str, ...]
@@ -37,12 +38,12 @@ class InverseStep:
 
 @dataclass(frozen=True)
 class NamedVector:
-    """A vector with a name, which step descriptions use.
+    """A vector that step descriptions refer to by name.
 
     Attributes:
         letters: LaTeX letters in order of preference. Letters of robot parameters are not used.
         meaning: Description of the vector.
-        vector: The components in base axes. A position is in meter.
+        vector: The components in base axes, in meters if the vector is a position.
         after: Number of steps on which the vector depends.
     """
 
@@ -80,7 +81,9 @@ class Sum:
 
 @dataclass
 class Work:
-    """State of a derivation, which a family fills step by step.
+    """State of a derivation.
+
+    The family adds the solution steps one by one.
 
     Attributes:
         terms: Table of named terms.
@@ -92,9 +95,9 @@ class Work:
         locked: Indices of the joints that loops lock.
         signs: The symbols of the signs (1 or -1), in the order of the solution slots.
         settled: Indices of the signs that are not needed and always 1.
-        choices: Number of signs so far.
-        sides: For each sign that selects a loop branch, a pair: the name of the loop, and the names
-            of the branches. The names of the branches are keyed by the value 1 or -1 of the sign.
+        choices: Number of signs requested so far, including the signs that are not needed.
+        sides: For each sign that selects a branch of a loop: the name of the loop, and the names of
+            its branches. The names of the branches are keyed by the value 1 or -1 of the sign.
         steps: The solution steps in order.
         vectors: The named vectors.
     """
@@ -113,7 +116,7 @@ class Work:
     vectors: list[NamedVector] = field(default_factory=list)
 
     def sign(self) -> sp.Expr:
-        """Returns a new symbol that selects one of two solutions.
+        """Return a new symbol that selects one of two solutions.
 
         A sign that is not needed is 1.
         """
@@ -124,7 +127,7 @@ class Work:
         return self.signs[-1]
 
     def name_vector(self, letters: tuple[str, ...], meaning: str, vector: Vector) -> Vector:
-        """Gives a vector a name for the article and returns the vector."""
+        """Give a vector a name for the article and return the vector."""
         self.vectors.append(NamedVector(letters, meaning, vector, len(self.steps)))
         return vector
 
@@ -136,7 +139,10 @@ class Work:
         found: FoundTurn,
         degenerate: str = "",
     ) -> CosSin:
-        """Records a step. If the step has one axis, the joint angle is recorded, too."""
+        """Record a step.
+
+        A step with one axis also records the joint angle of this axis.
+        """
         found = _settled(found)
         self.steps.append(
             InverseStep(tuple(axis.name for axis in axes), method, reason, found, degenerate)
@@ -146,30 +152,30 @@ class Work:
         return found.turn
 
     def slide(self, axis: Axis, method: str, reason: str, found: FoundLength) -> sp.Expr:
-        """Records the step of a prismatic joint."""
+        """Record a solution step for a prismatic joint."""
         self.steps.append(InverseStep((axis.name,), method, reason, _settled(found)))
         self.lengths[axis.joint] = found.length
         return found.length
 
     def note(self, names: Sequence[str], method: str, reason: str, found: FoundTurn) -> CosSin:
-        """Records a solution step for an angle that is not a joint angle."""
+        """Record a solution step for an angle that is not a joint angle."""
         self.steps.append(InverseStep(tuple(names), method, reason, _settled(found)))
         return found.turn
 
     def note_length(
         self, names: Sequence[str], method: str, reason: str, found: FoundLength
     ) -> sp.Expr:
-        """Records a step that solves for a length that is not a joint displacement."""
+        """Record a step that solves for a length that is not a joint displacement."""
         self.steps.append(InverseStep(tuple(names), method, reason, _settled(found)))
         return found.length
 
     def remainder(self, axes: Sequence[Axis]) -> None:
-        """Records that the angle of the last joint follows from the sum of all joint angles."""
+        """Record that the angle of the last joint follows from the sum of all joint angles."""
         names = tuple(axis.name for axis in axes)
         self.remainders.append(Remainder(names, names[-1]))
 
     def margins(self) -> list[sp.Expr]:
-        """Returns the margins of all steps that may have no real solution."""
+        """Return the margins of all steps that may have no real solution."""
         return [step.found.margin for step in self.steps if step.found.margin is not None]
 
 

@@ -1,10 +1,9 @@
-"""Arm angles that the position of the wrist center does not determine.
+"""Arm joints whose angles the wrist center does not determine.
 
 If the wrist center lies on the axis of a joint, the angle of this joint is arbitrary. If axis 5 is
 perpendicular to axes 4 and 6, the wrist reaches every orientation. With this wrist, any arm angle
-is valid. A wrist with oblique axes limits the angle between axes 4 and 6. For a wrist with oblique
-axes, the selected arm angle brings the angle between axes 4 and 6 as close as possible to the
-middle of its range.
+is valid. For a wrist with oblique axes, the selected arm angle brings the angle between axes 4 and
+6 as close as possible to the middle of its range.
 """
 
 import sympy as sp
@@ -23,7 +22,7 @@ from .work import Work
 def with_wrist_in_reach(
     work: Work, lines: Lines, center: Vector, position: Vector, target: Target
 ) -> None:
-    """Selects the angles of joints 1 to 3 that the wrist center leaves arbitrary.
+    """Select the angles of joints 1 to 3 if the wrist center does not determine them.
 
     Args:
         work: Object that records the solution steps. Joints 1 to 3 are solved.
@@ -54,16 +53,17 @@ def with_angle_to_axis(
     best: tuple[Vector, sp.Expr],
     sign: sp.Expr,
 ) -> None:
-    """Selects values for undetermined angles of joints 1 to 3.
+    """Select values for the angles of joints 1 to 3 that the target does not determine.
 
-    The angles are selected by the angle between axis 4 and a direction.
+    If possible, the angle between axis 4 and a given direction has a preferred value.
 
     Args:
         work: Object that records the solution steps. Joints 1 to 3 are solved.
         lines: The chain. Axis 4 is the first axis of the wrist.
         center: The wrist center in the home pose.
         position: The target position of the wrist center.
-        best: The target of the direction, and the preferred cosine of its angle to axis 4.
+        best: A direction in the target pose, and the preferred cosine of the angle between this
+            direction and axis 4.
         sign: Selects one of two angles.
     """
     a1, a2, a3, a4, *_ = lines.axes
@@ -88,7 +88,7 @@ def _choose(work: Work, axis: Axis, lever: Vector, best: CosSin) -> None:
 
 
 def where_free(terms: Terms, k: Vector, lever: Vector, found: CosSin, best: CosSin) -> CosSin:
-    """Returns the angle ``best`` if the lever arm is parallel to k, else the angle ``found``."""
+    """Return the angle ``best`` if the lever arm is parallel to k, else the angle ``found``."""
     if all(map(terms.is_constant, lever)):
         return found
     across = perpendicular(terms, k, lever)

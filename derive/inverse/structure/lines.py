@@ -32,24 +32,15 @@ Frame = tuple[Basis, Vector]
 
 
 MAX_ADDENDS = 16
-"""Maximum number of addends up to which a constant is expanded to cancel terms."""
+"""A constant with more addends than this number is not expanded."""
 TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
 """Names of added joints: along the tool axis, and along any other axis."""
 SOME_SLIDE = 0.6180339887
-"""Generic value of prismatic joints (meter).
-
-Two axes that intersect at this displacement of a prismatic joint intersect at every displacement.
-"""
+"""Generic value of prismatic joints (meter)."""
 SOME_TURN = 0.7548776662
-"""Generic value of revolute joints (radian).
-
-At this joint value, no two axes are parallel or intersect by chance.
-"""
+"""Generic value of revolute joints (radian)."""
 APART = 0.5698402910
-"""Difference between the generic values of two joints.
-
-With equal joint values, the rotations of two opposite joints would cancel.
-"""
+"""Relative increase of the generic joint value per joint number, modulo 1."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +52,7 @@ class Axis:
         name: Name of the joint.
         kind: Revolute or prismatic.
         h: Direction of the axis (unit vector), in base axes.
-        p: A point on the axis (meter). The point has no meaning for a prismatic joint.
+        p: A point on the axis (meter).
         direction: The direction h as a floating-point vector.
         origin: The point p as a floating-point vector.
         stays: Whether the joint is an added joint, which stays at 0.
@@ -92,17 +83,17 @@ class Axis:
         return bool(np.linalg.norm(np.cross(self.direction, other.direction)) <= EXACT_STRUCTURE)
 
     def reversed(self) -> "Axis":
-        """Returns the axis with the opposite direction, for a chain numbered from the tool."""
+        """Return the axis with the opposite direction, for a chain numbered from the tool."""
         x, y, z = self.h
         return replace(self, h=(-x, -y, -z), direction=-self.direction)
 
     def moved(self, p: Vector, origin: NDArray[np.float64]) -> "Axis":
-        """Returns a parallel axis through another point."""
+        """Return a parallel axis through another point."""
         return replace(self, p=p, origin=origin)
 
 
 def axes_of(robot: SerialRobot, terms: Terms) -> tuple[Axis, ...]:
-    """Returns the axes of the moving joints in the home pose, starting at the base."""
+    """Return the axes of the moving joints in the home pose, starting at the base."""
     frames, _ = _home_frames(robot, terms)
     return tuple(
         _axis(terms, k, joint, basis[2], origin)
@@ -111,7 +102,7 @@ def axes_of(robot: SerialRobot, terms: Terms) -> tuple[Axis, ...]:
 
 
 def home_of(robot: SerialRobot, terms: Terms) -> sp.Matrix:
-    """Returns ``M_0_ee`` (4, 4), the tool pose with all joints at zero."""
+    """Return ``M_0_ee`` (4, 4), the tool pose with all joints at zero."""
     _, (basis, origin) = _home_frames(robot, terms)
     T = sp.eye(4)
     for j, column in enumerate((*basis, origin)):
@@ -120,13 +111,12 @@ def home_of(robot: SerialRobot, terms: Terms) -> sp.Matrix:
 
 
 def with_tool_axis(robot: SerialRobot, lines: "Lines", *, stays: bool) -> "Lines":
-    """Adds a joint about the third axis of the tool to a chain.
+    """Add a joint about the third axis of the tool to a chain.
 
     Args:
         robot: The description.
         lines: The axes of the moving joints.
-        stays: Whether the angle of the added joint is always 0. If ``stays`` is False, the task
-            determines the angle of the added joint.
+        stays: Whether the angle of the added joint is always 0.
     """
     terms = lines.terms
     _, ((_, _, h), origin) = _home_frames(robot, terms)
@@ -169,7 +159,7 @@ def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
 
 
 def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
-    """Returns the axis through p.
+    """Return the axis through p.
 
     The stored point is the point of the axis that is nearest to the base origin.
     """
@@ -182,24 +172,24 @@ def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
 
 
 def _short(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """Expands a constant so that terms cancel. Numbers and long constants are not changed."""
+    """Expand a constant so that terms cancel. Numbers and long constants are not changed."""
     if terms.is_number(component) or terms.addends(component) > MAX_ADDENDS:
         return component
     return sp.expand(terms.spelled(component))
 
 
 def _tidied(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """Expands a constant so that terms cancel. A long result gets a name."""
+    """Expand a constant so that terms cancel. A long result gets a name."""
     return sp.expand(component) if addends(component) <= MAX_ADDENDS else terms.let(component)
 
 
 def numbers(terms: Terms, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
-    """Returns a constant vector in numbers."""
+    """Return the numerical values of a constant symbolic vector."""
     return np.array([float(terms.value(component)) for component in vector])
 
 
 def rotation(k: NDArray[np.float64], angle: float | NDArray[np.float64]) -> NDArray[np.float64]:
-    """Returns the rotation matrices (..., 3, 3) for angles (..., 1, 1) about a unit vector k.
+    """Return the rotation matrices (..., 3, 3) for angles (..., 1, 1) about a unit vector k.
 
     Rodrigues gives the formula. A single angle may be a number.
     """
@@ -231,7 +221,7 @@ class Lines:
 
     @property
     def added(self) -> tuple[Axis, ...]:
-        """The axes of added joints, which the arm does not have."""
+        """The axes of the joints that are added to an arm."""
         return tuple(axis for axis in self.axes if axis.name in (TOOL_AXIS, ADDED_AXIS))
 
     @cached_property
@@ -244,11 +234,11 @@ class Lines:
         return sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points))
 
     def reversed(self) -> "Lines":
-        """Returns the axes in opposite order, with opposite directions."""
+        """Return the axes in opposite order, with opposite directions."""
         return replace(self, axes=tuple(axis.reversed() for axis in self.axes[::-1]))
 
     def at_generic(self, given: Sequence[int]) -> "Lines":
-        """Returns the axes of the free joints for generic values of the fixed joints.
+        """Return the axes of the free joints for generic values of the fixed joints.
 
         The axes are used to test the structure, not to solve for the joints.
         """
@@ -272,7 +262,7 @@ class Lines:
         return self.angular_deviation(indices) <= self.tolerance
 
     def angular_deviation(self, indices: Sequence[int]) -> float:
-        """Returns the largest sine of the angles between consecutive axes of a list.
+        """Return the largest sine of the angles between consecutive axes of a list.
 
         The angles between consecutive joint axes of the arm do not depend on the configuration.
         """
@@ -288,10 +278,9 @@ class Lines:
         return self.meeting_deviation(indices) <= self.tolerance
 
     def meeting_deviation(self, indices: Sequence[int]) -> float:
-        """Returns how far axes are from intersecting in one point, relative to the arm length.
+        """Return how far axes are from intersecting in one point, relative to the arm length.
 
-        The point with the least sum of squared distances from the axes is computed. The result is
-        the largest distance of an axis from this point.
+        The result is the largest distance of an axis from this point.
 
         The result is infinite for parallel axes, because they intersect at infinity.
         """
@@ -313,7 +302,7 @@ class Lines:
         return max(distances) / (self.length or 1.0)
 
     def meeting(self, i: int, j: int) -> Vector:
-        """Returns the exact point of axis i that is nearest to axis j."""
+        """Return the exact point of axis i that is nearest to axis j."""
         a, b = self.axes[i], self.axes[j]
         h_i, h_j = (sp.Matrix(axis.h) for axis in (a, b))
         p_i, p_j = (sp.Matrix([_short(self.terms, e) for e in axis.p]) for axis in (a, b))
@@ -324,5 +313,5 @@ class Lines:
         return named(self.terms, (p_i + along * h_i).applyfunc(tidied))
 
     def sense(self, i: int, j: int) -> int:
-        """Returns 1 if axes i and j have the same direction, -1 for opposite directions."""
+        """Return 1 if axes i and j have the same direction, -1 for opposite directions."""
         return 1 if float(self.axes[i].direction @ self.axes[j].direction) > 0 else -1

@@ -37,7 +37,7 @@ class NumericArm:
 
     @classmethod
     def of(cls, robot: SerialRobot, lines: Lines) -> "NumericArm":
-        """Builds the model of a robot without added axes."""
+        """Build the model of a robot without added axes."""
         home = numbers(lines.terms, home_of(robot, lines.terms)).reshape(4, 4)
         axes = [axis for axis in lines.axes if axis.joint < len(robot.moving)]
         return cls(
@@ -51,7 +51,7 @@ class NumericArm:
         )
 
     def pose_jacobian(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Returns poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates q (N, n)."""
+        """Return poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates q (N, n)."""
         R, p = np.broadcast_to(np.eye(3), (len(q), 3, 3)), np.zeros((len(q), 3))
         axes = []
         for h, point, turns, sense, value in zip(

@@ -13,12 +13,12 @@ _QUARTERS = tuple(k * np.pi / 2 for k in range(4))
 
 
 def of_chain(lines: Lines) -> int:
-    """Returns the largest rank of the Jacobian at random configurations."""
+    """Return the largest rank of the Jacobian at random configurations."""
     return max(int(np.linalg.matrix_rank(J, tol=JACOBIAN_RANK)) for J in jacobians(lines))
 
 
 def jacobians(lines: Lines) -> list[NDArray[np.float64]]:
-    """Returns Jacobians (6, n) at random configurations. Lengths are relative to the arm length."""
+    """Return Jacobians (6, n) at random configurations."""
     return [*_jacobian(lines, _random_configurations(lines))[0]]
 
 
@@ -34,9 +34,11 @@ def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
 
 
 def directions_at_right_angles(lines: Lines, point: NDArray[np.float64]) -> int:
-    """Sums the ranks of the Jacobian of a point over right-angle configurations.
+    """Sum the ranks of a point's Jacobian over all joint angles that are multiples of 90 degrees.
 
-    A point on the axis of a joint has a lower sum of ranks than other points.
+    The sum includes the Jacobian of every subset of the joints.
+
+    The sum of ranks is smaller for points on a joint axis than for other points.
 
     Args:
         lines: The chain.
@@ -51,7 +53,7 @@ def directions_at_right_angles(lines: Lines, point: NDArray[np.float64]) -> int:
 
 
 def _rates(lines: Lines, point: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Returns the Jacobians (..., 3, n) of a point at joint values q (..., n)."""
+    """Return the Jacobians (..., 3, n) of a point at joint values q (..., n)."""
     size = lines.length or 1.0
     J, R, t = _jacobian(lines, q)
     there = R @ (point / size) + t
@@ -66,7 +68,7 @@ def _random_configurations(lines: Lines) -> NDArray[np.float64]:
 def _jacobian(
     lines: Lines, q: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Returns Jacobians (..., 6, n), rotations (..., 3, 3) and positions (..., 3) of the tool.
+    """Return Jacobians (..., 6, n), rotations (..., 3, 3) and positions (..., 3) of the tool.
 
     Args:
         lines: The chain.

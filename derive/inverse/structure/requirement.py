@@ -21,9 +21,9 @@ class Requirement:
 
     Attributes:
         text: Description of the condition.
-        deviation: Deviation of the axes: the sine of an angle, or a distance divided by the arm
-            length. The deviation is 0 if the condition holds. The deviation is infinite if no small
-            change of the arm can satisfy the condition.
+        deviation: Deviation of the axes from the condition: the sine of an angle, or a distance
+            divided by the arm length. The deviation is 0 if the condition holds. The deviation is
+            infinite if no small change of the arm can satisfy the condition.
         is_length: Whether the deviation is a distance.
         parallel: Axes that must be parallel, if any.
         meeting: Axes that must intersect, if any.
@@ -40,7 +40,7 @@ class Requirement:
     parts: tuple["Requirement", ...] = ()
 
     def in_units(self, length: float) -> str:
-        """Formats a finite deviation in mm, mrad or degrees.
+        """Format a finite deviation in mm, mrad or degrees.
 
         The deviation of two axes that should intersect is the distance between them.
         """
@@ -56,7 +56,7 @@ class Requirement:
 
 
 def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:
-    """Requires revolute joints."""
+    """Require revolute joints."""
     requested = tuple(indices)
     slides = [lines.axes[k].name for k in requested if not lines.axes[k].turns]
     verb = "is" if len(slides) == 1 else "are"
@@ -67,7 +67,7 @@ def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:
 
 
 def parallel(lines: Lines, *indices: int) -> Requirement:
-    """Requires parallel axes."""
+    """Require parallel axes."""
     return Requirement(
         f"axes {_names(lines, indices)} are parallel",
         lines.angular_deviation(indices),
@@ -76,21 +76,21 @@ def parallel(lines: Lines, *indices: int) -> Requirement:
 
 
 def meeting(lines: Lines, *indices: int) -> Requirement:
-    """Requires that several axes intersect in one point."""
+    """Require that several axes intersect in one point."""
     verb = "pass through one point" if len(indices) > 2 else "intersect"  # noqa: PLR2004
     text = f"axes {_names(lines, indices)} {verb}"
     return Requirement(text, lines.meeting_deviation(indices), is_length=True, meeting=indices)
 
 
 def across(lines: Lines, i: int, j: int) -> Requirement:
-    """Requires that two axes are perpendicular."""
+    """Require that two axes are perpendicular."""
     a, b = lines.axes[i], lines.axes[j]
     deviation = abs(float(a.direction @ b.direction))
-    return Requirement(f"axes {a.name} and {b.name} are at right angles", deviation, across=(i, j))
+    return Requirement(f"axes {a.name} and {b.name} are perpendicular", deviation, across=(i, j))
 
 
 def askew(lines: Lines, i: int, j: int) -> Requirement:
-    """Requires that two axes are not parallel."""
+    """Require that two axes are not parallel."""
     text = f"axes {lines.axes[i].name} and {lines.axes[j].name} are not parallel"
     return Requirement(
         text, np.inf if lines.angular_deviation((i, j)) < MEASURED_STRUCTURE else 0.0

@@ -14,15 +14,15 @@ PAIR = 2
 
 
 def self_motion(lines: Lines, given: Sequence[int] = ()) -> str:
-    """Describes the joints that can always move without moving the tool.
+    """Describe the joints that can always move without moving the tool.
 
     Args:
         lines: The axes of all joints.
         given: Indices of the fixed joints.
 
     Returns:
-        A clause such as "the tool depends on joint5 + joint6 alone". The text is empty if every
-        joint motion moves the tool.
+        A clause that describes a self-motion, such as "the tool depends on joint5 + joint6 alone".
+        The text is empty if every joint motion moves the tool.
     """
     left = lines.at_generic(given)
     motions = [_null_space(J) for J in rank.jacobians(left)]
@@ -37,7 +37,7 @@ def self_motion(lines: Lines, given: Sequence[int] = ()) -> str:
 
 
 def joints_of_self_motion(lines: Lines) -> tuple[int, ...]:
-    """Returns the joints that can always move without moving the tool."""
+    """Return the joints that can always move without moving the tool."""
     return tuple(_moving([_null_space(J) for J in rank.jacobians(lines)]).tolist())
 
 
@@ -53,7 +53,7 @@ def _null_space(J: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _constant_sign(motions: Sequence[NDArray[np.float64]], joints: NDArray[np.intp]) -> float:
-    """Returns the ratio of two joint velocities if it is always 1 or always -1, otherwise 0."""
+    """Return the ratio of two joint velocities if it is always 1 or always -1, otherwise 0."""
     if len(joints) != PAIR or any(len(motion) > 1 for motion in motions):
         return 0.0
     ratios = np.array([motion[0, joints[1]] / motion[0, joints[0]] for motion in motions])

@@ -4,5 +4,5 @@ from collections.abc import Sequence
 
 
 def listed(names: Sequence[str]) -> str:
-    """Joins names for a sentence, for example ``a, b and c``."""
+    """Join names for a sentence, for example ``a, b and c``."""
     return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))

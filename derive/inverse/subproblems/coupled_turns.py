@@ -13,19 +13,19 @@ because the vectors lie in one plane. The left side is ``A + B cos + D cos^2 + E
 Let ``w = sin^2(theta / 2)``, so that ``cos = 1 - 2 w``. The equation becomes ``a w^2 - b w + e =
 0``. Here, ``a = 4 (D - E)``, ``b = 2 B + a`` and ``e = h.p - h.v``.
 
-Up to two roots lie in [0, 1]. Each root gives two angles of opposite sign. A root that would be a
-difference of similar numbers is computed from the product of both roots. ``1 - w`` is also computed
-from a product. The discriminant is ``-4 a (x - h.v)`` with the extreme component ``x = h.p - b^2 /
-4 a``. Three components may be 1 or -1: h.p, the component at theta = pi, and x. If a component is
-1, its difference from h.v is computed as half the squared length of ``h - v``. If a component is
--1, its difference from h.v is minus half the squared length of ``h + v``. Therefore, the solutions
-of a straight or folded wrist are as accurate as all other solutions.
+Up to two roots lie in [0, 1]. Each root gives two angles of opposite sign. If the formula for a
+root subtracts similar numbers, the root is computed from the product of both roots instead. ``1 -
+w`` is also computed from a product. The discriminant is ``-4 a (x - h.v)`` with the extreme
+component ``x = h.p - b^2 / 4 a``. Three components may be 1 or -1: h.p, the component at theta =
+pi, and x. If a component is 1, its difference from h.v is computed as half the squared length of
+``h - v``. If a component is -1, its difference from h.v is minus half the squared length of ``h +
+v``. Therefore, the solutions of a straight or folded wrist are as accurate as all other solutions.
 
 Boundary: two solutions coincide at a double root, and at w = 0 or w = 1. Solutions that differ only
 by rounding errors are merged, as in subproblem 4.
 
-Degenerate: three cases are excluded: parallel k1 and k2, parallel h and k1, and parallel p and k2.
-In each excluded case, a is 0.
+Degenerate: k1 and k2 must not be parallel, nor h and k1, nor p and k2. If the vectors of one of
+these pairs are parallel, a is 0.
 
 Source: elementary.
 """
@@ -54,7 +54,7 @@ class CoupledPair:
         k1: The first axis.
         k2: The second axis.
         p: The rotated unit vector.
-        sense: 1 for equal angles, -1 for opposite angles.
+        sense: 1 if the two rotation angles are equal, -1 if the two angles are opposite.
     """
 
     h: Vector
@@ -64,7 +64,7 @@ class CoupledPair:
     sense: int
 
     def coefficients(self, terms: Terms) -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
-        """Returns the coefficients A, B, D and E."""
+        """Return the coefficients A, B, D and E of the equation."""
         along, along_p = dot(terms, self.h, self.k1), dot(terms, self.k2, self.p)
         h, p = perpendicular(terms, self.k1, self.h), perpendicular(terms, self.k2, self.p)
         both = dot(terms, cross(terms, self.k1, self.h), cross(terms, self.k2, self.p))
@@ -76,7 +76,7 @@ class CoupledPair:
         )
 
     def middle(self, terms: Terms) -> sp.Expr:
-        """Returns the component of the rotated vector along h at theta = 90 degrees."""
+        """Return the h component of the rotated vector at theta = 90 degrees."""
         A, _, _, E = self.coefficients(terms)
         return terms.let(A + E)
 
@@ -84,7 +84,7 @@ class CoupledPair:
 def coupled_turns(
     terms: Terms, pair: CoupledPair, v: Vector, signs: Signs
 ) -> tuple[FoundLength, FoundTurn]:
-    """Solves the coupled rotations for sin^2(theta / 2) and theta.
+    """Solve the equation of two coupled rotations for sin^2(theta / 2) and theta.
 
     Args:
         terms: Table of named terms.
@@ -132,7 +132,7 @@ def _root(
 
 
 def _excess(terms: Terms, h: Vector, v: Vector, value: sp.Expr) -> sp.Expr:
-    """Returns ``value - h . v`` for unit vectors.
+    """Return ``value - h . v`` for unit vectors.
 
     If ``value`` is 1 or -1, the difference is computed without cancellation.
     """
@@ -144,7 +144,7 @@ def _excess(terms: Terms, h: Vector, v: Vector, value: sp.Expr) -> sp.Expr:
 
 
 def _merged(terms: Terms, value: sp.Expr) -> sp.Expr:
-    """Returns the threshold for merging two solutions.
+    """Return the threshold for merging two solutions.
 
     If ``value`` is exactly 1 or -1, the threshold is 0.
     """

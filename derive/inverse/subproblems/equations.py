@@ -29,7 +29,7 @@ class Equation:
         return tuple(sp.flatten(getattr(self, field.name) for field in fields(self)))
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """Returns an equation of the same type with other coefficients."""
+        """Return an equation of the same type with other coefficients."""
         left = iter(values)
         return type(self)(*(_filled(getattr(self, field.name), left) for field in fields(self)))
 
@@ -48,11 +48,11 @@ class Linear(Equation):
 
     @property
     def mirrored(self) -> Self:
-        """Returns the equation for the opposite angle."""
+        """Return the equation of the opposite angle."""
         return type(self)(self.a, -self.b, self.d)
 
     def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
-        """Returns the terms whose sum is the angle. The sign (1 or -1) selects a solution.
+        """Return the terms whose sum is the angle. The sign (1 or -1) selects a solution.
 
         The angle is 0 if the equation does not contain the angle.
         """
@@ -74,11 +74,11 @@ class Direction(Equation):
 
     @property
     def mirrored(self) -> Self:
-        """Returns the equation for the opposite angle."""
+        """Return the equation of the opposite angle."""
         return type(self)(self.a, -self.b)
 
     def solution(self, _: sp.Expr) -> tuple[sp.Expr, ...]:
-        """Returns the angle."""
+        """Return the angle."""
         return (sp.atan2(self.b, self.a, evaluate=False),)
 
 
@@ -91,11 +91,11 @@ class LineAndPlane(Equation):
 
     @property
     def mirrored(self) -> Self:
-        """Returns the equation for the opposite displacement."""
+        """Return the equation whose unknown is the opposite displacement -t."""
         return type(self)(-self.rate, self.rest)
 
     def solution(self, _: sp.Expr) -> tuple[sp.Expr, ...]:
-        """Returns the displacement as a tuple of addends."""
+        """Return the displacement as the terms of a sum."""
         return tuple(sp.Add.make_args(-self.rest / self.rate))
 
 
@@ -108,11 +108,14 @@ class LineAndSphere(Equation):
 
     @property
     def mirrored(self) -> Self:
-        """Returns the equation for the opposite displacement."""
+        """Return the equation whose unknown is the opposite displacement -t."""
         return type(self)(-self.linear, self.constant)
 
     def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
-        """Returns the displacement as a tuple of addends. The sign selects a solution."""
+        """Return the displacement as the terms of a sum.
+
+        The sign selects a solution.
+        """
         half = self.linear / 2
         root = sign * sp.sqrt(half**2 - self.constant)
         return (root,) if half == 0 else (-half, root)
@@ -156,4 +159,4 @@ AngleEquation = Linear | Direction
 LengthEquation = LineAndPlane | LineAndSphere
 """Equation for the displacement of a prismatic joint."""
 JointEquation = LoopOfThree | TwoEllipses
-"""Equations for several angles that a quartic solves together."""
+"""Equations that determine several joint angles through a single quartic."""

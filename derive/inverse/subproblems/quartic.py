@@ -7,16 +7,15 @@ Derivation: the axes are rotated by half the angle of (a2, b2). The polynomial t
 (x^2 - y^2) + p x + q y + r = 0`` with ``g = |(a2, b2)|``. The roots are the intersections of the
 conic with the unit circle. A multiple lambda of x^2 + y^2 - 1 may be added to the conic. Let ``r' =
 r/g``, ``P = (p/2g)^2`` and ``Q = (q/2g)^2``. The conic becomes a pair of lines if lambda = g tau
-solves the cubic ``(tau^2 - 1)(tau - r') + P (tau - 1) + Q (tau + 1) = 0``. The lines are real for
--1 <= tau <=
-1. The cubic has the value -2 P at tau = -1 and 2 Q at tau = 1. Therefore, the cubic always has a
-root tau between -1 and 1. A line intersects the circle in two points. If the line misses the
-circle, two roots of the quartic are complex.
+solves the cubic ``(tau^2 - 1)(tau - r') + P (tau - 1) + Q (tau + 1) = 0``. If -1 <= tau <= 1, both
+lines are real. The cubic has the value -2 P at tau = -1 and 2 Q at tau = 1. Therefore, the cubic
+always has a root tau between -1 and 1. Each line gives two roots of the quartic. If a line misses
+the circle, its two roots are complex.
 
-If the cubic has several roots, the root farthest from the other roots is used. If two roots of the
-quartic coincide, both then lie on the same line, and no accuracy is lost. A double root tau is
-never used, because its accuracy is only 1e-8. Newton's method computes tau. The start value and the
-other roots are on opposite sides of tau, so the method converges monotonically. If the root
+If the cubic has several roots, the root farthest from the other roots is used. With this choice,
+two coincident roots of the quartic lie on the same line, so no accuracy is lost. A double root tau
+is never used, because its accuracy is only 1e-8. Newton's method computes tau. The start value and
+the other roots are on opposite sides of tau, so the method converges monotonically. If the root
 farthest from the other roots is outside -1 <= tau <= 1, the conic does not intersect the circle.
 The other two roots tau then follow from a quadratic equation.
 
@@ -25,9 +24,9 @@ For tau > 0, x and y are exchanged. Then t = 1 + tau is in [0, 1]. Newton's meth
 Let alpha^2 = g t and beta^2 = g (2 - t). The lines are ``alpha x + beta y + m`` and ``alpha x -
 beta y + n``. Three equations determine m and n: ``alpha (m + n) = p``, ``beta (n - m) = q`` and ``m
 n = r + g - g t``. If alpha^2 > |p|, the values of m + n and n - m determine m and n. Otherwise, the
-values of n - m and m n determine m and n. Then a relative error of t changes the roots at most as
-much as an equal relative error of the largest of p, q and r. If p is only a rounding error, t is
-set to exactly 0. The solution is accurate at a fourfold root only if t is exactly 0.
+values of n - m and m n determine m and n. With this choice, a relative error eps of t changes the
+roots no more than a relative error eps of max(|p|, |q|, |r|) would. If p is only a rounding error,
+t is set to exactly 0. The solution is accurate at a fourfold root only if t is exactly 0.
 
 Degenerate: for g = 0, the conic is one line and the second line is far away. If g = 0, g is
 replaced by 1e-20 to avoid a division by zero. If all coefficients are 0, the points are arbitrary.
@@ -58,7 +57,7 @@ from .turns import CosSin, composed, direction
 
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.Rational(1, 2)
 STEPS = 5
-"""Number of Newton steps. From a start value with an error of 30 %, the result has 12 digits."""
+"""Number of Newton steps."""
 POLISHING_STEPS = 2
 
 
@@ -70,8 +69,8 @@ class CirclePoint:
         turn: Cosine and sine of the root angle.
         margin: Distance of the root from a double root, in the units of the polynomial. The margin
             is 0 for a double root. For a complex root, the margin is negative. A complex root
-            belongs to a line that misses the unit circle. ``turn`` is then the point of the circle
-            nearest to this line.
+            belongs to a line that does not intersect the unit circle. ``turn`` is then the point of
+            the circle nearest to this line.
     """
 
     turn: CosSin
@@ -90,10 +89,10 @@ class Conic:
 
 @dataclass(frozen=True)
 class Reference:
-    """Reference direction and sense for the labels of roots.
+    """The direction and the sense of rotation that define the labels of roots.
 
-    The roots are angles on a circle, which rotates with a joint. The reference direction rotates
-    with the circle.
+    The roots are angles on a circle. A joint rotates the circle together with the reference
+    direction.
 
     Attributes:
         along: A direction in the plane of the circle. Roots in the half plane of this direction
@@ -106,7 +105,7 @@ class Reference:
 
 
 def select(terms: Terms, condition: Boolean, one: sp.Expr, other: sp.Expr) -> sp.Expr:
-    """Returns a term that equals ``one`` if the condition holds, otherwise ``other``."""
+    """Return a term that equals ``one`` if the condition holds, otherwise ``other``."""
     if one == other:
         return terms.let(one)
     return terms.let(sp.Piecewise((one, condition), (other, True), evaluate=False))
@@ -121,7 +120,7 @@ def circle_roots(
     separation: sp.Expr = ZERO,
     reference: Reference | None = None,
 ) -> CirclePoint:
-    """Returns a root of ``a0 + first.(c, s) + second.(cos(2 phi), sin(2 phi))``.
+    """Return a root of ``a0 + first.(c, s) + second.(cos(2 phi), sin(2 phi))``.
 
     Args:
         terms: Table of named terms.
@@ -129,9 +128,10 @@ def circle_roots(
         first: Coefficients of cos(phi) and sin(phi).
         second: Coefficients of cos(2 phi) and sin(2 phi).
         signs: Two symbols (1 or -1). The four combinations of the two signs select all four roots.
-            The second sign is opposite to the sign of the derivative of the polynomial, and changes
-            only at double roots. The first sign distinguishes two roots with equal second signs.
-            The first sign states on which side of the axis of the conic a root lies.
+            The second sign is opposite to the sign of the polynomial's derivative at the root. If
+            the coefficients change continuously, the second sign of a root changes only where two
+            roots coincide. The first sign distinguishes two roots with equal second signs. The
+            first sign states on which side of the axis of the conic a root lies.
         separation: Angle by which coinciding roots are moved from their common point.
         reference: Reference direction and sense of rotation that define the two signs. Pass a
             reference if the default reference direction changes discontinuously.
@@ -156,7 +156,7 @@ def circle_roots(
 def _turned(
     terms: Terms, a0: sp.Expr, first: tuple[sp.Expr, sp.Expr], second: tuple[sp.Expr, sp.Expr]
 ) -> tuple[Conic, CosSin]:
-    """Returns (conic in its principal axes, angle of these axes)."""
+    """Return (conic in its principal axes, angle of these axes)."""
     let = terms.let
     (a1, b1), (a2, b2) = first, second
     length = let(sp.sqrt(let(a2**2 + b2**2)))
@@ -170,7 +170,7 @@ def _turned(
 
 
 def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
-    """Returns (root t, slope of the cubic at t = 0, whether x and y are exchanged)."""
+    """Return (root t, slope of the cubic at t = 0, whether x and y are exchanged)."""
     let = terms.let
     inverse = let(1 / conic.g)
     r = let(conic.r * inverse)
@@ -190,11 +190,10 @@ def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
 
 
 def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
-    """Returns a root tau in [-1, 1], if possible the root farthest from the other roots."""
+    """Return a root tau in [-1, 1], if possible the root farthest from the other roots."""
     let = terms.let
     middle = let(r / 3)
     total = let(P + Q)
-    # Here, tau = middle + y, where y solves y^3 - k y - rest = 0.
     k = let(let(1 - total) + 3 * let(middle**2))
     rest = let(let(2 * middle**2 - let(total + 2)) * middle + let(P - Q))
     positive = rest >= 0
@@ -215,7 +214,7 @@ def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
 
 
 def _start(terms: Terms, k: sp.Expr, size: sp.Expr) -> sp.Expr:
-    """Returns a start value for the positive root of ``y^3 - k y = size``.
+    """Return a start value for the positive root of ``y^3 - k y = size``.
 
     The start is above the root if k > 0.
     """
@@ -239,7 +238,7 @@ def _on_lines(
     signs: tuple[sp.Expr, sp.Expr],
     separation: sp.Expr,
 ) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-    """Returns (intersection of the circle with one of the lines, margin)."""
+    """Return (intersection of the circle with one of the lines, margin)."""
     let = terms.let
     g, p, q = conic.g, conic.p, conic.q
     alpha2 = let(g * t)
@@ -255,8 +254,7 @@ def _on_lines(
         let(size / let(alpha + DIRECTION_FLOOR)),
         by_product,
     )
-    # The line with the larger offset is alpha x - side beta y. The offset of this line has the sign
-    # of p.
+    # The offset of this line has the sign of p.
     positive = p >= 0
     of_p = select(terms, positive, ONE, -ONE)
     of_q = select(terms, difference >= 0, ONE, -ONE)

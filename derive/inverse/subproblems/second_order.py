@@ -36,7 +36,7 @@ class Expansion(NamedTuple):
 def step_on_parabola(
     terms: Terms, equations: tuple[Expansion, Expansion]
 ) -> tuple[sp.Expr, sp.Expr]:
-    """Returns the changes of both angles that solve two expanded equations to second order."""
+    """Return the changes of two angles that solve two second-order equations."""
     let = terms.let
     sizes = [let(e.first**2 + e.second**2) for e in equations]
     swap = sizes[1] > sizes[0]
@@ -58,7 +58,7 @@ def step_on_parabola(
 
 
 def _nearer_root(terms: Terms, A: sp.Expr, B: sp.Expr, C: sp.Expr) -> sp.Expr:
-    """Returns the root of ``A tau^2 / 2 + B tau + C`` nearest to 0.
+    """Return the root of ``A tau^2 / 2 + B tau + C`` nearest to 0.
 
     The mean of the two roots is returned if they are complex.
     """

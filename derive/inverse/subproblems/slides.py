@@ -22,7 +22,7 @@ from .turns import perpendicular
 
 
 def slide_to_plane(terms: Terms, h: Vector, u: Vector, p: Vector, d: sp.Expr) -> FoundLength:
-    """Solves for the displacement along u that gives a point the component d along h."""
+    """Solve for the displacement of p along u after which h.p = d."""
     rate, rest = dot(terms, h, u), terms.let(d - dot(terms, h, p))
     return FoundLength(terms.let(rest / rate), LineAndPlane(rate, -rest))
 
@@ -30,7 +30,7 @@ def slide_to_plane(terms: Terms, h: Vector, u: Vector, p: Vector, d: sp.Expr) ->
 def slide_to_sphere(
     terms: Terms, u: Vector, p: Vector, r2: sp.Expr, sign: sp.Symbol
 ) -> FoundLength:
-    """Solves for the displacement along the unit vector u that gives p the squared length r2."""
+    """Solve for the displacement along the unit vector u that moves p to the sphere p.p = r2."""
     along, across = dot(terms, u, p), perpendicular(terms, u, p)
     across2 = dot(terms, across, across)
     xi2 = terms.let(r2 - across2)

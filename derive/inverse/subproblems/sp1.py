@@ -20,7 +20,7 @@ from .turns import direction, perpendicular
 
 
 def sp1(terms: Terms, k: Vector, p: Vector, v: Vector, *, is_regular: bool = False) -> FoundTurn:
-    """Returns the rotation about the unit vector k that moves p to v.
+    """Return the rotation about the unit vector k that moves p to v.
 
     The vectors p and v should have equal lengths and equal components along k.
 
@@ -33,8 +33,8 @@ def sp1(terms: Terms, k: Vector, p: Vector, v: Vector, *, is_regular: bool = Fal
     """
     across = perpendicular(terms, k, p)
     if not all(map(terms.is_constant, across)):
-        # If p is close to the axis, a component of v along k would increase the rounding error of
-        # p.
+        # If p is close to the axis, a component of v along k would amplify the rounding error of p
+        # in x and y.
         v = perpendicular(terms, k, v)
     x = dot(terms, across, v)
     y = dot(terms, cross(terms, k, across), v)

@@ -4,7 +4,7 @@ Statement: The equation ``R(k1, theta1) R(k2, theta2) p = v`` is solved for both
 
 Derivation: The vector ``z = R(k1, theta1)^T v = R(k2, theta2) p`` has the component ``k2.p`` along
 k2. Subproblem 4 therefore has two solutions for theta1. Subproblem 1 then solves for theta2 at each
-theta1. If theta1 is arbitrary, theta2 still belongs to the chosen theta1.
+theta1. If theta1 is arbitrary, theta2 is computed for the chosen value of theta1.
 
 Let ``c = k1.k2`` and ``s^2 = 1 - c^2``. If p is nearly parallel to k2, the two solutions are nearly
 equal. The expression of subproblem 4, ``xi^2 = |v x k1|^2 s^2 - (k2.p - c k1.v)^2``, is then a
@@ -31,15 +31,15 @@ from .turns import perpendicular, rotated
 def sp2(
     terms: Terms, k1: Vector, k2: Vector, p: Vector, v: Vector, sign: sp.Symbol
 ) -> tuple[FoundTurn, FoundTurn]:
-    """Returns the rotations about the unit vectors k1 and k2 with ``R(k1) R(k2) p = v``."""
+    """Return the rotations about the unit vectors k1 and k2 with ``R(k1) R(k2) p = v``."""
     across = perpendicular(terms, k2, p)
     r2 = dot(terms, across, across)
     if terms.is_constant(r2):
         first = sp4(terms, v, k1, k2, dot(terms, k2, p), sign)
     else:
         first = _first(terms, k1, k2, p, v, r2, sign)
-    # If theta1 exists for all targets, the vectors p and v, v rotated back by theta1, have equal
-    # distances from the axis k2.
+    # If theta1 exists for all targets, p has the same distance from the axis k2 as v after the
+    # rotation by -theta1.
     is_regular = terms.is_constant(r2) and first.margin is None
     return first, sp1(terms, k2, p, rotated(terms, k1, first.turn.back, v), is_regular=is_regular)
 

@@ -39,7 +39,7 @@ def sp3(
     sign: sp.Symbol,
     rounding: sp.Expr | None = None,
 ) -> FoundTurn:
-    """Returns the rotation about the unit vector k that gives ``p0 + R p`` a known length.
+    """Return the rotation about the unit vector k that gives ``p0 + R p`` a known length.
 
     Args:
         terms: Table of named terms.
@@ -49,8 +49,9 @@ def sp3(
         across2: The value ``D'^2``: the squared length of the sum, without the component along k.
             See :func:`squared_across`.
         sign: The sign of sin(phi), which selects one of the two angles.
-        rounding: The rounding error of ``D'^2`` is proportional to this number, which is ``D'^2``
-            by default. If ``D'^2`` is computed as a difference from ``D^2``, pass ``D^2``.
+        rounding: The rounding error of ``D'^2`` is proportional to this number. The default is
+            ``D'^2`` itself. If ``D'^2`` is computed by subtracting a value from ``D^2``, pass
+            ``D^2``.
     """
     (P2, Q2), (a, b, e) = _line(terms, k, p0, p, across2)
     is_constant = terms.is_constant(P2) and terms.is_constant(Q2)
@@ -76,10 +77,10 @@ def sp3(
 def by_cosine(
     terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr, sign: sp.Symbol
 ) -> CosSin:
-    """Solves subproblem 3 with fewer operations than :func:`sp3`.
+    """Solve subproblem 3 with fewer operations than :func:`sp3`.
 
-    Near a folded or stretched elbow, only half of the digits are correct. The function is used
-    where every angle is valid and the solution is only a preferred value.
+    Near a folded or stretched elbow, only half of the digits are correct. This function is used
+    only where every angle is a solution, and the returned angle is merely the preferred one.
     """
     _, (a, b, e) = _line(terms, k, p0, p, across2)
     return on_line(terms, a, b, e, sign, terms.let(terms.let(a**2 + b**2) - e**2)).turn
@@ -88,7 +89,7 @@ def by_cosine(
 def _line(
     terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr
 ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr, sp.Expr]]:
-    """Returns P^2, Q^2, and the coefficients a, b, e of the line ``a cos + b sin = e``."""
+    """Return P^2 and Q^2, and the coefficients of the line ``a cos + b sin = e``."""
     p0_across, p_across = perpendicular(terms, k, p0), perpendicular(terms, k, p)
     P2, Q2 = dot(terms, p0_across, p0_across), dot(terms, p_across, p_across)
     a = terms.let(2 * dot(terms, p0_across, p_across))
@@ -98,7 +99,7 @@ def _line(
 
 
 def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
-    """Returns ``D'^2`` if the subproblem prescribes the length of the sum of two vectors.
+    """Return ``D'^2`` if the subproblem prescribes the length of the sum of two vectors.
 
     Args:
         terms: Table of named terms.

@@ -12,11 +12,12 @@ line.
 Boundary: at xi = 0, the two solutions coincide. The rounding error of xi^2 is about 1e-16 (a^2 +
 b^2). Therefore, the two solutions are merged if xi^2 is less than MEETING_SOLUTIONS (a^2 + b^2).
 Without merging, a rounding error would move a solution by 1e-8 from its singular position. An error
-of 1e-8 would hide the singularity from later solution steps. Merging changes the component along h
-only by the fraction 4e-15.
+of 1e-8 would hide the singularity from later solution steps. The relative change of the component
+along h due to merging is only 4e-15.
 
-Degenerate: if a = b = 0, the angle is arbitrary and set to 0. If the dimensions of the robot make a
-= b = 0 for every target, e decides whether the target is reachable, and the step has no margin.
+Degenerate: if a = b = 0, the angle is arbitrary and set to 0. For some robot dimensions, a = b = 0
+for every target. In this case, only the value of e determines whether the target is reachable, and
+the solution step has no margin.
 
 Source: Elias and Wen 2022, subproblem 4.
 """
@@ -32,7 +33,7 @@ from .turns import NO_TURN, CosSin, composed, direction, direction_of, perpendic
 
 
 def sp4(terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symbol) -> FoundTurn:
-    """Returns the rotation R about the unit vector k with ``h.(R p) = d``."""
+    """Return the rotation R about the unit vector k with ``h.(R p) = d``."""
     a = dot(terms, h, perpendicular(terms, k, p))
     b = dot(terms, h, cross(terms, k, p))
     e = terms.let(d - terms.let(dot(terms, h, k) * dot(terms, k, p)))
@@ -49,7 +50,7 @@ def on_line(
     xi2: sp.Expr,
     are_two: sp.Basic | None = None,
 ) -> FoundTurn:
-    """Returns an intersection of the line ``a cos + b sin = e`` with the unit circle.
+    """Return an intersection of the line ``a cos + b sin = e`` with the unit circle.
 
     Args:
         terms: Table of named terms.
@@ -58,8 +59,9 @@ def on_line(
         e: The right-hand side.
         sign: Selects one of the two points: 1 for the point that follows (a, b) counterclockwise,
             -1 for the point that follows (a, b) clockwise.
-        xi2: The value ``a^2 + b^2 - e^2`` in its most accurate form.
-        are_two: Whether the two points are distinct. The default compares xi2 with a^2 + b^2.
+        xi2: The value ``a^2 + b^2 - e^2``, computed by the most accurate available formula.
+        are_two: Whether the two points are distinct. By default, the points are distinct if xi2
+            exceeds ``MEETING_SOLUTIONS`` times a^2 + b^2.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
@@ -89,7 +91,7 @@ def near_line(
     scale: sp.Expr,
     are_two: sp.Basic | None = None,
 ) -> FoundTurn:
-    """Variant of :func:`on_line` for an xi^2 that is not computed from a and b.
+    """Variant of :func:`on_line` with xi^2 as an argument instead of computing it from a, b and e.
 
     Args:
         terms: Table of named terms.
@@ -97,7 +99,7 @@ def near_line(
         b: Coefficient b of the sine.
         e: The right-hand side.
         sign: Selects one of the two points.
-        xi2: The value ``a^2 + b^2 - e^2``, with a rounding error.
+        xi2: A computed value of ``a^2 + b^2 - e^2``, which contains a rounding error.
         scale: The magnitude of the terms whose difference is xi2.
         are_two: Whether the two points are distinct. If None, the points are distinct if ``xi2`` is
             larger than MEETING_SOLUTIONS times ``scale``.
@@ -115,14 +117,17 @@ def near_line(
 
 
 def _through_center(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> FoundTurn:
-    """Returns a point of the unit circle on a line through the center."""
+    """Return a solution of ``a cos + b sin = 0``.
+
+    The sign selects one of two solutions.
+    """
     half = direction(terms, -b, a)
     turn = CosSin(terms.let(sign * half.c), terms.let(sign * half.s))
     return FoundTurn(turn, Linear(a, b, sp.Integer(0)), sign)
 
 
 def ratio(terms: Terms, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
-    """Returns ``part / whole``, or 0 if both are 0. The divisor is not negative."""
+    """Return ``part / whole``, or 0 if both are 0. The divisor is not negative."""
     if terms.is_never_zero(whole):
         return terms.let(part * terms.let(1 / whole))
     return terms.let(part / terms.let(whole + DIVISOR_FLOOR))

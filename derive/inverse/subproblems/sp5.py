@@ -10,11 +10,12 @@ Both equations are linear in the cosine and sine of theta1 and of theta3. Subpro
 two equations with up to four solutions. The angle theta2 is the rotation about k2 from w to v.
 
 At a shoulder singularity, v and w are almost parallel to k2. The squared lengths then determine the
-components v' and w' normal to k2 only to 1e-8. Two solutions that the squared lengths cannot
-distinguish get start values on both sides of their common point. A second-order step in v' and w'
-moves each start value to the nearer root and restores the accuracy. If first derivatives vanish,
-the second-order step is not accurate enough. Therefore, damped Newton steps on ``v - R2 w = 0``
-refine all three angles. A step is used only if it reduces the closure error.
+components v' and w' normal to k2 with an accuracy of only 1e-8. If the squared lengths do not
+distinguish two solutions, the start values are on both sides of the common point of the two
+solutions. A second-order step in v' and w' moves each start value to the nearer root and restores
+the accuracy. If first derivatives vanish, the second-order step is not accurate enough. Therefore,
+damped Newton steps on ``v - R2 w = 0`` refine all three angles. A step is used only if it reduces
+the closure error.
 
 Boundary: at a double solution, the determinant of the Jacobian is 0.
 
@@ -74,11 +75,11 @@ def sp5(
     p3: Vector,
     signs: Signs,
 ) -> ThreeAngles:
-    """Solves ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
+    """Solve ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
 
     Args:
         terms: Table of named terms.
-        p0: The constant vector on the left side.
+        p0: Constant vector on the left side of the equation.
         k1: Unit vector of the first axis.
         p1: The vector that rotates about the first axis.
         k2: Unit vector of the second axis.
@@ -104,7 +105,7 @@ def sp5(
 
 @dataclass(frozen=True)
 class _Arm:
-    """The sum ``fixed + cos across + sin turned`` of a constant and a rotated vector."""
+    """The sum ``fixed + cos across + sin turned``: a constant vector plus a rotated vector."""
 
     fixed: Vector
     across: Vector
@@ -137,7 +138,7 @@ class _Loop:
     w: _Arm
 
     def equations(self, terms: Terms, inverse: sp.Expr) -> tuple[Rows, Rows, Pair]:
-        """Returns ``|v|^2 = |w|^2``, divided by 2 L^2, and ``k2.v = k2.w``, divided by L."""
+        """Return the two scaled equations ``|v|^2 = |w|^2`` and ``k2.v = k2.w``."""
         let = terms.let
         v, w = self.v, self.w
         inverse2 = let(inverse**2 / 2)
@@ -176,7 +177,9 @@ class _Loop:
         return _State(turns, image, subtracted(terms, self.v.at(terms, first), image))
 
     def on_parabola(self, terms: Terms, state: _State, exists: Boolean, inverse: sp.Expr) -> _State:
-        """Moves the angles to the nearer root of both second-order equations.
+        """Move the angles to the nearer common root of two equations.
+
+        The equations are expanded to second order.
 
         The step is kept only if it reduces the error. Let v' and w' be the components normal to k2.
         The equations are ``k2.(v - w) = 0`` and ``(|v'|^2 - |w'|^2) / (2 L) = 0``. The equations
@@ -202,7 +205,7 @@ class _Loop:
     def _expansion(
         self, terms: Terms, across: Vector, arm: _Arm, turn: CosSin, inverse: sp.Expr
     ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr]]:
-        """Returns the first and second derivatives of ``k2.v`` and ``|v'|^2 / (2 L)``."""
+        """Return the first and second derivatives of ``k2.v`` and ``|v'|^2 / (2 L)``."""
         rate = arm.rate(terms, turn)
         arrow = subtracted(terms, arm.at(terms, turn), arm.fixed)
         rate_across = perpendicular(terms, self.k2, rate)
@@ -213,7 +216,7 @@ class _Loop:
         )
 
     def improved(self, terms: Terms, state: _State, exists: Boolean) -> _State:
-        """Applies a damped Newton step to all three angles if the step reduces the closure error.
+        """Apply a damped Newton step to all three angles if the step reduces the closure error.
 
         The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, because squaring J would
         cost accuracy. Let ``M = J^T J``. The step is ``-(det J adj(J) e + mu (tr M + mu - M) J^T e)

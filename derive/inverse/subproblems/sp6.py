@@ -16,13 +16,13 @@ equations.
 Labels: the second sign is the sign of the Jacobian determinant, which changes only at double
 solutions. The first sign distinguishes two solutions with equal second signs. If A1, A2 and b
 change along a closed path, these two solutions may change places. In this case, no continuous rule
-can define the first sign of a solution. The first sign then jumps somewhere on the path.
+can define the first branch sign of a solution. The first sign then jumps somewhere on the path.
 
 Boundary: at a double solution, the determinant of the Jacobian is 0.
 
 Degenerate: if the rank of ``[A1 A2]`` is 1, the solutions form a curve. From this curve, a point
-with ``a1.x1 / |a1| = a2.x2 / |a2|`` is selected. If the curve is not empty, it contains such a
-point. If the rank is 0, the angles are arbitrary.
+with ``a1.x1 / |a1| = a2.x2 / |a2|`` is selected. Every nonempty curve of solutions contains a point
+that satisfies this equation. If the rank is 0, the angles are arbitrary.
 
 Source: Elias and Wen 2022, subproblem 6, where one angle is eliminated. The circle in the plane of
 solutions is our own derivation.
@@ -68,7 +68,7 @@ class TwoAngles:
 
 
 def sp6(terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
-    """Solves ``A1 (sin, cos)(theta1) + A2 (sin, cos)(theta2) = b``.
+    """Solve ``A1 (sin, cos)(theta1) + A2 (sin, cos)(theta2) = b``.
 
     Args:
         terms: Table of named terms.
@@ -91,9 +91,10 @@ def sp6(terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
 def algebraic(
     terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs, separation: sp.Expr = ZERO
 ) -> TwoAngles:
-    """Solves :func:`sp6` with the quartic alone, without Newton steps.
+    """Solve :func:`sp6` with the quartic alone, without Newton steps.
 
-    Each of two coinciding solutions is moved by the angle ``separation`` from their common point.
+    If two solutions coincide, each solution is moved away from the common point by the angle
+    ``separation``.
     """
     let = terms.let
     X, N, orientation = _plane(
@@ -105,8 +106,8 @@ def algebraic(
     X_X, X_n, X_m = (_difference(terms, X, column) for column in (X, n, m))
     n_n, n_m, m_m = _difference(terms, n, n), _difference(terms, n, m), _difference(terms, m, m)
     half = let(let(rho**2) / 2)
-    # The direction `normal` defines the labels of the roots. If the input vectors rotate, the roots
-    # and `normal` rotate alike.
+    # The direction `normal` defines the labels of the roots. The roots and `normal` rotate together
+    # with the input vectors.
     normal = -A1[0][1], A1[0][0], ZERO, ZERO
     along = tuple(_dot(terms, normal, column) for column in N)
     root = circle_roots(
@@ -128,7 +129,7 @@ Row = tuple[sp.Expr, ...]
 
 
 def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row, Row], sp.Expr]:
-    """Returns (point nearest to 0, basis, orientation) of the plane ``rows.(x1, x2) = b``.
+    """Return (point nearest to 0, basis, orientation) of the plane ``rows.(x1, x2) = b``.
 
     The orientation is the sign of the determinant of the two rows and the two basis vectors.
     """
@@ -145,8 +146,8 @@ def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row
     y = _clipped(terms, let(b_long / first.image))
     head, *left = first.applied(terms, short)
     rest = let(b_short - head * y)
-    # If the two rows of [A1 A2] are dependent, the equation of the selected point replaces the row
-    # with the smaller norm.
+    # If the two rows of [A1 A2] are dependent, the equation of the selected point replaces the
+    # row with the smaller norm.
     own = terms.let(sum((x * x for x in left), ZERO))
     dependent = own <= let(DEPENDENT_ROWS**2 * _dot(terms, long, long))
     a1, a2 = (direction(terms, *long[k : k + 2]) for k in (0, 2))
@@ -174,8 +175,6 @@ def _clipped(terms: Terms, value: sp.Expr) -> sp.Expr:
 
 @dataclass(frozen=True)
 class _Reflection:
-    """Householder reflection ``I - v v^T / kappa`` that moves a vector to (image, 0, 0, ...)."""
-
     v: Row
     inverse: sp.Expr
     image: sp.Expr
@@ -201,10 +200,11 @@ def _improved(
     error: Row,
     exists: Boolean,
 ) -> tuple[tuple[CosSin, CosSin], Row]:
-    """Applies a damped Newton step to both angles if the step reduces the error.
+    """Apply a damped Newton step to both angles if the step reduces the error.
 
-    The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, because squaring J would cost
-    accuracy. The result is ``-(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 + mu^2)``.
+    The step ``-(J^T J + mu)^-1 J^T e`` is computed from the adjugate of J, because the product J^T
+    J would lose accuracy. The result is ``-(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 +
+    mu^2)``.
     """
     let = terms.let
     one, two = angles
@@ -228,13 +228,13 @@ def _improved(
 
 
 def advanced(terms: Terms, turn: CosSin, step: sp.Expr) -> CosSin:
-    """Returns the rotation ``turn`` plus the angle whose tangent is ``step``."""
+    """Return the rotation ``turn`` plus the angle whose tangent is ``step``."""
     let = terms.let
     return direction(terms, let(turn.c - step * turn.s), let(turn.s + step * turn.c))
 
 
 def chosen(terms: Terms, condition: Boolean, one: CosSin, other: CosSin) -> CosSin:
-    """Returns ``one`` if the condition holds, otherwise ``other``."""
+    """Return ``one`` if the condition holds, otherwise ``other``."""
     return CosSin(
         select(terms, condition, one.c, other.c), select(terms, condition, one.s, other.s)
     )
@@ -251,5 +251,5 @@ def _dot(terms: Terms, a: Row, b: Row) -> sp.Expr:
 
 
 def _difference(terms: Terms, a: Row, b: Row) -> sp.Expr:
-    """Returns ``a1.b1 - a2.b2``, where a = (a1, a2) and b = (b1, b2) are split into halves."""
+    """Return ``a1.b1 - a2.b2`` for vectors a = (a1, a2) and b = (b1, b2)."""
     return terms.let(a[0] * b[0] + a[1] * b[1] - a[2] * b[2] - a[3] * b[3])

@@ -26,7 +26,7 @@ class CosSin:
         return CosSin(self.c, -self.s)
 
     def counted(self, sign: int) -> "CosSin":
-        """Returns the rotation about the opposite axis if ``sign`` is -1."""
+        """Return the rotation about the opposite axis if ``sign`` is -1."""
         return self if sign == 1 else self.back
 
 
@@ -34,7 +34,7 @@ NO_TURN = CosSin(sp.Integer(1), sp.Integer(0))
 
 
 def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False) -> CosSin:
-    """Returns the rotation by the angle of the vector (x, y).
+    """Return the rotation by the angle of the vector (x, y).
 
     The vector is divided by the length of its rounded components. So the result has unit length
     even if x and y are small differences of large numbers. The vector (0, 0) gives the angle 0.
@@ -54,7 +54,7 @@ def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False)
 def direction_of(
     terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False
 ) -> tuple[CosSin, sp.Expr, sp.Expr]:
-    """Returns (result of :func:`direction`, squared length, inverse length)."""
+    """Return (result of :func:`direction`, squared length, inverse length)."""
     x, y = (terms.let(entry) for entry in (x, y))
     # Components that consist only of rounding errors are replaced by 0.
     x, y = (sp.S.Zero if terms.is_noise(entry) else entry for entry in (x, y))
@@ -66,7 +66,7 @@ def direction_of(
 
 
 def composed(terms: Terms, a: CosSin, b: CosSin) -> CosSin:
-    """Returns the rotation by the sum of two angles."""
+    """Return the rotation by the sum of two angles."""
     if a == NO_TURN:
         return b
     if b == NO_TURN:
@@ -75,7 +75,7 @@ def composed(terms: Terms, a: CosSin, b: CosSin) -> CosSin:
 
 
 def rotated(terms: Terms, k: Vector, turn: CosSin, v: Vector) -> Vector:
-    """Returns ``R(k, theta) v`` by Rodrigues' formula."""
+    """Return ``R(k, theta) v`` by Rodrigues' formula."""
     if turn == NO_TURN:
         return v
     across = perpendicular(terms, k, v)
@@ -86,12 +86,12 @@ def rotated(terms: Terms, k: Vector, turn: CosSin, v: Vector) -> Vector:
 
 
 def perpendicular(terms: Terms, k: Vector, v: Vector) -> Vector:
-    """Returns the component of ``v`` perpendicular to the unit vector ``k``."""
+    """Return the component of ``v`` perpendicular to the unit vector ``k``."""
     return combination(terms, (sp.Integer(1), -dot(terms, k, v)), (v, k))
 
 
 def any_across(terms: Terms, k: Vector) -> Vector:
-    """Returns a unit vector perpendicular to ``k``. The result is constant for a constant ``k``.
+    """Return a unit vector perpendicular to ``k``. The result is constant for a constant ``k``.
 
     Source for variable ``k``: Duff et al. 2017, Building an orthonormal basis, revisited.
     """

@@ -8,10 +8,10 @@ is selected. Let delta be the difference between the two solutions of an equatio
 solution is the rounding error of the equation, divided by sin(delta / 2). For a double solution,
 the error is the square root of the rounding error. If a = b = 0, the equation does not determine
 the angle. Therefore, each equation is rated by the difference between its two solutions, relative
-to the terms of the equation. The angle is computed from the equation with the larger relative
-difference between its two solutions. If both equations have a double solution, the equation with
-the larger coefficients is used. For the second equation, sign 1 selects the solution that is nearer
-to the solution of the first equation with sign 1.
+to the terms of the equation. The angle is computed from the equation with the higher rating. If
+both equations have a double solution, the equation with the larger coefficients is used. For the
+second equation, sign 1 selects the solution that is nearer to the solution of the first equation
+with sign 1.
 
 Degenerate: if both equations have a double solution, the accuracy of the angle is 1e-8. If all
 coefficients are 0, the angle is arbitrary and set to 0.
@@ -38,7 +38,7 @@ EQUATIONS = "two equations for one angle"
 
 @dataclass(frozen=True)
 class Line:
-    """The equation ``a cos + b sin = e``, with the squared magnitude of the terms of e."""
+    """The equation ``a cos + b sin = e``. ``size2`` is the squared magnitude of the terms in e."""
 
     a: sp.Expr
     b: sp.Expr
@@ -54,14 +54,14 @@ class Line:
 def component(
     terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, size2: sp.Expr | None = None
 ) -> Line:
-    """Returns the equation ``h.R(k, theta) p = d`` in the form of subproblem 4.
+    """Return the equation ``h.R(k, theta) p = d`` in the form of subproblem 4.
 
     Args:
         terms: Table of named terms.
         h: The direction.
         k: The axis.
         p: The rotated vector.
-        d: The component d of the rotated vector along h.
+        d: The required component of ``R(k, theta) p`` along h.
         size2: Squared magnitude of the terms whose difference is p. The default is the square of p.
     """
     along = terms.let(dot(terms, h, k) * dot(terms, k, p))
@@ -72,7 +72,7 @@ def component(
 
 
 def of_two_lines(terms: Terms, one: Line, two: Line, sign: sp.Symbol) -> FoundTurn:
-    """Solves the better conditioned of two equations for their common angle.
+    """Solve the better conditioned of two equations for their common angle.
 
     Args:
         terms: Table of named terms.
@@ -101,7 +101,7 @@ def of_two_lines(terms: Terms, one: Line, two: Line, sign: sp.Symbol) -> FoundTu
 
 
 def _apart2(terms: Terms, line: Line) -> sp.Expr:
-    """Returns ``(a^2 + b^2) sin^2(delta / 2)`` with the difference delta of both solutions."""
+    """Return ``(a^2 + b^2) sin^2(delta / 2)``, where the two solutions differ by delta."""
     rho2 = terms.let(line.a**2 + line.b**2)
     least = terms.let(MEETING_SOLUTIONS * rho2)
     return terms.let(sp.Max(terms.let(rho2 - line.e**2), least, evaluate=False))

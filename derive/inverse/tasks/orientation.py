@@ -29,7 +29,7 @@ ROTATION = tuple(POSE_SYMBOLS[4 * i + j] for i in range(3) for j in range(3))
 
 
 def orients(lines: Lines, given: Sequence[int]) -> bool:
-    """Whether three revolute joints are not fixed, and no two consecutive axes are parallel.
+    """Whether exactly three revolute joints are free, and no consecutive axes of them are parallel.
 
     Args:
         lines: The chain.
@@ -41,12 +41,13 @@ def orients(lines: Lines, given: Sequence[int]) -> bool:
 
 
 def orientation_task(robot: SerialRobot, lines: Lines, given: Sequence[int]) -> Solved:
-    """Returns the orientation task of a chain. :func:`orients` must return True for the chain.
+    """Return the orientation task of a chain. :func:`orients` must return True for the chain.
 
     Args:
         robot: The description.
         lines: Its axes.
-        given: Indices of the fixed joints, whose values are inputs after the orientation.
+        given: Indices of the fixed joints; their values follow the orientation in the argument
+            list.
     """
     terms = lines.terms
     work = Work(terms)
@@ -70,7 +71,7 @@ def orientation_task(robot: SerialRobot, lines: Lines, given: Sequence[int]) -> 
         (asked, *(given_argument(robot, k, symbols[k]) for k in given)),
         q,
         residual,
-        "fk(q[k]) has the orientation R wherever residual[k] is rounding; free joints are 0",
+        "fk(q[k]) has the orientation R if residual[k] is a rounding error; free joints are 0",
         given,
     )
     role = replace(solved.function.role, components=("orientation",), free=free)

@@ -35,12 +35,12 @@ _PITCH_LETTER = InputLetter((r"\lambda", r"\nu", r"\Lambda"))
 
 
 def tool_origin(robot: SerialRobot, terms: Terms) -> Vector:
-    """Returns the tool origin in the home pose (meter), in base axes."""
+    """Return the tool origin in the home pose (meter), in base axes."""
     return _column(terms, home_of(robot, terms), 3)
 
 
 def tool_axis(robot: SerialRobot, terms: Terms) -> Vector:
-    """Returns the third tool axis in the home pose (unit vector), in base axes."""
+    """Return the third tool axis in the home pose (unit vector), in base axes."""
     return _column(terms, home_of(robot, terms), 2)
 
 
@@ -57,7 +57,7 @@ def partial_pose(
     identity: str,
     components: tuple[TaskComponent, ...] = (),
 ) -> Solved:
-    """Returns the task for a part of the pose.
+    """Return the inverse-kinematics task for a part of the pose, such as the position.
 
     Args:
         name: Name of the generated function.
@@ -104,7 +104,7 @@ POSITION_TASK = Task("ik_position", _by_three_joints, _move_in_space, reads_base
 
 
 def position(robot: SerialRobot, work: Work) -> Solved:
-    """Returns the task for a tool position."""
+    """Return the task for a tool position."""
     terms = work.terms
     meaning = "position of the tool in the base frame"
     return partial_pose(
@@ -113,13 +113,13 @@ def position(robot: SerialRobot, work: Work) -> Solved:
         work,
         TaskInput(Argument("p", POSITION, (3,), "m", meaning), POSITION_ENTRIES),
         lambda pose: terms.let(sp.sqrt(_squared_distance(terms, pose))),
-        "fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0",
+        "fk(q[k]) has its origin at p if residual[k] is a rounding error; free joints are 0",
         ("position",),
     )
 
 
 def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) -> Solved:
-    """Returns the task for a tool position and the elevation of the tool axis.
+    """Return the task for a tool position and the elevation of the tool axis.
 
     Args:
         robot: The description.
@@ -144,7 +144,7 @@ def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) ->
             squares(terms, (rise - pitch.s, length - outward)),
         )
 
-    meaning = "position of the tool, elevation of its axis"
+    meaning = "position of the tool and elevation of its axis"
     return partial_pose(
         "ik_position_pitch",
         robot,
@@ -154,14 +154,14 @@ def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) ->
             (*POSITION_ENTRIES, _PITCH_LETTER),
         ),
         residual,
-        "fk(q[k]) has its origin in x[:3] and its third axis the elevation x[3] wherever "
-        "residual[k] is rounding; a free joint is 0",
+        "fk(q[k]) has its origin at x[:3] and its third axis has the elevation x[3] if residual[k] "
+        "is a rounding error; a free joint is 0",
         ("position", "pitch"),
     )
 
 
 def position_direction(robot: SerialRobot, work: Work) -> Solved:
-    """Returns the task for a tool position and the direction of the tool axis."""
+    """Return the task for a tool position and the direction of the tool axis."""
     terms = work.terms
     wanted = unit_direction(terms)
 
@@ -172,7 +172,7 @@ def position_direction(robot: SerialRobot, work: Work) -> Solved:
             squares(terms, subtracted(terms, pose[0][2], wanted)),
         )
 
-    meaning = "position of the tool, direction of its axis, of any length"
+    meaning = "position of the tool and direction of its axis as a vector of any length"
     return partial_pose(
         "ik_position_direction",
         robot,
@@ -182,14 +182,14 @@ def position_direction(robot: SerialRobot, work: Work) -> Solved:
             (*POSITION_ENTRIES, *_DIRECTION_LETTERS),
         ),
         residual,
-        "fk(q[k]) has its origin in x[:3] and the third axis x[3:] / |x[3:]| wherever residual[k] "
-        "is rounding; a free joint is 0",
+        "fk(q[k]) has its origin at x[:3] and the third axis x[3:] / |x[3:]| if residual[k] is a "
+        "rounding error; a free joint is 0",
         ("position", "direction"),
     )
 
 
 def unit_direction(terms: Terms) -> Vector:
-    """Returns the target direction as a unit vector in base axes.
+    """Return the target direction as a unit vector in base axes.
 
     The vector is NaN for a target of length zero.
     """
@@ -199,16 +199,15 @@ def unit_direction(terms: Terms) -> Vector:
 
 
 def name_direction(work: Work) -> Vector:
-    """Names the unit vector of the target direction for the article, and returns the vector."""
+    """Name the unit vector of the target direction for the article, and return the vector."""
     meaning = "the direction as a unit vector"
     return work.name_vector(("e", r"\epsilon", "E"), meaning, unit_direction(work.terms))
 
 
 def target_of_direction(robot: SerialRobot, work: Work) -> Target:
-    """Returns a pose with the target position and the target direction as third axis.
+    """Return a pose with the target position and the target direction as third axis.
 
-    Source: Duff et al. 2017, Building an orthonormal basis, revisited. This construction of
-    the other two axes has no cancellation.
+    Source: Duff et al. 2017, Building an orthonormal basis, revisited.
     """
     terms = work.terms
     direction = name_direction(work)

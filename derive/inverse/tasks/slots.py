@@ -23,19 +23,19 @@ POSE_SYMBOLS = tuple(
         *("_r31", "_r32", "_r33", "_p3", "_r41", "_r42", "_r43", "_p4"),
     )
 )
-"""Symbols of the pose entries, row by row. No name in a robot file starts with "_"."""
+"""Symbols of the pose entries, row by row."""
 ROUNDING = sp.Rational(1, 2**52)
 """Relative rounding error of a double."""
 
 
 def pose_argument(robot: SerialRobot) -> Argument:
-    """Returns the argument ``T``, which is the target pose of the tool."""
+    """Return the argument ``T``, which is the target pose of the tool."""
     meaning = f"pose of the tool, T_{robot.base_frame}_{robot.tool_frame}"
     return Argument("T", POSE_SYMBOLS, (4, 4), "1, m", meaning)
 
 
 def given_argument(robot: SerialRobot, joint: int, symbol: sp.Symbol) -> Argument:
-    """Returns the argument for the value of a fixed joint.
+    """Return the input argument for the value of a fixed joint.
 
     Args:
         robot: The description.
@@ -43,12 +43,12 @@ def given_argument(robot: SerialRobot, joint: int, symbol: sp.Symbol) -> Argumen
         symbol: Symbol of the joint coordinate.
     """
     moving = robot.moving[joint]
-    meaning = f"the value of {moving.name}, which is given"
+    meaning = f"the value of the fixed joint {moving.name}"
     return Argument(symbol.name.lstrip("_"), (symbol,), (), moving.unit, meaning)
 
 
 def values_of(work: Work, robot: SerialRobot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
-    """Returns the value of every moving joint. Angles are atan2 expressions."""
+    """Return the value of every moving joint. Angles are atan2 expressions."""
     values = [_value(work, k, given) for k in range(len(robot.moving))]
     for known in work.sums:
         *others, (last, _) = known.senses
@@ -60,10 +60,7 @@ def values_of(work: Work, robot: SerialRobot, given: Mapping[int, sp.Expr]) -> l
 
 
 def _rest(work: Work, known: Sum, values: Sequence[sp.Expr]) -> sp.Expr:
-    """Returns the last of several parallel joint angles from their sum and the other angles.
-
-    Several solutions share one angle sum, which saves calls of atan2.
-    """
+    """Return the last angle of several parallel joints from the angle sum and the other angles."""
     *others, (last, sense) = known.senses
     before = sum((sign * values[k] for k, sign in others), sp.Integer(0))
     turn = work.turns[last]
@@ -81,12 +78,12 @@ def _value(work: Work, joint: int, given: Mapping[int, sp.Expr]) -> sp.Expr:
 
 
 def tool_of(terms: Terms, robot: SerialRobot, values: Sequence[sp.Expr]) -> Pose:
-    """Returns the tool pose from the cosines and sines of the joint values."""
+    """Return the tool pose from the cosines and sines of the joint values."""
     return Forward(terms, groups(robot, terms, values)).tool_pose()
 
 
 def pose_residual(terms: Terms, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Expr:
-    """Returns the larger of position error (meter) and orientation error (radian).
+    """Return the larger of position error (meter) and orientation error (radian).
 
     The Frobenius distance between two rotation matrices is sqrt(8) sin(angle / 2). For small
     angles, the Frobenius distance is sqrt(2) times the angle.
@@ -96,31 +93,32 @@ def pose_residual(terms: Terms, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Exp
 
 
 def pose_errors(pose: Pose, wanted: Sequence[sp.Expr]) -> tuple[list[sp.Expr], list[sp.Expr]]:
-    """Returns the position error (meter) and the differences of the rotation entries."""
+    """Return the position error (meter) and the differences of the rotation entries."""
     axes, origin = pose
     moved = [origin[i] - wanted[4 * i + 3] for i in range(3)]
     return moved, [axes[j][i] - wanted[4 * i + j] for i in range(3) for j in range(3)]
 
 
 def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
-    """Returns the sum of squares as a named term."""
+    """Return the sum of squares as a named term."""
     return terms.let(sum((terms.let(value) ** 2 for value in values), sp.Integer(0)))
 
 
 def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
-    """Returns the residual from a squared distance and a squared angle.
+    """Return the residual, the square root of the larger of ``distance2`` and ``angle2``.
 
-    If the squared distance or the squared angle is NaN, the residual is NaN.
+    If the squared distance or the squared angle is NaN, the residual is NaN. The C function fmax
+    ignores NaN, so a pose whose loops cannot be closed would count as solved.
 
-    The C function fmax ignores NaN, so a pose whose loops cannot be closed would count as solved. A
-    SymPy comparison of real numbers would also lose NaN.
+    The function does not compare the two values, because a SymPy comparison of real numbers would
+    not propagate NaN.
     """
     twice = terms.let(distance2 + angle2) + terms.let(sp.Abs(terms.let(distance2 - angle2)))
     return terms.let(sp.sqrt(terms.let(terms.let(twice) / 2)))
 
 
 def with_rounding(terms: Terms, residual: sp.Expr, lengths: Iterable[sp.Expr]) -> sp.Expr:
-    """Adds the rounding error of prismatic coordinates to a residual.
+    """Add the rounding error of prismatic coordinates to a residual.
 
     Almost parallel prismatic axes lead to coordinates of 1e15 m. The rounding errors of these large
     coordinates cancel in the residual. In a pose from another formula, such as ``fk``, the rounding
@@ -131,7 +129,12 @@ def with_rounding(terms: Terms, residual: sp.Expr, lengths: Iterable[sp.Expr]) -
 
 
 def margin_of(work: Work, loops: Sequence[sp.Expr] = ()) -> sp.Expr:
-    """Returns the smallest margin of all steps and loops. The margin is 1 if no step can fail."""
+    """Return the smallest margin of all steps and loops.
+
+    The margin is 1 if no step can fail.
+
+    If no step or loop has a margin, the result is 1.
+    """
     margins = [*work.margins(), *loops]
     if not margins:
         return sp.Integer(1)
@@ -148,19 +151,19 @@ def of_pose_task(
     given: Mapping[int, sp.Expr],
     inputs: tuple[TaskInput, ...] = (),
 ) -> Solved:
-    """Returns the task ``ik`` of the tool pose.
+    """Return the task ``ik`` of the tool pose.
 
     Args:
         robot: The description.
         work: The record of the solution.
         arguments: The arguments for the values of fixed joints.
         given: The fixed joint values, keyed by joint index.
-        inputs: More inputs that the family needs, such as a swivel angle.
+        inputs: Additional inputs that the family needs, such as a swivel angle.
     """
     terms = work.terms
     values = values_of(work, robot, given)
     residual = pose_residual(terms, tool_of(terms, robot, values), POSE_SYMBOLS)
-    identity = "fk(q[k]) = T wherever residual[k] is rounding"
+    identity = "fk(q[k]) = T if residual[k] is a rounding error"
     first = (pose_argument(robot), *arguments)
     return branches("ik", robot, work, first, values, residual, identity, given, inputs)
 
@@ -176,7 +179,7 @@ def branches(
     given: Iterable[int] = (),
     inputs: tuple[TaskInput, ...] = (),
 ) -> Solved:
-    """Returns the task of a serial robot for all solution slots."""
+    """Derive an inverse of a serial robot with all its solution slots."""
     asked = (*arguments, *(task_input.argument for task_input in inputs))
     q = tuple(
         joint.direction * value for joint, value in zip(robot.coordinates, values, strict=True)
@@ -200,13 +203,12 @@ def function_of(
     given: Iterable[int] = (),
     loops: Sequence[sp.Expr] = (),
 ) -> SymbolicFunction:
-    """Returns the function of a task for all solution slots.
+    """Return the function of a task for all solution slots.
 
-    The arguments ``q``, ``residual`` and ``margin`` are the entries of one slot, as functions of
-    the branch signs.
+    The arguments ``q`` and ``residual`` are expressions in the branch signs. ``given`` contains the
+    indices of coordinates that do not depend on the target ``inputs[0]``.
 
-    ``given`` contains the indices of coordinates that depend only on ``inputs[1:]``, not on the
-    target ``inputs[0]``. ``loops`` contains the margins of the closed loops.
+    ``loops`` contains the margins of the closed loops.
     """
     k = 2 ** len(work.signs)
     domain = "pose" if inputs[0].symbols == POSE_SYMBOLS else "task"
@@ -219,7 +221,7 @@ def function_of(
             (margin_of(work, loops),),
             (k,),
             "1",
-            "distance from the boundary of the reachable set, negative beyond",
+            "distance from the boundary of the reachable set, negative outside",
         ),
     )
     summary = f"Every solution of the inverse kinematics, in {k} slots."

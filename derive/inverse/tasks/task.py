@@ -60,7 +60,7 @@ class Solved:
         return self.function.role.domain == "pose" or bool(self.function.role.components)
 
     def with_search(self) -> "Solved":
-        """Returns the task with the flag that makes the runtime search for missed solutions."""
+        """Return a copy of the task that makes the runtime search for missed solutions."""
         role = replace(self.function.role, searches=True)
         return replace(self, function=replace(self.function, role=role))
 
@@ -71,7 +71,7 @@ def _always(_robot: SerialRobot, _lines: Lines) -> bool:
 
 @dataclass(frozen=True)
 class Task:
-    """A task of a family, except the task of the tool pose.
+    """An additional task that a family solves, such as a position instead of a full pose.
 
     The chain has no fixed or added joints.
 
@@ -79,8 +79,8 @@ class Task:
         name: The name of the generated function, for example ``ik_position``.
         solved: A function that solves the task for a robot.
         applies: A function that returns whether the task applies to a robot.
-        reads_base: Whether this task numbers the axes from the base, even if the inverse of the
-            tool pose numbers the axes from the tool.
+        reads_base: Whether this task always numbers the axes from the base. The inverse for tool
+            poses may number the axes from the tool.
     """
 
     name: str

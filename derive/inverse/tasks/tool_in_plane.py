@@ -47,7 +47,7 @@ def _has_direction(robot: SerialRobot, lines: Lines) -> bool:
 
 
 def off_axis(robot: SerialRobot, lines: Lines, k: int) -> tuple[float, float]:
-    """Returns (distance of the tool origin from an axis, sine of the tilt of the axis)."""
+    """Return (distance of the tool origin from an axis, sine of the tilt of the axis)."""
     axis, home = lines.axes[k], _home(robot, lines)
     lever = np.cross(axis.direction, home[:3, 3] - axis.origin)
     tilt = np.cross(axis.direction, home[:3, 2])
@@ -71,7 +71,10 @@ def _with_pitch(robot: SerialRobot, lines: Lines) -> Solved:
     wanted = combination(terms, (terms.let(sign * pitch.c), pitch.s), (outward, up))
     found = sp1(terms, a2.h, axis, wanted)
     found = FoundTurn(found.turn, found.equation, sign)
-    total = turned_as_one(work, lines, found, "the pitch, with the tool pointing outward or inward")
+    reason = (
+        "the sum of these angles determines the pitch of the tool, which points outward or inward"
+    )
+    total = turned_as_one(work, lines, found, reason)
     reach(work, lines, tool, U, total)
     leave(work, lines, ARM)
     return position_pitch(robot, work, up, pitch)
@@ -85,7 +88,10 @@ def _with_direction(robot: SerialRobot, lines: Lines) -> Solved:
     U, q1 = turn_to_direction(work, lines, a2, (tool, POSITION), (axis, direction))
     v = rotated(terms, a1.h, q1.back, direction)
     total = turned_as_one(
-        work, lines, sp1(terms, a2.h, axis, v), "the tool's direction in the arm's plane"
+        work,
+        lines,
+        sp1(terms, a2.h, axis, v),
+        "the sum of these angles rotates the tool in the arm plane",
     )
     reach(work, lines, tool, U, total)
     leave(work, lines, ARM)

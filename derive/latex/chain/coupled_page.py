@@ -29,7 +29,8 @@ from .given_fragment import parameters, symbols
 from .singularity_fragment import singularities
 
 JOINT, INDEPENDENT = r"\theta", r"\varphi"
-"""Letter for the values of all joints, and letter for the values of the independent joints."""
+"""Letters for joint values. ``JOINT`` stands for all joints, ``INDEPENDENT`` for the independent
+joints."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,8 @@ class CoupledPage:
     Attributes:
         robot: The description.
         derivation: The functions of the robot's coordinates.
-        chain: The article data of the robot without couplings, with joint values theta.
+        chain: The article data of the same chain without couplings. Its coordinates are the joint
+            values theta.
     """
 
     robot: SerialRobot
@@ -48,7 +50,7 @@ class CoupledPage:
 
     @classmethod
     def of(cls, derivation: Derivation) -> "CoupledPage":
-        """Derives the chain in joint coordinates."""
+        """Derive the chain in joint coordinates."""
         robot = derivation.robot
         assert isinstance(robot, SerialRobot)
         plain = derive(robot.uncoupled, functions=PRINTED, families=derivation.families)
@@ -64,7 +66,7 @@ class CoupledPage:
 
     @cached_property
     def merged(self) -> Page | None:
-        """The article data of the chain of independent joints. None if all joints are independent.
+        """Article data for the chain of independent joints, or None if all joints are independent.
 
         The symbols of this chain must differ from the symbols of the whole robot's chain.
         """
@@ -85,7 +87,7 @@ class CoupledPage:
 
 
 def description(page: CoupledPage) -> str:
-    """Prints the limits of the joints and the motors."""
+    """Print the limits of the joints and the motors."""
     motors = [c for c in page.robot.coordinates if isinstance(c, Motor)]
     if not motors:
         return parameters(page.chain, JOINT)
@@ -102,7 +104,7 @@ def description(page: CoupledPage) -> str:
 
 
 def couplings(page: CoupledPage) -> str:
-    """Prints the map between joints and coordinates in both directions."""
+    """Print the map between joints and coordinates in both directions."""
     own, printer = page.robot.linear_map, page.chain.equations.printer
     theta = page.chain.equations.notation.q
     forward = zip(theta, own.at(page.q), strict=True)
@@ -115,15 +117,15 @@ def couplings(page: CoupledPage) -> str:
     )
     names = listed([escape(c.name) for c in page.robot.coordinates])
     return text(
-        sentence(f"The coordinates $q$ ({names}) move the joints by", shown),
-        sentence("so that the coordinates follow from the joints as", shown_back),
+        sentence(f"The coordinates $q$ ({names}) determine the joint positions:", shown),
+        sentence("Inversely, the joint positions determine the coordinates:", shown_back),
         r"With $\theta = C q + c$, the Jacobians with respect to $q$ are $J C$, with the Jacobians"
         r" $J$ with respect to $\theta$ below.",
     )
 
 
 def inverse_of_coupled(page: CoupledPage) -> str:
-    """Prints the inverse kinematics of the chain, and the solutions in coordinates."""
+    """Print the inverse kinematics of the chain, and the solutions in coordinates."""
     found = page.derivation.inverse or page.chain.inverse
     if found.classification.found is None or not found.solved:
         return text(missing_structure(found.classification))
@@ -173,13 +175,13 @@ def _motions(page: CoupledPage, arm: Page, joints: Sequence[int]) -> sp.Matrix:
 
 
 def singularities_of_coupled(page: CoupledPage) -> str:
-    """Prints the singular configurations of the chain."""
+    """Print the singular configurations of the chain."""
     arm = page.merged or page.chain
     return singularities(arm) if page.free.surplus == 0 else ""
 
 
 def example_of_coupled(page: CoupledPage) -> str:
-    """Prints a configuration, its tool pose and all solutions."""
+    """Print a configuration, its tool pose and all solutions."""
     coordinates, derivation = page.robot.coordinates, page.derivation
     angles = cycle(ANGLES)
     q = np.array([within(c, math.radians(next(angles))) for c in coordinates])
@@ -201,14 +203,14 @@ def _theta(page: CoupledPage, q: np.ndarray) -> list[float]:
 
 
 _MERGED = (
-    "A joint that follows others is part of a joint with the same or a parallel axis. The tool has"
-    " the pose of a chain without this joint, whose joints move by"
+    "A coupled joint is merged into a joint with the same or a parallel axis. The tool pose equals"
+    " the tool pose of a chain without the coupled joint. The joint positions of this chain are"
 )
 _COUPLED = (
     "The steps of this structure include the joint couplings. The command"
     r" \texttt{chasles explain} prints the steps."
 )
 _SURPLUS = (
-    "These are the solutions of the chain with its dependent joints free. A solution of the robot"
+    "These are the solutions of the chain without the couplings. A solution of the robot"
     " also satisfies the couplings: its residual is evaluated at the coordinates."
 )

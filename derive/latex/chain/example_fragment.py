@@ -31,7 +31,7 @@ SLIDE = 0.3
 SHARE = 0.4
 """Value of a coordinate in the example if the default value is outside the limits.
 
-The value is a fraction of the limit range, measured from the lower limit.
+The value is a fraction of the limit range: 0 at the lower limit, 1 at the upper limit.
 """
 _UNITS = {"rad": "angles in degrees", "m": "displacements in meters"}
 OUTSIDE = r"$^{\dagger}$"
@@ -45,13 +45,13 @@ SLACK = 1e-9
 
 
 def worked_example(page: Page) -> str:
-    """Prints a configuration of a serial robot, its tool pose and all solutions."""
+    """Print a configuration of a serial robot, its tool pose and all solutions."""
     angles = cycle(ANGLES)
     coordinates = page.robot.coordinates
     q = np.array([within(c, math.radians(next(angles))) for c in coordinates])
     symbols = [page.tex(symbol) for symbol in page.equations.notation.q]
     functions = page.inverse.functions
-    # Inputs of an inverse have the coordinates' names in the equations.
+    # In the equations, the inputs of an inverse have the names of the coordinates.
     known = dict(zip((s.name for s in page.equations.notation.q), q, strict=True))
     for name, function in functions.items():
         if function.role.name == "redundancy":
@@ -106,7 +106,7 @@ def example(
     called: Mapping[str, str],
     pose: str,
 ) -> str:
-    """Prints the tool pose and all solutions of the first inverse.
+    """Print the tool pose and all solutions of the first inverse.
 
     Args:
         fk: The forward kinematics.
@@ -153,7 +153,7 @@ def solutions_of_pose(
     actuators: Sequence[str],
     found: Mapping[int, FloatArray],
 ) -> str:
-    """Prints the pose of a main chain and its actuated coordinates.
+    """Print the pose of a main chain and its actuated coordinates.
 
     Args:
         fk: The forward kinematics of the main chain.
@@ -178,7 +178,7 @@ def solutions_of_pose(
 
 
 def within(coordinate: AnyCoordinate, angle: float) -> float:
-    """Returns a round value of a coordinate within its limits."""
+    """Return a round value of a coordinate within its limits."""
     lower, upper = bounds(coordinate)
     wished = SLIDE if coordinate.unit == "m" else angle
     if lower <= wished <= upper:
@@ -187,12 +187,12 @@ def within(coordinate: AnyCoordinate, angle: float) -> float:
 
 
 def rounded(value: float, unit: str) -> float:
-    """Rounds a value to a few decimals, in degrees or meters."""
+    """Round a value to a few decimals, in degrees or meters."""
     return math.radians(round(math.degrees(value))) if unit == "rad" else round(value, 2)
 
 
 def bounds(coordinate: AnyCoordinate) -> tuple[float, float]:
-    """Returns the limits of a coordinate (radian, meter). Missing limits are infinite."""
+    """Return the limits of a coordinate (radian, meter). Missing limits are infinite."""
     lower, upper = coordinate.limits
     return (
         -math.inf if lower is None else float(lower),
@@ -205,7 +205,7 @@ def _is_known(inverse: SymbolicFunction, known: Mapping[str, float]) -> bool:
 
 
 def value_at(function: SymbolicFunction, q: FloatArray) -> FloatArray:
-    """Evaluates a function at a configuration."""
+    """Evaluate a function at a configuration."""
     (kernel,) = lower([function], "example")
     return np.array(kernel(q)).reshape(function.outputs[0].shape)
 
@@ -299,7 +299,7 @@ def _listed(symbols: Sequence[str], coordinates: Sequence[AnyCoordinate], q: Flo
 
 
 def at_value(symbol: str, coordinate: AnyCoordinate, value: float) -> str:
-    """Formats a coordinate and its value in degrees or meters."""
+    """Format a coordinate and its value in degrees or meters."""
     if coordinate.unit == "rad":
         return rf"${symbol} = {_short(math.degrees(value), 3)}^\circ$"
     return rf"${symbol} = {_short(value, 4)}$ m"

@@ -17,7 +17,7 @@ SHORT = 50.0
 
 
 def forward_kinematics(page: Page) -> str:
-    """Prints the tool pose as a matrix or, if too wide, entry by entry."""
+    """Print the tool pose as a matrix or, if too wide, entry by entry."""
     fk = page.equations.fk
     T = sp.ImmutableMatrix(POSE_COLUMNS, POSE_COLUMNS, fk.entries)
     terms = _shared(page, fk.definitions, "shared")
@@ -89,7 +89,7 @@ def _shared(page: Page, definitions: Sequence[Definition], kind: str) -> str:
 
 
 def jacobians(page: Page) -> str:
-    """Prints the columns of the mixed and the spatial Jacobian."""
+    """Print the columns of the mixed and the spatial Jacobian."""
     mixed, space = page.equations.jacobian_mixed, page.equations.jacobian_space
     return text(
         r"Twists are $(v; \omega)$, linear velocity first, in the axes of the base frame. In the"

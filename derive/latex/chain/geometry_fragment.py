@@ -20,7 +20,7 @@ MAX_IN_ROW = 6
 
 
 def screws(page: Page) -> str:
-    """Prints the screw axes and the home pose."""
+    """Print the screw axes and the home pose."""
     robot = page.robot
     values = robot.joint_values(page.equations.notation.q)
     notation = page.equations.notation
@@ -38,7 +38,7 @@ def screws(page: Page) -> str:
     if not plain:
         pairs = zip(joint_values, values, strict=True)
         listed = [_equation(name, page.tex(value)) for name, value in pairs]
-        followers = sentence("where the joints' values are", flowed(listed))
+        followers = sentence("where the joint positions are", flowed(listed))
     index = "k" if counts_moving(robot) else "i"
     axes = rf"$\mathcal{{S}}_{{{index}}} = (v_{{{index}}}; \omega_{{{index}}})$"
     return text(
@@ -57,7 +57,7 @@ def screws(page: Page) -> str:
 
 
 def link_transforms(page: Page) -> str:
-    """Prints the pose of each link relative to its parent link."""
+    """Print the pose of each link relative to its parent link."""
     robot, notation = page.robot, page.equations.notation
     frames = labels(robot)
     names = [transform(*pair) for pair in pairwise(frames)]

@@ -23,11 +23,12 @@ MAX_RUNS = 2
 of all link transforms.
 """
 FEW = 4
-"""Maximum number of names joined by "and". Lists with more than four names have commas or dots."""
+"""Maximum number of consecutive symbols that are printed one by one. A longer list of consecutive
+symbols is shortened with dots."""
 
 
 def parameters(page: Page, vector: str = "q") -> str:
-    """Prints the joint tables and the parameter values.
+    """Print the joint tables and the parameter values.
 
     Args:
         page: The chain.
@@ -39,7 +40,7 @@ def parameters(page: Page, vector: str = "q") -> str:
 
 
 def joints(page: Page) -> str:
-    """Prints the joint tables and explains their abbreviations."""
+    """Print the joint tables and explain their abbreviations."""
     notation = page.equations.notation
     # The description prints numeric lengths as decimals.
     printer = Printer(notation.tex, notation.order)
@@ -56,7 +57,7 @@ def joints(page: Page) -> str:
 
 
 def values(page: Page) -> str:
-    """Prints the values of the parameters, if the robot has any."""
+    """Print the values of the parameters, if the robot has any."""
     if not page.robot.parameters:
         return ""
     table = tables.value_table(page.robot, page.equations.printer)
@@ -64,7 +65,7 @@ def values(page: Page) -> str:
 
 
 def symbols(page: Page) -> str:
-    """Prints the table of short symbols.
+    """Print the table of short symbols.
 
     The result is empty if the equations contain neither angles nor named constants.
     """
@@ -169,7 +170,7 @@ def _displacements(robot: SerialRobot) -> list[str]:
 
 
 def cleaned(robot: SerialRobot) -> str:
-    """Prints the values changed by noise removal, and the change of the tool pose."""
+    """Print the values changed by noise removal, and the change of the tool pose."""
     cleaning = robot.cleaning
     if not cleaning.numbers:
         return ""
@@ -177,17 +178,17 @@ def cleaned(robot: SerialRobot) -> str:
     if cleaning.orientation:
         bounds += rf" and ${tables.scientific(rounded_up(cleaning.orientation))}$ rad"
     opening = (
-        "Rounded or noisy values in the file were replaced by exact values; in total, they change "
-        f"the pose of the tool by at most {bounds}:"
+        "Rounded or noisy values in the file were replaced by exact values; in total, the"
+        f" replacements change the pose of the tool by at most {bounds}:"
     )
     return sentence(opening, tables.cleaning_table(cleaning))
 
 
 def noted(robot: SerialRobot | Mechanism) -> str:
-    """Prints the notes of the robot. Notes about replaced values are omitted."""
+    """Print the notes of the robot. Notes about replaced values are omitted."""
     said = {robot.cleaning.line, *robot.cleaning.sentences}
     others = [escape(note) for note in robot.notes if note not in said]
-    # Names and digits cannot be hyphenated, so words may be far apart.
+    # LaTeX cannot hyphenate names and digits, so wide spaces between words are allowed.
     body = f"Notes: {'; '.join(others)}." if others else ""
     return f"\\begin{{sloppypar}}\n{body}\n\\end{{sloppypar}}" if body else ""
 

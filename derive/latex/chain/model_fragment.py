@@ -11,7 +11,7 @@ from . import tables
 
 
 def model_quality(report: ModelReport) -> str:
-    r"""Prints a model report as LaTeX that any article can include.
+    r"""Print a model report as LaTeX that any article can include.
 
     Args:
         report: The report of :func:`chasles.derive.model_report`.
@@ -43,11 +43,11 @@ def _determinants(report: ModelReport, *, slides: bool) -> str:
     columns: list[tables.Column] = [
         ("convention", [names.escape(item.convention) for item in found]),
         ("numbers", [str(len(item.numbers)) for item in found]),
-        ("by its own", [f"${_tex(item.determinant)}$" for item in found]),
-        ("by those of a pose", [f"${_tex(item.completed)}$" for item in found]),
+        ("own parameters", [f"${_tex(item.determinant)}$" for item in found]),
+        ("full-pose parameters", [f"${_tex(item.completed)}$" for item in found]),
     ]
-    kind = "sliding" if slides else "turning"
-    words = rf"At {kind} joints, $\det(D^{{\mathsf T}} D)$ of the link is"
+    kind = "prismatic" if slides else "revolute"
+    words = rf"For a link to a {kind} joint, $\det(D^{{\mathsf T}} D)$ is"
     return sentence(words, tables.tabular(columns, repeated=1))
 
 
@@ -62,9 +62,9 @@ def _joint(joint: JointQuality) -> str:
         ("", [names.escape(item.verdict) for item in items]),
     ]
     return sentence(
-        rf"Joint {names.escape(joint.joint)} behind {names.escape(joint.before)}: angle"
-        rf" ${angle:.4g}^\circ$, distance ${joint.distance:.6g}$ m. The description {described};"
-        f" {names.escape(joint.suitable)} suits the joint.",
+        rf"Joint {names.escape(joint.joint)} after {names.escape(joint.before)}: angle"
+        rf" ${angle:.4g}^\circ$, distance ${joint.distance:.6g}$ m. The description {described}."
+        f" The suitable convention is {names.escape(joint.suitable)}.",
         tables.tabular(columns, repeated=1),
     )
 

@@ -15,7 +15,7 @@ symbols show the first and the last symbol.
 
 
 def parameter_table(found: Sequence[GeometryParameter], printer: Printer) -> str:
-    """Prints the nonzero parameters from base to tool, with one row for each group."""
+    """Print the nonzero parameters from base to tool, with one row for each group."""
     items = sorted(found, key=_order(found))
     rows = [list(run) for _, run in groupby(items, key=_place)]
     columns: list[tables.Column] = [

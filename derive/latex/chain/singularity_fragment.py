@@ -24,7 +24,7 @@ _REGULAR = "The Jacobian has full rank in every configuration: the robot has no 
 
 
 def singularities(page: Page) -> str:
-    """Prints the singular configurations of an arm.
+    """Print the singular configurations of an arm.
 
     For an arm that is singular in every configuration, the fragment states the rank of the
     Jacobian. For an arm without singularities, the fragment states this in a sentence.
@@ -51,12 +51,10 @@ def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
     constant, factors = found.determinant
     opening = "The determinant of the Jacobian is, up to its sign,"
     free = len(page.robot.moving) - len(found.fixed)
-    # A Jacobian with fewer than six columns is square only without rows of zeros. The zero rows
-    # depend on the axes and the reference point of the twist. The determinant of the square matrix
-    # depends on the reference point, too.
-    rows = (
-        "in the axes of one of the links, at one of their origins and without its rows that are 0, "
-    )
+    # A Jacobian with fewer than six columns is square only if rows of zeros are deleted. The zero
+    # rows depend on the axes and the reference point of the twist. The determinant of the square
+    # matrix depends on the reference point, too.
+    rows = "in the axes of one of the links, at one of their origins and without its zero rows, "
     rows = "" if free == WHOLE else rows
     if found.fixed:
         names = in_words([f"${page.tex(symbol)}$" for symbol in found.fixed])
@@ -69,7 +67,7 @@ def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
     product = sp.Mul(constant, *(factor**power for factor, power in factors))
     several = len(factors) > 1 or found.conditions[0].words
     who = "these joints are" if found.fixed else "the robot is"
-    closing = f"and {who} singular where {'a factor is 0:' if several else 'it is 0.'}"
+    closing = f"and {who} singular if {'a factor is 0:' if several else 'it is 0.'}"
     if width(page.tex(product)) <= WIDEST:
         return opening, aligned([(r"\det J", [page.tex(product)])], end=","), closing
     powers = [rf"f_{{{k}}}" + (f"^{{{p}}}" if p > 1 else "") for k, (_, p) in _numbered(factors)]

@@ -21,7 +21,8 @@ from ..setting.widths import LINE, width
 Column = tuple[str, list[str]]
 """Heading and cells of one table column."""
 Angle = tuple[sp.Expr, tuple[str, str]]
-"""An angle, with the accent and the index of the symbols for its cosine and sine."""
+"""An angle, together with the accent and the index of the symbols that represent its cosine and
+sine."""
 COLUMN_SEPARATION = 12.0
 BLOCK_GAP = r"@{\hspace{2.5em}}"
 WIDEST_TABLE = 450.0
@@ -31,8 +32,8 @@ FRACTION_STRUT = r"\rule[-1.1ex]{0pt}{3.5ex}"
 WIDEST = LINE / 2
 """Minimum width (pt) of a cell with a paragraph."""
 MAX_BLOCKS, LOWEST_BLOCK = 3, 4
-"""Maximum number of side-by-side blocks of a narrow table, and minimum number of rows in a
-block."""
+"""Maximum number of side-by-side blocks of a narrow table, and minimum number of rows in a block.
+"""
 MAX_ROWS = 36
 """Maximum number of table rows on a page."""
 TYPES = {"revolute": "R", "prismatic": "P", "helical": "H", "fixed": "F"}
@@ -45,7 +46,10 @@ LEGEND = r"An asterisk marks a value that the description assumes and its source
 def joint_tables(
     robot: SerialRobot, notation: Notation, printer: Printer
 ) -> list[tuple[Convention | None, str]]:
-    """Returns one table as ``(convention, LaTeX)`` for each run of joints in one convention."""
+    """Return one table for each run of joints with the same convention.
+
+    Each table is a tuple ``(convention, LaTeX)``.
+    """
     values = iter(robot.joint_values(notation.q))
     rows = [
         (i, joint, sp.Integer(0) if joint.kind == "fixed" else next(values))
@@ -61,7 +65,7 @@ def joint_tables(
 
 
 def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) -> str:
-    """Returns one table of all joints with their link transforms."""
+    """Return one table of all joints with their link transforms."""
     found = placements(robot, notation.q)[1 if robot.base else 0 :]
     shown = [r"\,".join(factors(turned_back(p), printer)) for p in found[: len(robot.joints)]]
     columns: list[Column] = [
@@ -75,12 +79,12 @@ def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) ->
 
 
 def counts_moving(robot: SerialRobot) -> bool:
-    """Whether fixed joints shift the numbers of the moving joints."""
+    """Whether the article numbers the moving joints without counting fixed joints."""
     return len(robot.moving) < len(robot.joints) and first_number(robot) == 1
 
 
 def moving_numbers(robot: SerialRobot) -> dict[str, int]:
-    """Returns the number of each moving joint.
+    """Return the numbers of the moving joints, keyed by name.
 
     The number of a screw axis is the number of its joint.
     """
@@ -88,7 +92,7 @@ def moving_numbers(robot: SerialRobot) -> dict[str, int]:
 
 
 def variable_field(joint: Joint) -> str:
-    """Returns the field with the joint variable, or "" if no field contains it."""
+    """Return the field with the joint variable, or "" if no field contains it."""
     field = joint.convention.variable(joint.kind) if joint.convention else ""
     return field if field in dict(joint.given) else ""
 
@@ -129,12 +133,12 @@ def _cell(joint: Joint, field: Field, scalar: str, value: sp.Expr, printer: Prin
 
 
 def marked(cell: str, is_assumed: bool) -> str:
-    """Formats a table cell, and marks an assumed value."""
+    """Format a table cell, and mark an assumed value."""
     return f"{cell}{ASSUMED}" if is_assumed and cell != NONE else cell
 
 
 def legend(cells: str) -> str:
-    """Returns an explanation of the asterisk, or "" if the text contains no asterisk."""
+    """Return an explanation of the asterisk, or "" if the text contains no asterisk."""
     return LEGEND if ASSUMED in cells else ""
 
 
@@ -151,7 +155,7 @@ def _variable(joint: Joint, value: sp.Expr, printer: Printer) -> str:
 
 
 def limits(bounds: tuple[sp.Expr | None, sp.Expr | None]) -> str:
-    """Formats a pair of limits as an interval."""
+    """Format a pair of limits as an interval."""
     lower, upper = bounds
     if lower is None and upper is None:
         return NONE
@@ -171,7 +175,7 @@ def _limit(value: sp.Expr) -> str:
 
 
 def value_table(robot: SerialRobot, printer: Printer) -> str:
-    """Returns the default parameter values, with units and meanings."""
+    """Return the default parameter values, with units and meanings."""
     columns: list[Column] = [
         ("parameter", [_math(printer, p.symbol) for p in robot.parameters]),
         ("value", [marked(value_cell(p.value), p.assumed) for p in robot.parameters]),
@@ -183,16 +187,13 @@ def value_table(robot: SerialRobot, printer: Printer) -> str:
 
 
 def value_cell(value: sp.Expr) -> str:
-    """Formats an exact number. For an irrational number, the text also has a decimal value."""
+    """Format an exact number. For an irrational number, the text also has a decimal value."""
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
 
 
 def cleaning_table(cleaning: Cleaning) -> str:
-    """Returns the table of file values that were replaced by exact values.
-
-    All values that were replaced by zero share a row.
-    """
+    """Return the table of file values that were replaced by exact values."""
     rows: dict[tuple[str, str], list[CleanedNumber]] = {}
     largest = max((abs(entry.change) for entry in cleaning.numbers if entry.taken == 0), default=0)
     small = rf"up to ${scientific(rounded_up(largest))}$"
@@ -201,7 +202,7 @@ def cleaning_table(cleaning: Cleaning) -> str:
         rows.setdefault((found, f"${number(entry.taken)}$"), []).append(entry)
     columns: list[Column] = [
         ("in the file", [found for found, _ in rows]),
-        ("taken as", [taken for _, taken in rows]),
+        ("replaced by", [taken for _, taken in rows]),
         ("at", [names.escape(places(numbers)) for numbers in rows.values()]),
     ]
     return tabular(columns, repeated=1)
@@ -215,13 +216,13 @@ def _as_written(value: sp.Expr) -> str:
 
 
 def scientific(text: str) -> str:
-    """Formats a decimal number in LaTeX, with a power of ten."""
+    """Format a decimal number in LaTeX, with a power of ten."""
     digits, _, exponent = text.partition("e")
     return rf"{digits} \cdot 10^{{{int(exponent)}}}" if exponent else digits
 
 
 def symbol_table(notation: Notation, printer: Printer) -> str:
-    """Returns the symbols for the cosine and the sine of every angle."""
+    """Return the symbols for the cosine and the sine of every angle."""
     rows = []
     for angle, (accent, index) in sorted(notation.angles.items(), key=_angle_key(notation)):
         c, s = (f"{accent.format(notation.letters[kind])}_{{{index}}}" for kind in ("cos", "sin"))
@@ -233,7 +234,7 @@ def symbol_table(notation: Notation, printer: Printer) -> str:
 
 
 def constant_angles(notation: Notation) -> list[sp.Symbol]:
-    """Returns the parameters whose cosine or sine has a short symbol."""
+    """Return the parameters whose cosine or sine is abbreviated by a symbol."""
     found = {
         meaning.args[0]
         for symbol, meaning in notation.meanings.items()
@@ -243,7 +244,7 @@ def constant_angles(notation: Notation) -> list[sp.Symbol]:
 
 
 def constant_table(notation: Notation, printer: Printer) -> str:
-    """Returns the table of named constants.
+    """Return the table of named constants.
 
     Constants without a short exact form are listed below as decimals.
     """
@@ -273,7 +274,7 @@ def _exact(meaning: sp.Expr, printer: Printer) -> str:
 
 
 def long_constants(notation: Notation, printer: Printer) -> list[Equation]:
-    """Returns the equations of named constants that are too wide for a table."""
+    """Return the equations of named constants that are too wide for a table."""
     return [
         (printer.tex(symbol), printer.terms(meaning))
         for symbol, meaning in ((s, notation.meanings[s]) for s in notation.constants)
@@ -286,13 +287,13 @@ def _is_exact(tex: str) -> bool:
 
 
 def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
-    """Prints a table. A table that is too wide is split into parts.
+    """Print a table. A table that is too wide is split into parts.
 
     A table that is slightly wider than the text is centered.
 
     Args:
         columns: Heading and cells of each table column.
-        repeated: Number of columns, from the left, that every part of a split table repeats.
+        repeated: Number of columns at the left that are repeated in every part of a split table.
         apart: Heading of the column at which a wide table is split.
     """
     parts = _parts(columns, repeated)
@@ -360,7 +361,7 @@ def _column_width(column: Column) -> float:
 
 
 def side_by_side(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Divides a narrow table into side-by-side blocks."""
+    """Divide a narrow table into side-by-side blocks."""
     columns = [(head, [row[k] for row in rows]) for k, head in enumerate(heading)]
     wide = sum(_column_width(column) for column in columns) + COLUMN_SEPARATION
     fitting = int((WIDEST_TABLE - MARGIN) // wide)

@@ -59,14 +59,14 @@ _BELOW = 40
 def drawing(
     mechanism: Mechanism, terms: Terms, skeleton: Skeleton, reference: Sequence[float]
 ) -> str:
-    r"""Draws a robot with loops.
+    r"""Draw a robot with loops.
 
-    Each body is drawn between its joints. Main-chain bodies are thicker. Actuated joints are red. A
-    name and an arrow show each coordinate and its positive sense. The label of a geared motor is
-    next to the joint that the motor moves. Loops are numbered in the order of
-    :func:`chasles.derive.loops.model.planes.loops`. Planar loops are viewed along their normal.
-    Mechanisms that are not planar are viewed obliquely from above, without perspective. The picture
-    is at most 140 mm wide and 110 mm high, including labels.
+    Each body is drawn between its joints. Main-chain bodies are drawn with thicker lines than other
+    bodies. Actuated joints are red. A name and an arrow show each coordinate and its positive
+    sense. The label of a geared motor is next to the joint that the motor moves. Loops are numbered
+    in the order of :func:`chasles.derive.loops.model.planes.loops`. Planar loops are viewed along
+    their normal. Mechanisms that are not planar are viewed obliquely from above, without
+    perspective. The picture is at most 140 mm wide and 110 mm high, including labels.
 
     Args:
         mechanism: The description.
@@ -75,7 +75,7 @@ def drawing(
         reference: The drawn configuration z (radian or meter).
 
     Returns:
-        A ``tikzpicture`` that needs :data:`PREAMBLE`. The text is the same on every machine.
+        A ``tikzpicture`` that needs :data:`PREAMBLE`.
     """
     members = DrawnMembers(
         {c.moves: k for k, c in enumerate(mechanism.coordinates, 1)},
@@ -97,7 +97,7 @@ def drawing(
 
 
 def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
-    r"""Draws a serial robot with its joint axes, base frame and tool frame.
+    r"""Draw a serial robot with its joint axes, base frame and tool frame.
 
     A planar arm is viewed along its axes. Arms that are not planar are viewed obliquely from above,
     without perspective. A name and an arrow show each coordinate and its positive sense.
@@ -107,7 +107,7 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
         skeleton: Its bodies.
 
     Returns:
-        A ``tikzpicture`` that needs :data:`PREAMBLE`. The text is the same on every machine.
+        A ``tikzpicture`` that needs :data:`PREAMBLE`.
     """
     # The picture shows no motors, so the labels of a coupled robot name its joints.
     letter = r"\theta" if robot.couplings else "q"
@@ -178,7 +178,7 @@ def _label(text: str, letters: float, point: Point, radius: int, style: str) -> 
 def _coordinate(
     k: int, name: str, letter: str = "q", *, symbols: bool = False
 ) -> tuple[str, float]:
-    """Returns the LaTeX label of a coordinate and its width in letters."""
+    """Return the LaTeX label of a coordinate and its width in letters."""
     if name in (letter, f"{letter}{k}", f"{letter}_{k}"):
         return f"${letter}_{{{k}}}$", 2
     text, letters = _name(name, symbols=symbols)
@@ -186,7 +186,7 @@ def _coordinate(
 
 
 def _name(name: str, *, symbols: bool = False) -> tuple[str, float]:
-    """Returns a name in LaTeX and its width in letters.
+    """Return the LaTeX text of a name and its approximate width, in letters.
 
     A name such as ``a1`` stays unchanged, unless the article prints it as a symbol with an index.
     """

@@ -14,7 +14,7 @@ _Side = tuple[int, int, int, int]
 
 
 def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
-    """Computes level lines by marching squares, with larger values on the left of each line.
+    """Compute level lines by marching squares, with larger values on the left of each line.
 
     Args:
         levels: Values (n, m) at integer coordinates. Border values must be below the argument
@@ -58,14 +58,14 @@ def _crossing(levels: NDArray[np.int_], level: float, side: _Side) -> Point:
 
 
 def area(loop: Loop) -> float:
-    """Returns the signed area of a polygon. Counterclockwise polygons have a positive area."""
+    """Return the signed area of a polygon. Counterclockwise polygons have a positive area."""
     return (
         sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(loop, loop[1:] + loop[:1], strict=True)) / 2
     )
 
 
 def simplified(loop: Loop, slack: float) -> Loop:
-    """Removes corners of a polygon. The outline moves by at most ``slack``.
+    """Remove corners of a polygon.
 
     Source:
         Douglas and Peucker, The Canadian Cartographer 10 (1973), 112-122.

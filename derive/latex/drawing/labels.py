@@ -14,22 +14,21 @@ _DIRECTIONS = [
     (rounded(1000 * math.cos(k * math.pi / 12)), rounded(1000 * math.sin(k * math.pi / 12)))
     for k in range(24)
 ]
-"""Possible label directions, in thousandths."""
+"""Candidate directions of a label. The components are in thousandths of a unit vector."""
 _NEAR, _STEPS = 8, (0, 8, 18, 30, 44, 60, 80, 100)
 """Minimum distance of a label from its point, and the additional distances that are tried."""
 _AFAR = 40
 """Distance from which a leader line connects a label to its point."""
 _AWAY = 1.2
-"""Cost per distance of a label from its point."""
+"""Cost per unit of distance between a label and its point."""
 _GAP = 6
 """Distance between the end of a leader line and the label."""
 _CROSSED = 3
-"""A label may cover part of a line. The constant is the cost per length of the covered part."""
+"""Cost per unit of line length that a label covers."""
 _LEVEL, _STEEP = 380, 380
-"""If the horizontal component of a label's direction exceeds the first value (per mille), the label
-is anchored at its left or right side. If the vertical component exceeds the second value, the label
-is anchored at its top or bottom.
-"""
+"""A label is placed in a direction from its point. If the magnitude of the horizontal component
+exceeds `_LEVEL` (per mille), the label is anchored at its left or right side. If the magnitude of
+the vertical component exceeds `_STEEP` (per mille), the label is anchored at its top or bottom."""
 
 Line = tuple[Point, Point, int]
 P = TypeVar("P")
@@ -45,17 +44,17 @@ class Box:
     top: int
 
     def shared(self, other: "Box") -> int:
-        """Returns the area in which two boxes overlap."""
+        """Return the area in which two boxes overlap."""
         w = min(self.right, other.right) - max(self.left, other.left)
         h = min(self.top, other.top) - max(self.bottom, other.bottom)
         return max(w, 0) * max(h, 0)
 
     def grown(self, by: int) -> "Box":
-        """Returns a box with a margin added on each side."""
+        """Return a box with a margin added on each side."""
         return Box(self.left - by, self.bottom - by, self.right + by, self.top + by)
 
     def length_inside(self, a: Point, b: Point) -> float:
-        """Returns the length of a line inside the box."""
+        """Return the length of a line inside the box."""
         first, last = 0.0, 1.0
         for start, end, low, high in (
             (a[0], b[0], self.left, self.right),
@@ -77,7 +76,7 @@ class Label:
 
     Attributes:
         text: The text of the label in LaTeX.
-        letters: Approximate width of the text in letters.
+        letters: Approximate width of the text, in letter widths.
         point: The labelled point.
         radius: Radius of the drawn symbol at the point.
         style: The TikZ style of the label's node.
@@ -96,8 +95,8 @@ class Obstacles:
 
     Attributes:
         lines: Start, end and half width of each line that no label should cross.
-        outlines: Start, end and half width of each body outline. Only the number of a loop may be
-            drawn across an outline.
+        outlines: Start, end and half width of each body outline. The only labels that may cross a
+            body outline are the numbers of loops.
         boxes: Areas of labels and symbols that no label must cover.
         plates: Filled polygons. A label covers a filled polygon only if no other position is free.
     """
@@ -108,20 +107,20 @@ class Obstacles:
     plates: list[Sequence[Point]] = field(default_factory=list)
 
     def disc(self, point: Point, radius: int) -> None:
-        """Adds a symbol to the occupied areas."""
+        """Add the area of a symbol to the occupied areas."""
         x, y = point
         self.boxes.append(Box(x - radius, y - radius, x + radius, y + radius))
 
     def path(self, corners: Sequence[Point], half: int) -> None:
-        """Adds a polyline to the drawn lines."""
+        """Add a polyline to the drawn lines."""
         self.lines.extend((a, b, half) for a, b in pairwise(corners))
 
     def body(self, corners: Sequence[Point], half: int) -> None:
-        """Adds a closed outline of a body."""
+        """Add a closed outline of a body."""
         self.outlines.extend((a, b, half) for a, b in pairwise(corners))
 
     def cost(self, box: Box, on_plate: float, on_outline: float) -> float:
-        """Returns the cost of the objects that a box covers."""
+        """Return the cost of the objects that a box covers."""
         covered = sum(min(box.grown(6).shared(other), 4000) / 4 for other in self.boxes)
         crossed = _CROSSED * _length(box, self.lines) + on_outline * _length(box, self.outlines)
         middle = ((box.left + box.right) // 2, (box.bottom + box.top) // 2)
@@ -139,7 +138,7 @@ def _length(box: Box, lines: Sequence[Line]) -> float:
 
 
 def placed(label: Label, obstacles: Obstacles) -> list[str]:
-    """Places a label at its best free position and returns its TikZ."""
+    """Place a label at its best free position and return its TikZ."""
     positions = [(step, direction) for step in _STEPS for direction in range(len(_DIRECTIONS))]
     best = _least(positions, lambda p: _AWAY * p[0], lambda p: _cost(label, obstacles, *p))
     near, box, anchor = _place(label, *best)
@@ -197,11 +196,11 @@ LOOP = 20
 """Radius of the circle around a loop number."""
 _GRID = 15
 _OUTSIDE = 150
-"""Cost of a position of the loop number that is outside the drawn loop."""
+"""Penalty for a label of a loop that is not inside the loop."""
 
 
 def loop_number(corners: Sequence[Point], obstacles: Obstacles) -> Point:
-    """Returns a free position near the middle of a loop."""
+    """Return a free position for the number of a loop, near the middle of the loop."""
     middle = (
         sum(x for x, _ in corners) // len(corners),
         sum(y for _, y in corners) // len(corners),

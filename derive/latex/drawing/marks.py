@@ -76,7 +76,7 @@ class Marks:
     # --- ground ---
 
     def ground_at(self, point: Point, other: Point) -> None:
-        """Draws the ground at a point, perpendicular to a direction."""
+        """Draw the ground at a point, perpendicular to a direction."""
         length = max(distance(point, other), 1)
         x, y = (other[0] - point[0]) / length, (other[1] - point[1]) / length
         side = rounded(FOOTING * y), rounded(FOOTING * x)
@@ -295,7 +295,7 @@ class Marks:
                 f" arc[start angle={begin},end angle={end},radius={number(MOTOR)}];"
             )
             return
-        # The arrow shows only the nearer half of the circle and starts beyond the hinge.
+        # The arrow shows only the part of the circle that is nearer to the viewer.
         away = self._away(hinge, shaft)
         beyond = point[0] + rounded(COLLAR * away[0]), point[1] + rounded(COLLAR * away[1])
         begin, end = (60, 300) if near >= -FORESHORTENED / 100 else (120, -120)

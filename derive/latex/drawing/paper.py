@@ -10,15 +10,15 @@ from ...chain.rigid_bodies import Array
 from ...model.tolerances import LAYOUT_TIE, SAME_POINT
 
 Point = tuple[int, int]
-"""Distances to the right and upwards (0.1 mm)."""
+"""Coordinates on the page, to the right and upwards (0.1 mm)."""
 WIDTH, HEIGHT = 1400, 1100
 """Maximum picture size, including labels and scale bar."""
 ROOM_ASIDE, ROOM_ABOVE, ROOM_BELOW = 120, 80, 150
-"""Margins for labels. The bottom margin also holds the ground symbol and the scale bar."""
+"""Margins for labels."""
 
 
 def rounded(value: float) -> int:
-    """Rounds to the nearest integer. Values within ``LAYOUT_TIE`` of a half are rounded up."""
+    """Round to the nearest integer. Values within ``LAYOUT_TIE`` of a half are rounded up."""
     return math.floor(value + 0.5 + LAYOUT_TIE)
 
 
@@ -28,7 +28,7 @@ class Paper:
 
     Attributes:
         view: Directions to the right, upwards and towards the eye, as rows of a matrix (3, 3).
-        scale: Length on paper, in tenths of a millimeter, of one meter in the projection.
+        scale: Length in the drawing, in tenths of a millimeter, that represents one meter.
         corner: The corner of the paper, in view coordinates (meter).
     """
 
@@ -38,7 +38,7 @@ class Paper:
 
     @classmethod
     def around(cls, view: Array, points: Sequence[Array]) -> "Paper":
-        """Returns the largest scale at which the points fit on paper."""
+        """Return the largest scale at which the points fit on paper."""
         seen = np.array(points) @ view[:2].T
         low, high = seen.min(axis=0), seen.max(axis=0)
         free = (WIDTH - 2 * ROOM_ASIDE, HEIGHT - ROOM_ABOVE - ROOM_BELOW)
@@ -48,57 +48,60 @@ class Paper:
         return cls(view, scale, (middle - WIDTH / 2 / scale, low[1] - ROOM_BELOW / scale))
 
     def at(self, point: Array) -> Point:
-        """Projects a point of the base frame onto paper."""
+        """Project a point of the base frame onto paper."""
         x, y = self.view[:2] @ point
         return rounded(self.scale * (x - self.corner[0])), rounded(
             self.scale * (y - self.corner[1])
         )
 
     def along(self, direction: Array) -> tuple[float, float, float]:
-        """Returns the components of a direction, rounded to six digits."""
+        """Return the components of a direction, rounded to six digits."""
         right, up, near = (rounded(1e6 * float(part)) / 1e6 for part in self.view @ direction)
         return right, up, near
 
     def depth(self, points: Sequence[Array]) -> int:
-        """Returns the mean depth of points along the view direction (0.1 mm)."""
+        """Return the mean depth of points along the view direction, in units of 0.1 mm."""
         return rounded(self.scale * float(np.mean(np.array(points) @ self.view[2])))
 
 
 def number(tenths: int) -> str:
-    """Formats a length (0.1 mm) in millimeters."""
+    """Format a length (0.1 mm) in millimeters."""
     sign = "-" if tenths < 0 else ""
     millimeters, rest = divmod(abs(tenths), 10)
     return f"{sign}{millimeters}.{rest}" if rest else f"{sign}{millimeters}"
 
 
 def at(point: Point) -> str:
-    """Formats a point for TikZ."""
+    """Format a point for TikZ."""
     return f"({number(point[0])},{number(point[1])})"
 
 
 def angle(x: float, y: float) -> str:
-    """Formats the direction of a vector in degrees with two decimals."""
+    """Format the direction of a vector in degrees with two decimals."""
     hundredths = rounded(100 * math.degrees(math.atan2(y, x))) % 36000
     return f"{hundredths / 100:g}"
 
 
 def distance(a: Point, b: Point) -> int:
-    """Returns the distance between two points."""
+    """Return the distance between two points."""
     return rounded(math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2))
 
 
 def between(a: Point, b: Point, share: float) -> Point:
-    """Returns a point between a and b."""
+    """Return a point between a and b."""
     return rounded(a[0] + share * (b[0] - a[0])), rounded(a[1] + share * (b[1] - a[1]))
 
 
 def turn(a: Point, b: Point, c: Point) -> int:
-    """Returns twice the signed area of a triangle, which is positive if counterclockwise."""
+    """Return twice the signed area of a triangle, which is positive if counterclockwise."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def hull(points: Sequence[Point]) -> list[Point]:
-    """Returns the convex hull's corners counterclockwise. Collinear points give two corners."""
+    """Return the convex hull's corners counterclockwise.
+
+    If all points are on a line, the result contains the two end points.
+    """
     ordered = sorted(set(points))
     if len(ordered) < 3:  # noqa: PLR2004
         return ordered
@@ -116,7 +119,7 @@ def _half(ordered: Sequence[Point]) -> list[Point]:
 
 
 def area(corners: Sequence[Point]) -> int:
-    """Returns twice the signed area of a polygon, which is positive if counterclockwise."""
+    """Return twice the signed area of a polygon, which is positive if counterclockwise."""
     return sum(
         a[0] * b[1] - a[1] * b[0]
         for a, b in zip(corners, [*corners[1:], *corners[:1]], strict=True)

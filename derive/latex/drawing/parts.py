@@ -40,7 +40,7 @@ class Hinge:
         name: Name of the joint, closure or strut.
         kind: Kind of the drawn joint, which is ``pin``, ``ball`` or ``weld``.
         at: The point.
-        axis: The axis of a pin in the positive sense of its coordinate.
+        axis: The axis of a pin, directed so that positive joint values are right-handed rotations.
         a: Index of the parent body.
         b: Index of the child body, or -1 for a strut.
         coordinate: Index of the coordinate in ``q`` that moves the joint.
@@ -109,7 +109,8 @@ class Scene:
         loops: The corners of each loop, in the order of the description.
         tool: The tool frame (4, 4).
         base: The base frame (4, 4), or None if it is not drawn.
-        foot: Ends of the line from the ground to a single base joint above it, or None.
+        foot: Ends of the line that connects the ground to a single base joint above the ground, or
+            None.
     """
 
     solids: Sequence[Solid]
@@ -123,7 +124,7 @@ class Scene:
 
     @property
     def points(self) -> list[Array]:
-        """Returns all points of the picture."""
+        """Return all points of the picture."""
         found = [point for solid in self.solids for point in solid.points]
         found += [hinge.at for hinge in self.hinges]
         found += [p for slide in self.slides for p in (slide.start, slide.at, *slide.travel)]
@@ -147,7 +148,7 @@ class DrawnMembers:
 
 
 def scene(skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) -> Scene:
-    """Returns the parts to draw for a robot in one configuration.
+    """Return the parts to draw for a robot in one configuration.
 
     Args:
         skeleton: The bodies of the mechanism, with their drawn shapes.

@@ -22,15 +22,12 @@ _FIRST = 30_000
 _MORE = 12_000
 """Number of samples near the boundary in each round."""
 _NEAR = (0.2, 0.2, 0.1, 0.1, 0.05, 0.05, 0.02, 0.02)
-"""Maximum offset of the samples near the boundary, as a fraction of the coordinate ranges, in each
-of eight rounds.
-"""
+"""Maximum offset of a new sample from a known sample near the boundary, one value per round. The
+offset is relative to the range of each coordinate."""
 _LEVEL = 5.9
 """Level of the contour line that is the outline of the region. The contoured value of a grid cell
-is the number of reached cells among the cell and its eight neighbors. The region covers half of an
-outermost cell on average. With this level, the outline passes through the middle of the outermost
-cells.
-"""
+is the number of reached cells among the cell and its eight neighbors. The outline passes through
+the middle of the outermost cells."""
 _MIN = 12.0
 """Minimum area of a boundary polygon, in cells."""
 _SLACK, _SLACKER = 0.2, 1.15
@@ -38,9 +35,9 @@ _SLACK, _SLACKER = 0.2, 1.15
 tolerance.
 """
 _CORNERS = 76
-"""Maximum number of corners of all polygons together."""
+"""Maximum number of corners of all polygons of a region together."""
 _TRIED = 60
-"""Number of samples that show which coordinates move the tool."""
+"""Number of sampled configurations for finding the coordinates that move the tool."""
 _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 
 
@@ -71,8 +68,9 @@ class ToolPosition:
         lower: Lowest value of each coordinate (n,).
         upper: Highest value of each coordinate (n,).
         size: The robot's size (meter).
-        upright: Index of the coordinate that rotates the robot about a vertical axis, and a point
-            on the axis. The value is None if no coordinate rotates the robot about a vertical axis.
+        upright: A pair: the index of the coordinate that rotates the robot about a vertical axis,
+            and a point on this axis. The value is None if no coordinate rotates the robot about a
+            vertical axis.
     """
 
     at: Callable[[Array], Array]
@@ -82,7 +80,7 @@ class ToolPosition:
     upright: tuple[int, Array] | None
 
     def region(self) -> ToolRegion | None:
-        """Returns the reached region in a vertical section or in a coordinate plane."""
+        """Return the reached region in a vertical section or in a coordinate plane."""
         return self._section() or self._plane()
 
     def _section(self) -> ToolRegion | None:
@@ -137,14 +135,13 @@ class ToolPosition:
 
 
 def reached(skeleton: Skeleton) -> ToolRegion | None:
-    """Returns the region that a serial robot's tool reaches within the joint limits.
+    """Return the region that a serial robot's tool reaches within the joint limits.
 
-    If the first axis is vertical, the region lies in a vertical half plane that starts at this
-    axis. If the tool stays in a coordinate plane, the tool's region lies in this plane. Angles
-    without limits cover one revolution. The samples are multiples of square roots of primes and
-    fill the coordinate box. Further samples near the boundary of the region make its outline
-    accurate. Cell sizes are not simple fractions of lengths, so rounding errors of the machine do
-    not change the result.
+    If the tool stays in a coordinate plane, the tool's region lies in this plane. Angles without
+    limits cover one revolution. The samples fill the coordinate box evenly. Relative to the range
+    of each coordinate, the values are multiples of the square root of a prime, modulo 1. Further
+    samples near the boundary of the region make its outline accurate. Cell sizes are not simple
+    fractions of lengths, so rounding errors of the machine do not change the result.
 
     Args:
         skeleton: The bodies of a serial robot.
@@ -166,7 +163,7 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
 def box(
     coordinates: Sequence[tuple[bool, float | None, float | None]],
 ) -> tuple[Array, Array] | None:
-    """Returns the lowest and the highest value of each coordinate (n,).
+    """Return the lowest and the highest value of each coordinate (n,).
 
     Args:
         coordinates: Kind and limits of each coordinate (radian or meter). The kind is True for a
@@ -226,7 +223,7 @@ class _Arm:
 
 
 def first_axis(chain: Sequence[TreeBody]) -> tuple[BodyJoint, Array, Array]:
-    """Returns the first moving joint of a chain, its direction and a point on its axis."""
+    """Return the first moving joint of a chain, its direction and a point on its axis."""
     T = np.eye(4)
     for body in chain:
         T = T @ body.placement
@@ -241,7 +238,7 @@ def is_vertical(axis: Array) -> bool:
 
 
 def path(skeleton: Skeleton) -> list[TreeBody]:
-    """Returns the bodies from the base to the tip of the chain."""
+    """Return the bodies from the base to the tip of the chain."""
     found, k = [], skeleton.tip
     while k > 0:
         found.append(skeleton.bodies[k])

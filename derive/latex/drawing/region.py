@@ -32,15 +32,14 @@ _FILLED = "draw=blue!55!black,fill=blue!55!black!18!white,line width=0.3mm,even 
 
 
 def workspace(robot: SerialRobot, skeleton: Skeleton) -> str:
-    r"""Draws the region that a serial robot's tool reaches within the joint limits.
+    r"""Draw the region that a serial robot's tool reaches within the joint limits.
 
     Args:
         robot: The description.
         skeleton: Its bodies.
 
     Returns:
-        A sentence and a ``tikzpicture``, or "" if the region is unknown. The text is the same on
-        every machine.
+        A sentence and a ``tikzpicture``, or "" if the region is unknown.
     """
     names = [f"q_{{{k}}}" for k in range(1, len(robot.coordinates) + 1)]
     return _figure(reached(skeleton), names, [joint.limits for joint in robot.coordinates])
@@ -53,7 +52,7 @@ def workspace_of_loops(
     functions: Sequence[SymbolicFunction],
     names: Sequence[str],
 ) -> str:
-    r"""Draws the region that the tool of a robot with loops reaches.
+    r"""Draw the region that the tool of a robot with loops reaches.
 
     Args:
         mechanism: The description.
@@ -81,15 +80,15 @@ def _words(found: ToolRegion, names: Sequence[str], ends: Sequence[Ends], *, clo
     listed = f"{', '.join(moving[:-1])} and {moving[-1]}"
     ranges = [f"${names[k]}$: {limits(ends[k])}" for k in found.moving if ends[k] != (None, None)]
     within = f" within their limits ({', '.join(ranges)})" if ranges else ""
-    closed = ", as far as the loops close" if closing else ""
+    closed = " and the loops close" if closing else ""
     if found.axes[0] == "r":
         where = "The tool origin reaches the shaded area of the half plane through the first axis"
         turning = names[found.upright]
-        after = f"; $r$ is the distance from this axis, about which ${turning}$ rotates the region"
+        after = f"; $r$ is the distance from this axis, and ${turning}$ rotates the region about it"
     else:
         where, after = "The tool origin reaches the shaded area of its plane", ""
     turns = " A joint without limits makes one revolution." if len(ranges) < len(moving) else ""
-    return f"{where} by {listed}{within}{closed}{after}.{turns}"
+    return f"{where} if {listed} move{within}{closed}{after}.{turns}"
 
 
 def _picture(found: ToolRegion) -> str:
@@ -156,7 +155,7 @@ def reached_by_loops(
     skeleton: Skeleton,
     functions: Sequence[SymbolicFunction],
 ) -> ToolRegion | None:
-    """Returns the region that the tool of a robot with loops reaches within the actuator limits.
+    """Return the region that the tool of a robot with loops reaches within the actuator limits.
 
     Configurations with open loops are excluded. Apart from this exclusion, the region is computed
     as in :func:`~chasles.derive.latex.drawing.reached.reached`.

@@ -17,7 +17,7 @@ from ...terms.terms import Terms
 def view(
     mechanism: Mechanism, terms: Terms, skeleton: Skeleton, values: Sequence[float]
 ) -> tuple[Array, bool]:
-    """Returns the view directions of the drawing, and whether the drawing is planar.
+    """Return the view directions of the drawing, and whether the drawing is planar.
 
     If all planar loops have parallel planes, the picture shows this plane. The z axis of the base
     points upwards if the plane contains it. Planar robots without loops are also drawn in their
@@ -39,7 +39,7 @@ def view(
 
 
 def view_of_arm(skeleton: Skeleton) -> tuple[Array, bool]:
-    """Returns the viewing direction of a drawing of a serial robot.
+    """Return the viewing direction of a drawing of a serial robot.
 
     Parallel joint axes are viewed end-on.
     """

@@ -26,11 +26,11 @@ Solve = Callable[[Work, Sequence[sp.Expr]], list[sp.Expr]]
 Part = tuple[SerialRobot, Solve, Lines, Attempt | None]
 """An arm, the function that solves it, its axes and their structure."""
 DIGITS = 6
-"""Number of printed digits of the planes and of the ball joints."""
+"""Number of printed digits in the plane equations and in the positions of the ball joints."""
 
 
 def carried(page: LoopPage, chain: CarriedWrist | CarriedArm) -> list[str]:
-    """Prints the polynomial of a platform with other joints, and the steps of all joints."""
+    """Print the polynomial of a platform with other joints, and the steps of all joints."""
     own = chain.carried
     if isinstance(chain, CarriedArm):
         return _arm(page, chain)
@@ -43,10 +43,10 @@ def carried(page: LoopPage, chain: CarriedWrist | CarriedArm) -> list[str]:
     axes = f"The axes of {in_words(names)} meet" if names[1:] else f"The axis of {names[0]} passes"
     return [
         sentence(
-            f"{axes} {'in' if names[1:] else 'through'} the wrist center $c$ of the platform,"
-            r" which the pose of the tool places at $w$. Each of three legs keeps a ball joint"
-            r" $b_i$ of the platform in a plane with the unit normal $n_i$ and the offset $d_i$,"
-            r" $i = 1, 2, 3$, with",
+            f"{axes} {'in' if names[1:] else 'through'} the wrist center $c$ of the platform."
+            r" The pose of the tool determines the position $w$ of this point. Each of three legs"
+            r" constrains a ball joint $b_i$ of the platform to a plane with the unit normal $n_i$"
+            r" and the offset $d_i$, $i = 1, 2, 3$, with",
             aligned(list(_planes(own.planes, chain.center))),
         ),
         _ROTATIONS,
@@ -60,7 +60,7 @@ def carried(page: LoopPage, chain: CarriedWrist | CarriedArm) -> list[str]:
 
 
 def _steps(page: LoopPage, *parts: Part) -> list[tuple[str, PrintedTask]]:
-    """Prints the steps of several arms with consecutive numbers."""
+    """Print the steps of several arms with consecutive numbers."""
     printed, first = [], 1
     for robot, solve, lines, found in parts:
         work = Work(page.terms)
@@ -72,7 +72,7 @@ def _steps(page: LoopPage, *parts: Part) -> list[tuple[str, PrintedTask]]:
 
 
 def _arm(page: LoopPage, chain: CarriedArm) -> list[str]:
-    """Prints the elimination of the unknown joints before the legs and behind the platform."""
+    """Print the equations that eliminate the unknown joints of an arm with a platform."""
     own = chain.carried
     unknown = [own.others[k] for k in chain.unknown]
     given = [page.hybrid.robot.moving[k].name for k in chain.given]
@@ -86,8 +86,9 @@ def _arm(page: LoopPage, chain: CarriedArm) -> list[str]:
     joints = f" for {in_words([*symbols.values()])}" if symbols else ""
     return [
         sentence(
-            r"Each of three legs keeps a ball joint $b_i$ of the platform in a plane with the unit"
-            r" normal $n_i$ and the offset $d_i$ in the frame of the legs, $i = 1, 2, 3$, with",
+            r"Each of three legs constrains a ball joint $b_i$ of the platform to a plane with the"
+            r" unit normal $n_i$ and the offset $d_i$ in the frame of the legs,"
+            r" $i = 1, 2, 3$, with",
             aligned(list(_planes(own.planes, None))),
         ),
         sentence(
@@ -110,7 +111,10 @@ def _arm(page: LoopPage, chain: CarriedArm) -> list[str]:
 
 
 def _planes(planes: Sequence[Plane], center: FloatArray | None) -> Iterable[tuple[str, list[str]]]:
-    """Returns the equations of planes, and of ball joint positions relative to the wrist center."""
+    """Return the normal, the offset and the ball joint position of each plane.
+
+    If ``center`` is not None, the positions are relative to ``center``.
+    """
     for k, plane in enumerate(planes, 1):
         yield f"n_{k}", [_vector(plane.normal)]
         yield f"d_{k}", [_number(plane.offset)]
@@ -125,7 +129,6 @@ def _vector(values: Iterable[float]) -> str:
 
 
 def _number(value: float) -> str:
-    # Zero has no sign.
     return f"{round(value, DIGITS) + 0.0:.{DIGITS}g}"
 
 
@@ -155,23 +158,25 @@ _ROW = r"$M\,(1, \cos, \sin)^{\mathsf{T}} = 0$"
 
 
 def _elimination(chain: CarriedArm, slides: Sequence[str], angles: Sequence[str]) -> str:
-    """Explains how the equations are solved for displacements and angles, in their order."""
+    """Explain how the equations are solved for the given displacements and angles."""
     if chain.has_dixon_resultant:
         return _dixon(chain, *slides, *angles)
     without = ""
     if slides and len(angles) > 1:
-        without = f"The equation with the largest factor of {slides[0]} eliminates it. "
+        without = (
+            f"The equation with the largest coefficient of {slides[0]} eliminates {slides[0]}. "
+        )
     match len(angles):
         case 0:
             if not slides:
-                return "They hold at the poses that the platform reaches."
-            return f"Their solution for {in_words(slides)} is found by least squares."
+                return "The equations hold at the poses that the platform reaches."
+            return f"Their least-squares solution gives {in_words(slides)}."
         case 1:
             if slides:
                 return _with_slides(slides, *angles)
             return (
-                f"The equations are linear in the cosine and sine of {angles[0]}, which is their"
-                " least-squares solution."
+                f"The equations are linear in the cosine and sine of {angles[0]}. Their"
+                f" least-squares solution gives {angles[0]}."
             )
     form = (
         f"{without}The equations have the form {_ROW} for {angles[0]}, with a matrix $M$"
@@ -179,7 +184,7 @@ def _elimination(chain: CarriedArm, slides: Sequence[str], angles: Sequence[str]
     )
     if slides:
         return (
-            rf"{form} Its two rows have a cross product $(D_1, D_2, D_3)$ with"
+            rf"{form} The cross product $(D_1, D_2, D_3)$ of its two rows satisfies"
             rf" $D_2^2 + D_3^2 = D_1^2$, a trigonometric polynomial of degree 4 in"
             rf" {angles[1]}. {_NEWTON}"
         )
@@ -190,27 +195,27 @@ def _elimination(chain: CarriedArm, slides: Sequence[str], angles: Sequence[str]
 
 
 def _with_slides(slides: Sequence[str], angle: str) -> str:
-    """Explains how one angle and displacements are found."""
-    columns = f"The factors of 1 and of {in_words(slides)} are the columns of a matrix $M$ that"
-    columns += f" is linear in the cosine and sine of {angle}."
+    """Explain how one unknown angle and the unknown displacements are found."""
+    columns = f"The constant terms and the coefficients of {in_words(slides)} are the columns of a"
+    columns += f" matrix $M$ that is linear in the cosine and sine of {angle}."
     if slides[1:]:
         zero = r"$\det M = 0$ is a trigonometric polynomial of degree 3"
     else:
-        zero = "The columns are parallel, which gives trigonometric polynomials of degree 2"
-    return f"{columns} {zero} in {angle}. Then {in_words(slides)} follow linearly. {_NEWTON}"
+        zero = "At a solution, they are parallel, which gives trigonometric polynomials of degree 2"
+    return f"{columns} {zero} in {angle}. Linear equations then give {in_words(slides)}. {_NEWTON}"
 
 
 def _dixon(chain: CarriedArm, inner: str, middle: str, outer: str) -> str:
-    """Explains how two unknowns are eliminated together."""
+    """Explain how two unknowns are eliminated together."""
     if chain.slides:
         tangents, size, after = (
-            f"the tangent of half of {middle}",
+            f"the tangent of half the angle {middle}",
             4,
             f"{middle} and {inner} follow",
         )
         degrees = f"are linear in {inner} and of degree 2 in this tangent"
     else:
-        tangents, size = f"the tangents of half of {inner} and {middle}", 8
+        tangents, size = f"the tangents of half the angles {inner} and {middle}", 8
         degrees = "are polynomials of degree 2 in each tangent"
         after = f"the equations have the form {_ROW} for {inner}, and $\\det M = 0$ gives {middle}"
     return (

@@ -11,7 +11,7 @@ _ADDED = r"\theta_{\mathrm{tool}}"
 
 
 def general_arm(page: Page, general: GeneralInverse) -> str:
-    """Prints the loop equation, the elimination and the determinant.
+    """Print the loop equation, the elimination and the determinant.
 
     Args:
         page: The symbols and expressions of the arm.
@@ -32,8 +32,8 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
     return sentence(
         f"{_given(page, general)} solved by the method for a general arm (Raghavan and Roth)."
         rf" With $R(\theta)$ the rotation by $\theta$ about $z${_slide(sliding)}, with the opposite"
-        r" sign if the loop passes the joint backwards, and $C_{i}$ the placements between"
-        " the joints, one of which contains the pose, the loop of arm and tool, followed"
+        r" sign if the loop passes the joint backwards, and $C_{i}$ the constant transforms"
+        " between the joints, one of which contains the pose, the loop of arm and tool, followed"
         f" {walked}, is",
         _centered(f"{loop} = I."),
         rf"The axis $\ell$ of the last of these joints does not depend on ${q[5]}$:",
@@ -41,13 +41,13 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
         r"Its direction $l$ and a point $p$ of it give fourteen quantities, $p$, $l$, $p \cdot p$,"
         r" $p \cdot l$, $p \times l$ and $(p \cdot p)\, l - 2 (p \cdot l)\, p$, that are linear in"
         rf" the products $x$ of cosines and sines of ${q[3]}$ and ${q[4]}$ on the left and in the"
-        rf" eight products $y$ of those of ${q[0]}$ and ${q[1]}$ on the right{_powers(sliding)}:"
-        rf" $A y = B({q[2]})\, x$. Six combinations do not contain $y$. Times cosine and sine of"
-        rf" ${half}/2$ they are twelve equations $M({q[2]})\, u = 0$ in as many unknowns; $\det M$"
-        rf" is a trigonometric polynomial of degree 8 in ${q[2]}$, computed from samples, with at"
-        rf" most {count} real roots. For each, $u$ gives ${q[3]}$ and ${q[4]}$, then $y$"
-        rf" gives ${q[0]}$ and ${q[1]}$, and the loop gives ${q[5]}$. Newton steps on the pose"
-        rf" refine it. {_number(count, sliding)}",
+        rf" eight products $y$ of cosines and sines of ${q[0]}$ and ${q[1]}$ on the"
+        rf" right{_powers(sliding)}: $A y = B({q[2]})\, x$. Six combinations do not contain $y$."
+        rf" Multiplied by the cosine and sine of ${half}/2$, they are twelve equations"
+        rf" $M({q[2]})\, u = 0$ in twelve unknowns. $\det M$ is a trigonometric polynomial of"
+        rf" degree 8 in ${q[2]}$, computed from samples, with at most {count} real roots. For each"
+        rf" root, $u$ gives ${q[3]}$ and ${q[4]}$, then $y$ gives ${q[0]}$ and ${q[1]}$, and the"
+        rf" loop gives ${q[5]}$. Newton's method refines each solution. {_number(count, sliding)}",
     )
 
 
@@ -81,7 +81,7 @@ def _given(page: Page, general: GeneralInverse) -> str:
     joints = "joints" if slides else "revolute joints"
     if len(_coordinates(page)) < JOINTS:
         return (
-            rf"With a sixth joint of the angle ${_ADDED}$, which rotates the tool about a tool"
+            rf"With a sixth joint with the angle ${_ADDED}$, which rotates the tool about a tool"
             f" axis and is 0 in every solution, the arm's five {joints} become six."
             " They are"
         )
@@ -90,11 +90,11 @@ def _given(page: Page, general: GeneralInverse) -> str:
     names = listed([f"${_coordinates(page)[k]}$" for k in given])
     if len(given) > 1:
         return (
-            f"The coordinates {names} are fixed and therefore part of placements. The other"
+            f"The coordinates {names} are fixed and part of the constant transforms. The other"
             " joints are"
         )
     kind = "displacement" if given[0] in slides else "angle"
-    return f"The {kind} {names} is fixed and therefore part of a placement. The other joints are"
+    return f"The {kind} {names} is fixed and part of a constant transform. The other joints are"
 
 
 def _centered(formula: str) -> str:

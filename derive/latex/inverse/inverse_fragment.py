@@ -23,7 +23,7 @@ MINUS = "$-$"
 
 
 def inverse(page: Page) -> str:
-    """Prints the solution steps.
+    """Print the solution steps.
 
     If the arm has no solution steps, the fragment states how far the axes are from a solvable
     structure.
@@ -32,13 +32,12 @@ def inverse(page: Page) -> str:
 
 
 def written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) -> str:
-    """Prints the structure and the steps of all tasks.
+    """Print the structure and the steps of all tasks.
 
     Args:
         page: The symbols of the chain.
         found: Its inverse.
-        actuators: Printed symbols of actuated coordinates, keyed by coordinate name. Only
-            coordinates that a solution step determines are needed.
+        actuators: Printed symbols of actuated coordinates, keyed by coordinate name.
     """
     classification = found.classification
     if found.general is not None:
@@ -59,8 +58,8 @@ def _together_at_last(found: Inverses) -> str:
     if not any(axis.stays for axis in found.classification.lines.axes):
         return ""
     return (
-        "The pose has more conditions than the chain has joints, and the steps use as many as there"
-        " are joints. If a solution nearly reaches the pose, one Gauss-Newton step"
+        "The pose has more conditions than the chain has joints. The steps use one condition per"
+        " joint. If a solution nearly reaches the pose, one Gauss-Newton step"
         r" on all conditions, $(J^{\mathsf{T}} J + \mu I)\, \Delta q = J^{\mathsf{T}} e$ with the"
         r" twist $e$ to the pose and a small $\mu$, is used if it reduces the error."
     )
@@ -69,7 +68,9 @@ def _together_at_last(found: Inverses) -> str:
 def printed_tasks(
     page: Page, inverses: Inverses, actuators: Mapping[str, sp.Symbol]
 ) -> Mapping[str, PrintedTask]:
-    """Converts all tasks to printed symbols. The step numbers continue from task to task.
+    """Convert the inverses of all tasks to the symbols that the article prints.
+
+    The step numbers continue from task to task.
 
     Args:
         page: The symbols and expressions of the chain.
@@ -87,7 +88,7 @@ def printed_tasks(
 
 
 def method(tasks: Iterable[PrintedTask]) -> str:
-    """Explains the subproblems and the steps with two solutions."""
+    """Explain the subproblems and the steps with two solutions."""
     methods = {step.step.method for task in tasks for step in task.steps}
     numbered = ""
     if any("subproblem" in method for method in methods):
@@ -102,8 +103,8 @@ def method(tasks: Iterable[PrintedTask]) -> str:
     return sentence(
         numbered,
         r"In a step with two solutions, a sign selects one. An equation $A \cos\theta + B"
-        r" \sin\theta = C$ has solutions on both sides of the angle of $(A, B)$; they meet if"
-        r" $C^2 = A^2 + B^2$. If the margin $1 - C^2/(A^2 + B^2)$ is negative, the root"
+        r" \sin\theta = C$ has two solutions, symmetric about the angle of $(A, B)$; they coincide"
+        r" if $C^2 = A^2 + B^2$. If the margin $1 - C^2/(A^2 + B^2)$ is negative, the root"
         r" is set to $0$, which gives the least-squares answer. The margin of a solution is the"
         r" smallest margin of its steps.",
     )
@@ -133,7 +134,7 @@ def _steps(page: Page, task: PrintedTask, repeated: int = 0) -> Iterable[str]:
 
 
 def arm_steps(page: Page, inverses: Inverses, first: int) -> tuple[str, PrintedTask]:
-    """Prints the steps of an arm in a loop, and returns these steps.
+    """Print the steps of an arm in a loop, and return these steps.
 
     Args:
         page: The symbols of the arm.
@@ -205,9 +206,9 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 
 
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
-    """Returns how many steps at the start of a task are equal to the steps of an earlier task.
+    """Return the number of initial steps that a task has in common with an earlier task.
 
-    The number is 0 if other steps of the task use terms that these steps define.
+    The number is 0 if a later step of the task uses a term that the common steps define.
     """
     own, other = _anonymous(page, task), _anonymous(page, earlier)
     same = [a == b for a, b in zip(own, other, strict=False)]
@@ -240,7 +241,7 @@ def _referred(page: Page, steps: Sequence[PrintedInverseStep], first: int) -> st
 
 
 def step_numbers(first: int, count: int) -> str:
-    """Names consecutive steps."""
+    """Name consecutive steps."""
     last = first + count - 1
     if count == 1:
         return f"Step {first}"
@@ -266,13 +267,15 @@ def _rest(page: Page, task: PrintedTask) -> str:
     printer = _printer(page)
     parts = []
     if task.rest:
-        parts.append(sentence("From the sum follows", aligned(definitions(printer, task.rest))))
+        parts.append(
+            sentence("The sum of the angles gives", aligned(definitions(printer, task.rest)))
+        )
     if task.free:
         parts.append(
             f"The task does not determine {listed(map(page.tex, task.free))}, which is set to $0$."
         )
     if task.locked:
-        parts.append(f"The loops lock {listed(map(page.tex, task.locked))}.")
+        parts.append(f"The loops keep {listed(map(page.tex, task.locked))} constant.")
     return sentence(*parts)
 
 
@@ -291,7 +294,7 @@ def _slots(page: Page, task: PrintedTask) -> str:
         bits = f"{slot:0{len(task.signs)}b}"
         columns.append((f"${slot}$", [MINUS if bit == "1" else "$+$" for bit in bits]))
     return sentence(
-        f"There are at most ${count}$ solutions, in slots of these signs:", tabular(columns, 1)
+        f"There are at most ${count}$ solutions, in slots with these signs:", tabular(columns, 1)
     )
 
 
@@ -300,7 +303,7 @@ def _residual() -> str:
         "The residual of a solution is the larger of the distance (m) and $2 \\sin(\\alpha / 2)$,"
         " with the angle $\\alpha$ between the pose by forward kinematics and the target pose; a"
         " residual up to $10^{-9}$ is valid. Each step uses the results of earlier steps. If an"
-        " earlier step is degenerate, later steps use the value that was chosen there."
+        " earlier step is degenerate, later steps use the value that this step sets."
     )
 
 

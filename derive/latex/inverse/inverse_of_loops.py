@@ -17,7 +17,7 @@ from .inverse_fragment import written
 
 
 def inverse_of_loops(page: LoopPage) -> str:
-    """Prints the inverse kinematics of the main chain."""
+    """Print the inverse kinematics of the main chain."""
     chain = page.chain
     # The only task of a robot with loops is the complete pose.
     tasks = {name: solved for name, solved in chain.inverse.solved.items() if name == "ik"}
@@ -48,7 +48,7 @@ def inverse_of_loops(page: LoopPage) -> str:
         "Loops prevent part of the main chain from rotating, so that this part acts like"
         " prismatic joints; their displacements are found first.",
         written(chain, found, actuators).rstrip(),
-        "The actuators of the joints above follow from them as in the solution of the loops.",
+        "The actuators follow from these joints as in the solution of the loops.",
         _position_task(found),
     )
 
@@ -85,8 +85,8 @@ def _position_task(found: Inverses) -> str:
         return ""
     names = in_words([rf"\texttt{{{escape(task.name)}}}" for task in found.polished_tasks])
     return (
-        f"The nominal robot does not rotate its tool, and the true robot only slightly: {names}"
-        " solves for the position only, from the same starts."
+        f"The nominal robot does not rotate its tool, and the true robot rotates it only slightly."
+        f" {names} solves for the position only, from the same start configurations."
     )
 
 
@@ -100,7 +100,7 @@ def _sides_of_loops(found: Inverses | None) -> str:
     if solved is None or not (solved.work.sides or solved.work.settled):
         return ""
     names = [name for name, _ in solved.work.sides.values()]
-    sides = f" on both sides of {in_words([escape(name) for name in names])}" if names else ""
+    sides = f" on both branches of {in_words([escape(name) for name in names])}" if names else ""
     return (
         f"The actuators follow from the joints as in the solution of the loops{sides}."
         " Equivalent choices share a slot, so the inverse of"

@@ -20,9 +20,8 @@ KINDS = {
     "side": (r"\varepsilon", r"\eta", r"\iota"),
     "slide": (r"\xi", r"\zeta", r"\Xi"),
 }
-"""Letters for each kind of symbol, such as coefficients, signs and prismatic joints. The preferred
-letters are first.
-"""
+"""Letters for each kind of symbol, such as coefficients, signs and prismatic joints. The letters
+are in order of preference."""
 
 
 class InverseLetters:
@@ -34,11 +33,11 @@ class InverseLetters:
         self.taken: Collection[str] = {*heads, *notation.letters.values()}
 
     def of(self, kind: str) -> str:
-        """Returns the letter for a kind of symbol."""
+        """Return a free letter for a kind of symbol, such as a sign or coefficient."""
         return self.free(KINDS[kind])
 
     def free(self, options: Sequence[str]) -> str:
-        """Returns the first free letter, or the last letter if none is free."""
+        """Return the first free letter, or the last letter if none is free."""
         free = [letter for letter in options if letter not in self.taken]
         if free:
             return free[0]
@@ -46,7 +45,8 @@ class InverseLetters:
 
 
 BEHIND_VECTORS = 100
-"""Sort position of a step's coefficients in a product. Vectors come first."""
+"""Sort key of the coefficients A, B and C of a solution step. In a printed product, this key places
+the coefficients after the vectors."""
 
 
 class InverseSymbols:
@@ -54,7 +54,7 @@ class InverseSymbols:
 
     Attributes:
         notation: The short symbols of the robot. The class adds its new symbols to this notation.
-        letters: The unused letters of the article.
+        letters: The letters that the article does not use yet.
         inputs: The printed symbol of each input.
         signs: Printed symbols of the branch signs (1 or -1) that select a solution.
         actuators: Printed symbols of actuated coordinates, keyed by name. Solution steps may
@@ -88,8 +88,8 @@ class InverseSymbols:
         arguments = {argument.name: argument for argument in solved.function.inputs}
         symbols = {s for argument in arguments.values() for s in argument.symbols}
         for joint, q in zip(self._robot.moving, self.notation.q, strict=True):
-            # In robots with loops, the input for a fixed joint value and the joint's coordinate in
-            # the main chain have different symbols.
+            # In robots with loops, a fixed joint has two symbols: one for the input value, and one
+            # for the joint coordinate in the main chain.
             if joint.name in solved.given and joint.name in arguments:
                 named |= dict.fromkeys(arguments[joint.name].symbols, q)
         known = {symbol: shown for symbol, shown in named.items() if symbol in symbols}
@@ -103,29 +103,29 @@ class InverseSymbols:
         return self.notation.symbol(tex, (ENTRY, (letter.letters[0], letter.component)))
 
     def component(self, letter: str, axis: str) -> sp.Symbol:
-        """Returns the x, y or z component of a vector."""
+        """Return the x, y or z component of a vector."""
         return self.notation.symbol(f"{letter}_{{{axis}}}", (LENGTH, (-1, letter, axis)))
 
     def coefficient(self, letter: str, number: int) -> sp.Symbol:
-        """Returns the coefficient A, B or C of a solution step."""
+        """Return the coefficient A, B or C of a solution step."""
         tex = f"{self.letters.of(letter)}_{{{number}}}"
         return self.notation.symbol(tex, (LENGTH, (95, number, BEHIND_VECTORS, letter)))
 
     def sum(self, number: int) -> sp.Symbol:
-        """Returns the symbol of an angle sum that a step determines."""
+        """Return the symbol of an angle sum that a step determines."""
         tex = f"{self.letters.of('sum')}_{{{number}}}"
         return self.notation.symbol(tex, (LENGTH, (94, number)))
 
     def side(self) -> sp.Symbol:
-        """Returns the printed symbol of a number that is 1 or -1."""
+        """Return the printed symbol of a number that is 1 or -1."""
         return self.notation.symbol(self.letters.of("side"), (LENGTH, (-2, 0)))
 
     def value_of(self, joint: int) -> sp.Expr:
-        """Returns the value of a joint."""
+        """Return the value of a joint."""
         slides = [axis.joint for axis in self._axes if not axis.turns]
         if not self.actuators and joint == len(self._robot.moving):
-            # The number after the last moving joint is the revolute joint that the inverse adds at
-            # the tool.
+            # The index after the last moving joint denotes the revolute joint that the inverse adds
+            # at the tool.
             return self.notation.symbol(f"q_{{{joint + 1}}}", (LENGTH, (92, joint)))
         if not self.actuators or joint not in slides:
             return self._robot.moving[joint].direction * self.notation.q[joint]
@@ -134,7 +134,7 @@ class InverseSymbols:
         return self.notation.symbol(tex, (LENGTH, (93, number)))
 
     def angle(self, joints: Sequence[str], done: frozenset[int] = frozenset()) -> sp.Expr:
-        """Returns the signed angle sum of parallel joints.
+        """Return the signed angle sum of parallel joints.
 
         An angle is negative if its axis opposes the first axis.
 
@@ -152,10 +152,10 @@ class InverseSymbols:
         return total
 
     def sense(self, joints: Sequence[str], done: frozenset[int] = frozenset()) -> int:
-        """Returns -1 if the angle of the first joint has a minus sign, otherwise 1."""
+        """Return -1 if the angle of the first joint has a minus sign, otherwise 1."""
         return -1 if self.angle(joints[:1], done).could_extract_minus_sign() else 1
 
     def axis(self, name: str, done: frozenset[int] = frozenset()) -> Axis:
-        """Returns the first axis with this name whose joint is not in ``done``."""
+        """Return the first axis with this name whose joint is not in ``done``."""
         named = [axis for axis in self._axes if axis.name == name]
         return next((axis for axis in named if axis.joint not in done), named[0])

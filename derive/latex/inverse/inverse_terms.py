@@ -24,15 +24,15 @@ from ..setting.widths import width
 from .inverse_symbols import InverseSymbols
 
 SHORT = 30.0
-"""Repeated sums and coefficients of solution steps get a name if they are wider than this number of
-points."""
+"""Minimum width (pt) of repeated sums and coefficients that get a name."""
 
 
 class InverseTerms(TermNames):
-    """Terms of a task during the conversion to printed symbols.
+    """The terms of a task while they are converted to printed symbols.
 
     Attributes:
-        changed: Printed definitions of terms that differ from the original definitions.
+        changed: Printed definitions that differ from the original definitions, keyed by the symbol
+            of the term.
         preferred: Names of terms that are vector components.
         uses: Number of occurrences of each term.
     """
@@ -52,18 +52,18 @@ class InverseTerms(TermNames):
         return term in self.terms.definitions and term not in self.known
 
     def seed(self, turn: CosSin, angle: sp.Expr) -> None:
-        """Names the cosine and the sine of a solved angle."""
+        """Name the cosine and the sine of a solved angle."""
         for function, value in ((sp.cos, turn.c), (sp.sin, turn.s)):
             sign, term = value.as_coeff_Mul()
             if self.is_open(term) and not is_trigonometric(self.terms.definitions[term]):
                 self.known[term] = sign * self.trigonometric(function, angle)
 
     def define(self, name: sp.Symbol, value: sp.Expr) -> None:
-        """Stores the definition of a symbol under its name."""
+        """Store the definition of a symbol under its name."""
         self.definitions.append((name, value))
 
     def trigonometric(self, function: type[sp.Function], angle: sp.Expr) -> sp.Expr:
-        """Returns the short symbol of the cosine or sine of an angle sum."""
+        """Return the short symbol of the cosine or sine of an angle sum."""
         negative = angle.could_extract_minus_sign()
         angle = -angle if negative else angle
         known = angle.free_symbols <= {*self.notation.q}
@@ -79,7 +79,7 @@ class InverseTerms(TermNames):
         return open_terms(self.terms, self.known, entries, self._definition)
 
     def counted(self, entries: Sequence[sp.Expr]) -> Counter[sp.Symbol]:
-        """Counts the occurrences of each term when products are written out."""
+        """Count the occurrences of each term in expanded products."""
         uses = Counter(symbol for entry in entries for symbol in entry.free_symbols)
         for term in reversed(self._open(entries)):
             definition = self._definition(term)
@@ -90,7 +90,7 @@ class InverseTerms(TermNames):
         return uses
 
     def settle_below(self, entry: sp.Expr) -> None:
-        """Names or writes out the terms that an entry contains."""
+        """Give names to the terms of an entry, or replace the terms by their definitions."""
         _, own = entry.as_coeff_Mul()
         for term in self._open([entry]):
             if term not in self.inlined:
@@ -124,7 +124,7 @@ class InverseTerms(TermNames):
         return value.is_Add and width(self.printer.tex(value)) < SHORT
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """Converts an expression to printed symbols.
+        """Convert an expression to printed symbols.
 
         All terms of the expression must have names.
         """
@@ -146,7 +146,7 @@ class InverseTerms(TermNames):
         return shown
 
     def taken(self) -> list[Definition]:
-        """Returns the definitions since the previous call."""
+        """Return the definitions that were added since the previous call."""
         taken, self.definitions = self.definitions, []
         return taken
 

@@ -34,7 +34,7 @@ class ParallelPair:
 
 
 def parallel_pairs(work: Work, axes: Sequence[Axis]) -> Iterator[ParallelPair]:
-    """Returns the pairs of adjacent parallel axes in a solved chain."""
+    """Return the pairs of adjacent parallel axes in a solved chain."""
     turning = [axis for axis in axes if axis.joint in work.turns]
     for a, b in pairwise(turning):
         turns = work.turns[a.joint], work.turns[b.joint]
@@ -52,7 +52,7 @@ def merged(
     pairs: Sequence[ParallelPair],
     is_known: Callable[[sp.Symbol], bool],
 ) -> dict[sp.Symbol, sp.Expr]:
-    """Combines two rotations about parallel axes into one rotation.
+    """Combine two rotations about parallel axes into one rotation.
 
     Terms that contain the rotation of only one joint of a parallel pair stay unchanged.
 

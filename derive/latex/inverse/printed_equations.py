@@ -56,9 +56,9 @@ def _loop_of_three(
     yield aligned(rows)
     yield (
         rf"The rotation by ${two}$ preserves the length of a vector and its component along"
-        rf" $\vec{{k}}_{{2}}$: two equations that are linear in the cosines and sines of ${one}$"
-        rf" and ${three}$, a quartic with up to four real roots. Then ${two}$ rotates one side to"
-        rf" the other."
+        rf" $\vec{{k}}_{{2}}$. This gives two equations that are linear in the cosines and sines of"
+        rf" ${one}$ and ${three}$, and from them a quartic with up to four real roots. Then"
+        rf" ${two}$ rotates the bracket to the left-hand side."
     )
 
 
@@ -74,7 +74,7 @@ def _two_ellipses(
         ]
         rows.append(("0", printer.terms(sums[0] + sums[1] - right)))
     yield aligned(rows, end=",")
-    yield "a quartic with up to four real roots."
+    yield "which give a quartic with up to four real roots."
 
 
 _RELATIONS: Mapping[type, Callable[[Any, str, FractionPrinter], str]] = {
@@ -89,13 +89,11 @@ arguments equation, LaTeX of the unknown, and printer.
 _JOINT_RELATIONS: Mapping[
     type, Callable[[Any, Sequence[sp.Expr], FractionPrinter], Iterable[str]]
 ] = {LoopOfThree: _loop_of_three, TwoEllipses: _two_ellipses}
-"""Functions that print an equation with several angles, keyed by equation type. Each function has
-the arguments equation, joint rotations, and printer.
-"""
+"""Functions that print an equation with several angles, keyed by equation type."""
 
 
 def solved_step(printed: PrintedInverseStep, printer: FractionPrinter) -> str:
-    """Prints a step with one unknown."""
+    """Print a step with one unknown."""
     name = printer.tex(printed.name)
     related = _RELATIONS[type(printed.equation)](printed.equation, name, printer)
     shared = definitions(printer, printed.definitions)
@@ -112,7 +110,7 @@ def solved_step(printed: PrintedInverseStep, printer: FractionPrinter) -> str:
 
 
 def solved_together(steps: Sequence[PrintedInverseStep], printer: FractionPrinter) -> str:
-    """Prints the relation between the unknowns of several steps."""
+    """Print the relation between the unknowns of several steps."""
     first = steps[0]
     shared = definitions(printer, first.definitions)
     blocks = ["With", aligned(shared)] if shared else []
@@ -122,7 +120,7 @@ def solved_together(steps: Sequence[PrintedInverseStep], printer: FractionPrinte
 
 
 def definitions(printer: FractionPrinter, found: Iterable[Definition]) -> list[Equation]:
-    """Returns the definitions of names as rows of an aligned display."""
+    """Return the definitions of names as rows of an aligned display."""
     return [(printer.tex(name), _terms(printer, value)) for name, value in found]
 
 

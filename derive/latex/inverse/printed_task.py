@@ -40,7 +40,7 @@ Equation = AngleEquation | LengthEquation | JointEquation
 
 @dataclass(frozen=True)
 class PrintedInverseStep:
-    """One solution step of an inverse in printed symbols.
+    """One solution step of an inverse, with the symbols that the article prints.
 
     Attributes:
         step: The original solution step.
@@ -50,8 +50,8 @@ class PrintedInverseStep:
         unknown: The coordinate or sum of coordinates that the step determines.
         name: Symbol of the coordinate. If the unknown is a sum of coordinates, `name` is a symbol
             that stands for the sum.
-        sense: -1 if the unknown opposes the rotation of the step, otherwise 1.
-        equation: The equation of the step in printed symbols.
+        sense: The rotation angle of the step is ``sense`` (1 or -1) times ``name``.
+        equation: The equation that the step solves, in printed symbols.
         solution: Terms whose sum is the unknown. The tuple is empty if a quartic determines several
             unknowns.
     """
@@ -83,7 +83,7 @@ class PrintedVector:
 
 @dataclass(frozen=True)
 class PrintedTask:
-    """A task of the inverse in printed symbols.
+    """A task of the inverse, with the symbols that the article prints.
 
     Attributes:
         solved: The task.
@@ -118,7 +118,7 @@ def printed_task(
     first: int,
     actuators: Mapping[str, sp.Symbol],
 ) -> PrintedTask:
-    """Converts the steps of a task to printed symbols.
+    """Convert the steps of a task to printed symbols.
 
     Args:
         robot: The chain.
@@ -152,7 +152,10 @@ class _Writer:
         self._seed_turns()
 
     def printed(self, first: int) -> PrintedTask:
-        """The task."""
+        """Return the task as the article prints it.
+
+        The steps are numbered from ``first``.
+        """
         wanted = [self._equation(step) for step in self.work.steps]
         entries = [entry for equation in wanted for entry in equation.coefficients]
         self._merge(entries)

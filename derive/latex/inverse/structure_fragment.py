@@ -14,17 +14,17 @@ MAX_MISSED = 3
 
 
 def missing_structure(classification: Classification) -> str:
-    """Lists the most similar closed-form structures and the violated conditions."""
+    """List the most similar closed-form structures and the violated conditions."""
     rows = nearest(classification)[:MAX_MISSED]
     if not rows:
         return f"There is no closed form: {escape(classification.missing)}."
-    opening = "There is no closed form. The nearest structures that have one are"
+    opening = "There is no closed form. The nearest structures with a closed form are"
     items = [rf"\item {escape(title)}: {_lacking(missed)}" for title, missed in rows]
     return "\n".join([opening, r"\begin{itemize}", *items, r"\end{itemize}"])
 
 
 def structure(page: Page, classification: Classification, found: Attempt) -> str:
-    """Describes the structure and the fixed joints."""
+    """Describe the structure and the fixed joints."""
     conditions = "; ".join(requirement.text for requirement in found.requirements)
     nearly = "" if classification.method == "exact" else "nearly "
     sentences = _undetermined(page, classification, found)
@@ -36,12 +36,13 @@ def structure(page: Page, classification: Classification, found: Attempt) -> str
     added = [escape(axis.name) for axis in classification.lines.added]
     if added:
         sentences.append(
-            f"To the arm's joints {in_words(added)} is added, a joint with angle 0 in every"
-            f" solution. The axis count includes it; its angle has the last index."
+            f"The steps add a joint {in_words(added)} to the arm. Its angle is 0 in every solution."
+            " The axis count includes this joint; its angle has the last index."
         )
     if found.backwards:
         sentences.append(
-            "The chain is read from the tool: the tool is fixed, and the joints move the base."
+            "The steps solve the chain from the tool to the base: the tool is fixed, and the joints"
+            " move the base."
         )
     if classification.method == "snapped":
         missed = _in_degrees(page.words(missed_by(classification)))

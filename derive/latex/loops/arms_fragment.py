@@ -38,11 +38,14 @@ IDENTITY = "T is the pose that the arm reaches"
 
 @dataclass(frozen=True)
 class _ArmPage(Page):
-    """The symbols of an arm. T is the pose of the arm's tool relative to its first joint."""
+    """The symbols of the joints of an arm.
+
+    T is the pose of the arm's tool relative to its first joint.
+    """
 
     @property
     def pose(self) -> str:
-        """Returns the name of the pose that the arm reaches."""
+        """Return the symbol of the pose that the arm reaches."""
         return "T"
 
 
@@ -51,10 +54,10 @@ class OwnArm:
     """An arm from the frame of its first joint to the frame of its last joint.
 
     Attributes:
-        arm: The arm without the placements at its ends.
-        begin: The frame of the first joint on the known body before it.
+        arm: The arm without the constant transforms at its base and tool.
+        begin: Pose of the first joint frame in the frame of the body ``base``.
         base: The known body before the first joint.
-        body: The known body after the last joint.
+        body: The body after the last joint, whose pose is known.
     """
 
     arm: LoopArm
@@ -64,7 +67,10 @@ class OwnArm:
 
     @classmethod
     def of(cls, page: LoopPage, arm: LoopArm) -> "OwnArm":
-        """Assigns the constant transforms at the ends of an arm to the bodies at its ends."""
+        """Return the arm without constant transforms at its ends.
+
+        The frames of the adjacent bodies include these transforms.
+        """
         first, *rest = arm.robot.joints
         *inner, last = replace(first, before=()), *rest
         robot = replace(arm.robot, joints=(*inner, replace(last, after=())), tool=())
@@ -84,7 +90,7 @@ class OwnArm:
 
     @property
     def shape(self) -> tuple[object, ...]:
-        """The joints without their names. Arms with equal shapes have equal solution steps."""
+        """A key that is equal for arms with equal solution steps."""
         return tuple(
             (joint.kind, joint.before, joint.after, joint.pitch, joint.direction)
             for joint in self.arm.robot.joints
@@ -111,7 +117,7 @@ class PrintedArm:
 
 
 def arms(page: LoopPage) -> list[str]:
-    """Returns one paragraph for each arm. The list is empty if no arm solves a loop."""
+    """Return one paragraph for each arm. The list is empty if no arm solves a loop."""
     printed = printed_arms(page)
     paragraphs = [_paragraph(page, arm) for arm in printed]
     tasks = [arm.task for arm in printed if arm.like is None]
@@ -119,7 +125,7 @@ def arms(page: LoopPage) -> list[str]:
 
 
 def printed_arms(page: LoopPage) -> list[PrintedArm]:
-    """Returns the arms that solve loops. Arms of the same shape share their steps."""
+    """Return the serial arms by which loops are solved."""
     first = after(page.backward_steps, after(page.forward_steps))
     printed: list[PrintedArm] = []
     for arm in _arms(page.hybrid):
@@ -167,7 +173,7 @@ def _paragraph(page: LoopPage, arm: PrintedArm) -> str:
 
 
 def _as_in(arm: PrintedArm, other: PrintedArm) -> str:
-    """Returns a sentence that refers to the solution steps of a geometrically equal arm."""
+    """Return a sentence that refers to the solution steps of a geometrically equal arm."""
     pairs = zip(_joints(arm.symbols), _joints(other.symbols), strict=True)
     changes = in_words([f"${tex}$ in place of ${first}$" for tex, first in pairs])
     numbers = step_numbers(other.task.steps[0].number, len(other.task.steps))
@@ -191,7 +197,10 @@ def _joints(symbols: Page) -> tuple[str, ...]:
 
 
 def arm_page(page: LoopPage, robot: SerialRobot) -> Page:
-    """Returns the symbols of an arm whose moving joints are joints or closures of a robot."""
+    """Return the symbols of a serial arm in a robot with loops.
+
+    Each moving joint of the arm is a joint or a closure of the robot.
+    """
     q = [page.joints.get(joint.name) or page.letters.next("angle") for joint in robot.moving]
     chain, whole = page.chain, page.chain.equations.notation
     called = [*(whole.tex[symbol] for symbol in q), *page.members.of.values()]
@@ -202,7 +211,7 @@ def arm_page(page: LoopPage, robot: SerialRobot) -> Page:
 def arm_inverses(
     lines: Lines, found: Attempt | None, robot: SerialRobot, work: Work, values: Sequence[sp.Expr]
 ) -> Inverses:
-    """Returns the inverse of an arm in a loop, in the form of a serial robot.
+    """Return the inverse kinematics of an arm in a loop, in the form used for serial robots.
 
     Args:
         lines: The axes of the arm.
@@ -230,7 +239,7 @@ def _inverses(page: LoopPage, arm: LoopArm) -> Inverses:
 def _joint(page: LoopPage, name: str, tex: str) -> str:
     if name in page.joints:
         return page.members.with_symbol(name)
-    return f"the freedom ${tex}$ of the closure"
+    return f"the coordinate ${tex}$ of the closure"
 
 
 def _body(page: LoopPage, name: str) -> str:
@@ -238,7 +247,7 @@ def _body(page: LoopPage, name: str) -> str:
 
 
 def _target(page: LoopPage, own: OwnArm, symbols: Page) -> str:
-    """Prints the pose that the arm reaches."""
+    """Print the pose that the arm reaches."""
     origin, ends = page.mechanism.base_frame, {"B": own.begin, "E": own.arm.end}
     begin, end = (page.letters.letters[letter] for letter in ends)
     poses = [transforms.transform(*map(frame, (origin, body))) for body in (own.base, own.body)]
@@ -263,14 +272,14 @@ def _target(page: LoopPage, own: OwnArm, symbols: Page) -> str:
 
 
 def _signs(page: LoopPage, arm: PrintedArm) -> str:
-    """States the branch signs of the reference configuration."""
+    """State the branch signs of the reference configuration."""
     signs = zip(arm.task.signs, _at_reference(page, arm.own.arm), strict=False)
     shown = [f"${arm.symbols.tex(symbol)} = {sign}$" for symbol, sign in signs]
     return f"The branch of the reference configuration has {in_words(shown)}." if shown else ""
 
 
 def _at_reference(page: LoopPage, arm: LoopArm) -> tuple[int, ...]:
-    """Returns the branch signs of an arm at the reference, or () if they are not unique."""
+    """Return the branch signs of an arm at the reference, or () if they are not unique."""
     terms, near = page.terms, page.hybrid.at_reference
     work, values, _ = _solved(page, arm)
     if not work.signs:
@@ -288,7 +297,7 @@ def _at_reference(page: LoopPage, arm: LoopArm) -> tuple[int, ...]:
 
 
 def _condition(arm: LoopArm) -> str:
-    """States that an arm with few joints reaches only some poses."""
+    """State that an arm with few joints reaches only some poses."""
     if len(arm.robot.moving) >= WHOLE:
         return ""
     return "The loop closes only if the arm reaches the orientation and the position of the pose."

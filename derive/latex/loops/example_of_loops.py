@@ -18,15 +18,14 @@ FloatArray = NDArray[np.float64]
 
 PARTS = (0.1, -0.1, 0.03, -0.03)
 """Offsets from the reference configuration, as fractions of each coordinate range. The example uses
-the first offset at which the loops close. The round values of the reference configuration itself
-may hide a wrong sign.
-"""
+the first offset at which the loops close. The example does not use the reference configuration
+itself, because round coordinate values may hide a sign error."""
 SOME = {"rad": math.radians(100), "m": 1.0}
 """Assumed range of a coordinate without limits."""
 
 
 def worked_example_of_loops(page: LoopPage) -> str:
-    """Prints a configuration, its tool pose and all configurations with this pose.
+    """Print a configuration, its tool pose and all configurations with this pose.
 
     If an iteration solves the loops, the example lists all actuator vectors for the pose.
     """

@@ -30,10 +30,12 @@ class PrintedLegs:
 
     Attributes:
         page: The robot.
-        terms: The terms of the robot. All terms depend only on coordinates and parameters.
+        terms: Table of the named terms of the robot. All terms depend only on coordinates and
+            parameters.
         phi: The platform's angle.
-        letters: Letters for the polynomial.
-        legs: The circle or line for each leg (meter).
+        letters: Letters that name the quantities of the polynomial.
+        legs: Circle or line on which the platform joint of each leg moves, with dimensions in
+            meters.
         equations: The elimination of the platform position.
     """
 
@@ -53,11 +55,11 @@ class PrintedLegs:
         self.equations: LegElimination = leg_elimination(self.legs, self.phi, self.of)
 
     def tex(self, expression: sp.Expr) -> str:
-        """Formats an expression on one line."""
+        """Format an expression on one line."""
         return self.terms.tex(expression)
 
     def equation(self, name: str, value: sp.Expr) -> Equation:
-        """Formats an equation on one or more lines."""
+        """Format an equation on one or more lines."""
         return name, self.page.vectors.terms(value)
 
     def _pair(self, point: Iterable[sp.Expr]) -> Complex:
@@ -69,7 +71,7 @@ class PrintedLegs:
         return self.page.constant(length) if is_constant else self.terms.of(length)
 
     def of(self, letter: str, index: str) -> sp.Symbol:
-        """Returns the symbol of a quantity in the elimination."""
+        """Return the symbol of a quantity in the elimination."""
         if letter == "|u|":
             return self._symbol(rf"|\mathbf{{u}}_{{{index}}}|", 0)
         if letter in ("|a|", "|b|"):
@@ -83,7 +85,7 @@ class PrintedLegs:
 
 
 def legs(page: LoopPage) -> str:
-    """Prints the leg equations, the elimination and all assembly modes."""
+    """Print the leg equations, the elimination and all assembly modes."""
     triad = triad_of(page.hybrid)
     assert triad is not None
     printed = PrintedLegs(page, triad)
@@ -101,11 +103,11 @@ def _legs(printed: PrintedLegs) -> str:
     return sentence(
         "The platform rests on three legs. With a fixed actuator, each leg gives one equation"
         rf" between the platform's position $\mathbf{{p}} = ({x}, {y})$ and angle ${phi}$. With"
-        r" points $\mathbf{a}_i$ off the platform, and points"
+        r" points $\mathbf{a}_i$ of other bodies, and points"
         rf" $\mathbf{{b}}_i = \mathbf{{p}} + R({phi})\,\mathbf{{b}}'_i$ of the platform,",
         _conditions(len(legs.L)),
         _lines(legs),
-        rf"In the axes of ${x}$ and ${y}$, and $\mathbf{{b}}'_i$ in those of the platform,",
+        rf"In the axes of ${x}$ and ${y}$, and for $\mathbf{{b}}'_i$ in the axes of the platform,",
         aligned(shown),
     )
 
@@ -131,10 +133,10 @@ def _lines(legs: Triad) -> str:
     numbered = list(enumerate(legs.lines, len(legs.L) + 1))
     own, others = ([f"{i}" for i, line in numbered if line.turns is side] for side in (True, False))
     parts = [f"belongs to the platform for $i = {', '.join(own)}$"] if own else []
-    parts += [f"is fixed off the platform for $i = {', '.join(others)}$"] if others else []
+    parts += [f"belongs to another body for $i = {', '.join(others)}$"] if others else []
     if not parts:
         return ""
-    return rf"A line, whose normal $\mathbf{{n}}_i$ is of length $1$, {' and '.join(parts)}."
+    return rf"A line with the unit normal $\mathbf{{n}}_i$ {' and '.join(parts)}."
 
 
 def _elimination(printed: PrintedLegs) -> str:
@@ -151,10 +153,10 @@ def _elimination(printed: PrintedLegs) -> str:
     left, right = found.polynomial
     return sentence(
         r"\paragraph{All assembly modes} at actuator values follow from one polynomial. Let"
-        r" $\mathbf{w} = \mathbf{b}_1 - \mathbf{a}_1$. The vectors"
+        r" $\mathbf{w} = \mathbf{b}_1 - \mathbf{a}_1$. The differences"
         r" $\mathbf{u}_i = (\mathbf{b}_i - \mathbf{b}_1) - (\mathbf{a}_i - \mathbf{a}_1)$"
-        rf" from it to $\mathbf{{b}}_i - \mathbf{{a}}_i$ of the other legs, and the normals,"
-        rf" depend on ${phi}$ alone,",
+        rf" between the vectors $\mathbf{{b}}_i - \mathbf{{a}}_i$ of the other legs and"
+        rf" $\mathbf{{w}}$, and the normals, depend only on ${phi}$,",
         aligned(components),
         _pair_of(circles),
         rf"{linear}, with",
@@ -167,11 +169,12 @@ def _elimination(printed: PrintedLegs) -> str:
 def _pair_of(circles: int) -> str:
     if circles == 0:
         return (
-            r"The first leg is a line, $\mathbf{w} \cdot \mathbf{n}_1 = 0$, and so are the others:"
+            r"The first leg gives the line $\mathbf{w} \cdot \mathbf{n}_1 = 0$. The other legs give"
+            r" lines, too:"
         )
-    other = r"a line is linear in $\mathbf{w}$ as it is"
+    other = r"the equation of a line is linear in $\mathbf{w}$"
     if circles == 1:
-        return rf"The first leg is a circle, $|\mathbf{{w}}|^2 = \ell_1^2$, and {other}:"
+        return rf"The first leg gives the circle $|\mathbf{{w}}|^2 = \ell_1^2$, and {other}:"
     left = f"; {other}" if circles < LEGS else ""
     return (
         r"The first circle, $|\mathbf{w}|^2 = \ell_1^2$, subtracted from another leaves an equation"
@@ -187,7 +190,7 @@ def _solved(printed: PrintedLegs) -> str:
         else ("The first two lines are", "the third line")
     )
     return sentence(
-        f"With the quarter turn $J$, {whose[0].lower()}{whose[1:]} solved by",
+        rf"With the rotation $J$ by $90^\circ$, {whose[0].lower()}{whose[1:]} solved by",
         _equation(rf"\mathbf{{w}} = {shown},"),
         f"which, substituted into {into}, gives",
     )
@@ -202,7 +205,7 @@ def _harmonics(printed: PrintedLegs) -> str:
     plural = "s" if count > 1 else ""
     names = map(tex, printed.page.theta[:2])
     return sentence(
-        r"Rotations preserve lengths and scalar products, and normals that turn alike have a"
+        r"Rotations preserve lengths and scalar products, and normals that rotate together have a"
         r" constant product: the difference of both sides is of degree"
         rf" ${count}$ in $\cos {phi}$, $\sin {phi}$. Divided by $\bar{{\ell}}{power}$,",
         aligned([printed.equation(r"\bar{\ell}^2", found.scale)], end=","),
@@ -234,7 +237,7 @@ def _singular_pair(printed: PrintedLegs) -> str:
         return "The two lines that intersect closest to a right angle give the position."
     constant = printed.letters["constant"]
     chosen = (
-        r"a line's normal, of length $1$"
+        r"the unit normal of a line"
         if printed.legs.lines
         else r"the longer of $\mathbf{u}_2$ and $\mathbf{u}_3$"
     )
@@ -245,8 +248,7 @@ def _singular_pair(printed: PrintedLegs) -> str:
             rf"\mathbf{{w}} = \frac{{{constant}\,\mathbf{{m}} \pm \sqrt{{\ell_1^2"
             rf" |\mathbf{{m}}|^2 - {constant}^2}}\,J \mathbf{{m}}}}{{|\mathbf{{m}}|^2}}"
         ),
-        "holds there too. The other leg determines the sign; if it allows both signs, both are"
-        " modes.",
+        "also holds. The other leg determines the sign; if it allows both signs, both are modes.",
     )
 
 

@@ -51,7 +51,7 @@ class LoopPage:
 
     @classmethod
     def of(cls, derivation: Derivation) -> "LoopPage":
-        """Collects the symbols and solution steps of a derivation."""
+        """Collect the symbols and solution steps of a derivation."""
         mechanism, hybrid = derivation.robot, derivation.hybrid
         assert isinstance(mechanism, Mechanism)
         assert hybrid is not None
@@ -72,22 +72,22 @@ class LoopPage:
 
     @property
     def terms(self) -> Terms:
-        """Returns the names of all terms of the loops."""
+        """Return the names of all terms of the loops."""
         return self.hybrid.terms
 
     @cached_property
     def q(self) -> tuple[sp.Symbol, ...]:
-        """Returns the printed symbols of the actuated coordinates."""
+        """Return the printed symbols of the actuated coordinates."""
         return tuple(self._symbol(tex, k) for k, tex in enumerate(self.members.q))
 
     @cached_property
     def theta(self) -> tuple[sp.Expr, ...]:
-        """Returns the printed symbols of the main-chain coordinates."""
+        """Return the printed symbols of the main-chain coordinates."""
         return self.chain.equations.notation.q
 
     @cached_property
     def joints(self) -> dict[str, sp.Symbol]:
-        """Returns the printed symbols of all entries of the configuration, keyed by name."""
+        """Return the printed symbols of all entries of the configuration, keyed by name."""
         known = dict(zip(self.members.q, self.q, strict=True))
         known |= dict(zip(self.members.theta, self.theta, strict=True))
         return {
@@ -97,7 +97,7 @@ class LoopPage:
 
     @cached_property
     def printed_terms(self) -> PrintedTerms:
-        """Returns the terms of the loops in printed symbols."""
+        """Return the terms of the loops with the symbols that the article prints."""
         hybrid = self.hybrid
         known = dict(zip(hybrid.q, self.q, strict=True))
         known |= dict(zip(hybrid.theta, self.theta, strict=True))
@@ -108,18 +108,18 @@ class LoopPage:
 
     @cached_property
     def vectors(self) -> VectorPrinter:
-        """Prints equations of vectors."""
+        """Print equations of vectors."""
         notation = self.chain.equations.notation
         return VectorPrinter.of(notation)
 
     @cached_property
     def forward_steps(self) -> tuple[PrintedLoopStep, ...]:
-        """Returns the steps that solve the loops for known actuator positions."""
+        """Return the steps that solve the loops for known actuator positions."""
         return printed_steps(self.printed_terms, self.letters, self.hybrid.forward, 1, self.joints)
 
     @cached_property
     def backward_steps(self) -> tuple[PrintedLoopStep, ...]:
-        """Returns the steps that solve the loops for known main-chain joints."""
+        """Return the steps that solve the loops for known main-chain joints."""
         first = after(self.forward_steps)
         return printed_steps(
             self.printed_terms, self.letters, self.hybrid.backward, first, self.joints
@@ -127,21 +127,21 @@ class LoopPage:
 
     @cached_property
     def dead_values(self) -> dict[int, DeadValues]:
-        """Returns the actuator positions with a zero margin, keyed by forward solution step."""
+        """Return the actuator positions at which the margin of a step is zero, by step number."""
         steps = self.forward_steps
         with_margin = [printed.number for printed in steps if printed.step.margin is not None]
         found = zip(with_margin, dead_values(self.hybrid), strict=True)
         return {number: values for number, values in found if values is not None}
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a constant in printed symbols."""
+        """Return the expression of a constant with the symbols that the article prints."""
         if self.terms.is_number(expression) and self.terms.size(expression) > MAX_WRITTEN:
             return self.printed_terms.notation.constant(self.terms.value(expression))
         addends = sp.Add.make_args(sp.expand(self.terms.spelled(expression)))
         return sp.Add(*map(self.printed_terms.constant, addends))
 
     def tex(self, expression: sp.Expr) -> str:
-        """Formats a printed expression on one line."""
+        """Format a printed expression on one line."""
         return self.printed_terms.tex(expression)
 
     def _symbol(self, tex: str, place: int) -> sp.Symbol:

@@ -21,7 +21,7 @@ DECIMALS = 6
 
 
 def loops(page: LoopPage) -> str:
-    """Prints the equations of each loop and the equations of its rates."""
+    """Print the equations of each loop and the equations of its rates."""
     every = equations(page.hybrid)
     found = [loop for loop in every if isinstance(loop, LoopEquations)]
     shown = [_loop(page, loop, k) for k, loop in enumerate(found, 1)]
@@ -64,12 +64,11 @@ def _least_squares(page: LoopPage, count: int, z: str) -> str:
 def _introduction(equations: Sequence[LoopEquations]) -> str:
     one = "The loop is" if len(equations) == 1 else "Every loop is"
     return (
-        rf"{one} closed where the product of the exponentials around it is $1$: out along one"
+        rf"{one} closed if the product of the exponentials around it is $1$: out along one"
         r" branch, through the closure or member, and back along the other branch. The screws"
         r" $\mathcal{S} = (v; \omega)$ are given at the zero configuration, in the frame of the"
-        r" body"
-        r" where both branches meet; a component that is $0$ in all screws is omitted. $M$ is the"
-        r" displacement between the branches there."
+        r" body at which both branches meet; a component that is $0$ in all screws is omitted. $M$"
+        r" is the displacement between the branches at this configuration."
     )
 
 
@@ -159,7 +158,7 @@ def _constant(page: LoopPage, entry: sp.Expr) -> str:
 
 
 def residual(page: LoopPage, loop: LoopEquations) -> tuple[list[Definition], list[sp.Expr]]:
-    """Prints the scalar equations. Long squared terms get names."""
+    """Print the scalar equations. Long squared terms get names."""
     definitions: list[Definition] = []
     entries = []
     for entry in loop.residual:

@@ -19,7 +19,7 @@ CLOSURES = {"pin": "pin", "slider": "slider", "ball": "ball", "weld": "weld"}
 
 
 def description(page: LoopPage) -> str:
-    """Prints the coordinates, joints, closures, struts, drives and parameters of a robot."""
+    """Print the coordinates, joints, closures, struts, drives and parameters of a robot."""
     shown = text(
         _coordinates(page),
         _followers(page),
@@ -76,7 +76,7 @@ def _followers(page: LoopPage) -> str:
         ratio = page.tex(page.printed_terms.constant(drive.ratio))
         formula = tables.marked(f"${symbol} / {ratio}$", drive.assumed)
         message.append(f"the motor {escape(drive.name)} rotates by {formula}{_by(drive)}")
-    return f"Not actuated but driven: {'; '.join(message)}." if message else ""
+    return f"Drives of joints that are not actuated: {'; '.join(message)}." if message else ""
 
 
 def _others(page: LoopPage) -> str:
@@ -88,8 +88,8 @@ def _others(page: LoopPage) -> str:
         ("joint", [escape(joint.name) for joint in others]),
         ("variable", [_variable(page, joint) for joint in others]),
         ("type", [tables.TYPES[joint.kind] for joint in others]),
-        ("stands on", [_body(page, joint.parent) for joint in others]),
-        ("carries", [_body(page, joint.link) for joint in others]),
+        ("parent", [_body(page, joint.parent) for joint in others]),
+        ("child", [_body(page, joint.link) for joint in others]),
         ("at", [_point(page, joint.before) for joint in others]),
         ("axis", [_axis(page, joint) for joint in others]),
     ]
@@ -144,7 +144,7 @@ def _struts(page: LoopPage) -> str:
 
 
 def _couplings(page: LoopPage) -> str:
-    """Prints each coupled joint as a linear function of its leaders."""
+    """Print each coupled joint as a linear function of the joints that it follows."""
     rows = []
     for coupling in page.mechanism.couplings:
         ratios = [
@@ -155,7 +155,7 @@ def _couplings(page: LoopPage) -> str:
         rows.append(
             (page.tex(page.joints[coupling.joint]), page.printed_terms.printer.terms(total))
         )
-    return sentence("Gears couple joints by", aligned(rows)) if rows else ""
+    return sentence("Couplings between joints are", aligned(rows)) if rows else ""
 
 
 def _ends(strut: Strut) -> str:

@@ -45,7 +45,7 @@ LETTERS: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Members:
-    """Printed symbols of a mechanism's joints.
+    """Symbols that the article prints for the joints of a mechanism.
 
     Attributes:
         theta: LaTeX names of the main-chain joints.
@@ -60,20 +60,20 @@ class Members:
     struts: Mapping[str, str]
 
     def called(self, name: str) -> str:
-        """Formats the name of a joint, body or closure for a sentence."""
+        """Format the name of a joint, body or closure for a sentence."""
         if names.is_symbol(name):
             return f"${self.of.get(name, names.parameter(name))}$"
         return words(name, self.struts)
 
     def with_symbol(self, name: str) -> str:
-        """Formats a joint for a sentence as a name followed by a symbol."""
+        """Format a joint for a sentence as a name followed by a symbol."""
         if names.is_symbol(name) or name not in self.of:
             return self.called(name)
         return f"{words(name, self.struts)} ${self.of[name]}$"
 
 
 def members(mechanism: Mechanism) -> Members:
-    """Returns the symbols of a mechanism's joints."""
+    """Return the symbols of a mechanism's joints."""
     parameters = names.distinct(parameter.name for parameter in mechanism.parameters)
     chosen = _Chosen(mechanism, set(parameters.values()))
     main = [joint.name for joint in mechanism.main_chain.moving]
@@ -105,17 +105,18 @@ class _Chosen:
 
 
 def dotted(tex: str) -> str:
-    """Adds a dot to a symbol. The dotted symbol denotes a rate."""
+    """Add a dot to a symbol. The dotted symbol denotes a rate."""
     letter, bar, index = tex.partition("_")
     return rf"\dot{{{letter}}}{bar}{index}"
 
 
 def words(name: str, struts: Mapping[str, str]) -> str:
-    """Formats a name for a sentence, with spaces between its words.
+    """Format a name for a sentence, with spaces between its words.
 
     Args:
         name: The name of a joint or of a part of a strut.
-        struts: Names of the struts on pins, keyed by the name of their angle.
+        struts: Names of the struts with pin joints at their ends, keyed by the name of the strut
+            angle.
     """
     first, dot, part = name.partition(".")
     kind = _KINDS.get(part.partition(".")[0])
@@ -148,11 +149,11 @@ class Letters:
         self._count: dict[str, int] = {}
 
     def next(self, kind: str) -> sp.Symbol:
-        """Returns the next numbered symbol of a kind."""
+        """Return the next numbered symbol of a kind."""
         number = self._count[kind] = self._count.get(kind, 0) + 1
         return self.notation.symbol(f"{self.letters[kind]}_{{{number}}}", (LENGTH, (90, number)))
 
     def of_step(self, kind: str, step: int, axis: str = "") -> sp.Symbol:
-        """Returns the symbol of an intermediate result."""
+        """Return the symbol of an intermediate result."""
         tex = f"{self.letters.get(kind, kind)}_{{{step}{axis}}}"
         return self.notation.symbol(tex, (LENGTH, (95, step, "hnmpCEPDAB".find(kind), axis)))

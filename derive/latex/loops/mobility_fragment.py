@@ -9,7 +9,7 @@ from .loop_page import LoopPage
 
 
 def freedoms(page: LoopPage) -> str:
-    """Prints the degrees of freedom from two formulas and from the rank of the Jacobian."""
+    """Print the degrees of freedom from two formulas and from the rank of the Jacobian."""
     found = mobility_of(page.hybrid.numbers, equations(page.hybrid))
     n, j, f, order = found.bodies, found.joints, found.freedoms, found.order
     lost = " ".join(f"- {loop}" for loop in found.loop_orders)

@@ -38,15 +38,14 @@ LETTERS = {
     "sine": (r"\beta", r"\nu", r"\tau"),
     "root": (r"\xi", r"\varsigma", r"\mathrm{z}"),
 }
-"""Letters for the polynomial, best letter first. Letters that the robot description uses are
-skipped.
-"""
+"""Letters for the polynomial, in order of preference. Letters that the robot description uses are
+skipped."""
 Vector = tuple[sp.Expr, ...]
 
 
 @dataclass(frozen=True)
 class PrintedRod:
-    """One rod of a platform in printed symbols (meter).
+    """One rod of a platform (meter), with the symbols that the article prints.
 
     Attributes:
         a: The lower end of the rod, on an actuated body or the base, in the base frame.
@@ -62,13 +61,13 @@ class PrintedRod:
 
 
 class PrintedPlatform:
-    """A platform on legs in printed symbols.
+    """A platform on legs, with the symbols that the article prints.
 
     Attributes:
         page: The robot.
         terms: The terms of the robot, which depend only on coordinates and parameters.
         rods: The rods in the order of the description.
-        axes: The base axes along which some rod has a nonzero component.
+        axes: The base axes along which at least one rod has a nonzero component.
         free: The components of the tool twist in base axes that can be nonzero.
     """
 
@@ -89,29 +88,29 @@ class PrintedPlatform:
         return len(self.axes) == PLANE
 
     def length(self, length: sp.Expr) -> sp.Expr:
-        """Returns the length of a rod. A cylinder's length includes its coordinate."""
+        """Return the length of a rod."""
         is_constant = self.page.terms.is_constant(length)
         return self.page.constant(length) if is_constant else self.of(length)
 
     @cached_property
     def n(self) -> tuple[Vector, ...]:
-        """Returns symbols of the rods' unit directions towards the platform."""
+        """Return symbols of the rods' unit directions towards the platform."""
         return self._symbols("n")
 
     @cached_property
     def r(self) -> tuple[Vector, ...]:
-        """Returns symbols of the vectors from the tool to the rods' platform ends."""
+        """Return symbols of the vectors from the tool to the rods' platform ends."""
         return self._symbols("r")
 
     @cached_property
     def J_x(self) -> sp.Matrix:
-        """Returns the line coordinates of the rods in the free directions."""
+        """Return the line coordinates of the rods in the free directions."""
         rows = [line_coordinates(n, r) for n, r in zip(self.n, self.r, strict=True)]
         return sp.Matrix([[row[k] for k in self.free] for row in rows])
 
     @cached_property
     def J_q(self) -> sp.Matrix:
-        """Returns the axial speed of each rod per unit actuator rate."""
+        """Return the axial speed of each rod per unit actuator rate."""
         hybrid = self.page.hybrid
         rows = [
             rod.actuator_row(hybrid.terms, n, hybrid.q)
@@ -130,11 +129,11 @@ class PrintedPlatform:
         return None if triad is None else PrintedTriad(self, triad)
 
     def symbol(self, tex: str, rank: int = 0) -> sp.Symbol:
-        """Returns a symbol for this fragment. In products, symbols of lower rank are first."""
+        """Return a symbol for this fragment."""
         return self.page.chain.equations.notation.symbol(tex, (TERM, (rank, tex)))
 
     def of(self, expression: sp.Expr) -> sp.Expr:
-        """Expands an expression of named terms."""
+        """Expand an expression of named terms."""
         return sp.expand(self.printed_terms.of(expression))
 
     def _symbols(self, letter: str) -> tuple[Vector, ...]:
@@ -150,7 +149,7 @@ class PrintedPlatform:
 
     @cached_property
     def tool(self) -> Vector:
-        """Returns the tool position in the base frame."""
+        """Return the tool position in the base frame."""
         return tuple(map(self.of, tool_position(self.page.hybrid)))
 
     def _rods(self, hybrid: SolvedLoops) -> tuple[PrintedRod, ...]:
@@ -171,7 +170,7 @@ class PrintedTriad:
 
     Attributes:
         phi: The platform's angle.
-        letters: The letters of the polynomial.
+        letters: Unused letters for the symbols of the platform polynomial.
         equations: The elimination.
         u: Vectors from the first rod to the other two rods, with named components.
         norms: Norms of the two vectors `u`, as functions of the components of `u`.
@@ -208,7 +207,7 @@ def _pair(parts: Iterable[sp.Expr]) -> Complex:
 
 
 def free_letters(page: LoopPage) -> dict[str, str]:
-    """Returns unused letters for the polynomial."""
+    """Return unused letters for the symbols of the platform polynomial."""
     notation = page.chain.equations.notation
     lengths = [
         notation.tex[symbol] for symbol, (kind, _) in notation.order.items() if kind == LENGTH
@@ -221,7 +220,7 @@ def free_letters(page: LoopPage) -> dict[str, str]:
 
 
 def platform(page: LoopPage) -> str:
-    """Prints the rods, the velocity relation, the singularity types and the assembly modes."""
+    """Print the rods, the velocity relation, the singularity types and the assembly modes."""
     printed = PrintedPlatform(page)
     triad = printed.triad
     return text(
@@ -243,12 +242,12 @@ def _lengths(printed: PrintedPlatform) -> str:
     tool = r"$\mathbf{p}$ is the position of the tool"
     if not printed.is_planar:
         tool += rf" and $R$ its orientation, as in ${page.chain.pose}$"
-    each = "The $i$-th of them" if len(printed.rods) > 1 else "It"
+    each = "Member $i$" if len(printed.rods) > 1 else "It"
     length = _common_length(printed)
     equal = "" if length is None else f" = {printed.printed_terms.tex(length)}"
     names = ", ".join(page.members.called(strut.name) for strut in page.mechanism.struts)
     return sentence(
-        rf"The platform is supported by {names}. {each} is of length $\ell_i$ and connects the"
+        rf"The platform is supported by {names}. {each} has the length $\ell_i$ and connects the"
         rf" point {from_points} with the point {on_platform} of the platform:",
         _equation(rf"|\mathbf{{b}}_i - \mathbf{{a}}_i| = \ell_i{equal}."),
         _axes(printed),
@@ -259,7 +258,7 @@ def _lengths(printed: PrintedPlatform) -> str:
 
 def _axes(printed: PrintedPlatform) -> str:
     if not printed.is_planar:
-        return r"In base axes, and $\mathbf{b}'_i$ in those of the tool,"
+        return r"In base axes, and for $\mathbf{b}'_i$ in tool axes,"
     return f"In the base axes {' and '.join(f'${AXES[k]}$' for k in printed.axes)},"
 
 
@@ -290,7 +289,7 @@ def _common_length(printed: PrintedPlatform) -> sp.Expr | None:
 
 
 def in_brackets(terms: PrintedTerms, components: Iterable[sp.Expr]) -> list[str]:
-    """Formats a vector in brackets. Long vectors are broken across lines."""
+    """Format a vector in brackets. Long vectors are broken across lines."""
     parts = [list(terms.printer.terms(component)) for component in components]
     parts = [part if width(" ".join(part)) > WHOLE else [" ".join(part)] for part in parts]
     for part in parts[:-1]:
@@ -305,11 +304,12 @@ def in_brackets(terms: PrintedTerms, components: Iterable[sp.Expr]) -> list[str]
 
 def _velocities(printed: PrintedPlatform) -> str:
     free = listed(TWIST[k] for k in printed.free)
-    alone = "" if len(printed.free) == SPACE else f", of which only {free} can move"
+    alone = "" if len(printed.free) == SPACE else f" with the nonzero components {free}"
     return sentence(
         r"Differentiated and divided by $\ell_i$, with the directions"
         r" $\mathbf{n}_i = (\mathbf{b}_i - \mathbf{a}_i) / |\mathbf{b}_i - \mathbf{a}_i|$ and the"
-        r" arms $\mathbf{r}_i = \mathbf{b}_i - \mathbf{p}$, these equations relate the rates:",
+        r" lever arms $\mathbf{r}_i = \mathbf{b}_i - \mathbf{p}$, these equations relate the"
+        r" rates:",
         _equation(r"\mathbf{J}_x\,V = \mathbf{J}_q\,\dot{q},"),
         rf"where $V = (v; \omega)$ is the twist of the tool in base axes{alone}, and the"
         r" $i$-th rows are",
@@ -376,8 +376,8 @@ def _singularities(printed: PrintedPlatform) -> str:
         ),
         r"At $\sigma_{1} = 0$ the platform loses a degree of freedom: a leg is stretched or"
         r" folded. At"
-        r" $\sigma_{2} = 0$ it gains a degree of freedom: locked actuators do not fix it, and"
-        r" assembly"
+        r" $\sigma_{2} = 0$ it gains a degree of freedom: fixed actuators do not determine its"
+        r" pose, and assembly"
         rf" modes meet. At $\sigma_{{3}} = 0$ both happen at once.{units if angular else ''}",
     )
 
@@ -395,10 +395,10 @@ def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
     return sentence(
         r"\paragraph{All assembly modes} at actuator values follow from one polynomial (Hunt 1983;"
         r" Gosselin, Sefrioui and Richard 1992). Let $\mathbf{w} = \mathbf{b}_1 - \mathbf{a}_1$ be"
-        rf" the vector of the first rod, in the axes of ${x}$ and ${y}$. The vectors from it to"
-        r" the others,"
+        rf" the vector of the first rod, in the axes of ${x}$ and ${y}$. The differences"
+        r" between the vectors of the other rods and $\mathbf{w}$,"
         r" $\mathbf{u}_i = (\mathbf{b}_i - \mathbf{b}_1) - (\mathbf{a}_i - \mathbf{a}_1)$,"
-        rf" depend on ${phi}$ alone,",
+        rf" depend only on ${phi}$,",
         aligned(components, end=","),
         "and the rod lengths require",
         _equation(
@@ -408,7 +408,7 @@ def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
         r"Subtracting the first equation from the others gives two equations linear in"
         rf" $\mathbf{{w}}$, {linear}, with",
         aligned([(tex(name), terms(value)) for name, value in triad.k]),
-        "With the quarter turn $J$, their solution is",
+        r"With the rotation $J$ by $90^\circ$, their solution is",
         _equation(rf"\mathbf{{w}} = {shown(triad.equations.solution)},"),
         "which, substituted into the first equation, gives",
         _equation(f"{shown(left)} = {shown(right)}."),

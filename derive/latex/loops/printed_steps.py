@@ -36,7 +36,7 @@ from .members import Letters
 
 Vector = tuple[sp.Expr, ...]
 Sum = tuple[tuple[sp.Expr, Vector], ...]
-"""Angles of an equation and the vectors that they rotate."""
+"""Sum of rotated vectors, as pairs (rotation angle, vector)."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class PrintedAngle:
 
 @dataclass(frozen=True)
 class PrintedRate:
-    """A linear equation between rates in printed symbols.
+    """A linear equation between rates, with the symbols that the article prints.
 
     Attributes:
         left: Unknown rates with their factors.
@@ -66,7 +66,7 @@ class PrintedRate:
 
 @dataclass(frozen=True)
 class PrintedLoopStep:
-    """A solution step in printed symbols.
+    """A solution step with the symbols that the article prints.
 
     Attributes:
         step: The original solution step.
@@ -79,8 +79,8 @@ class PrintedLoopStep:
         angles: The resulting angles.
         margin: The margin of the step, or None if the step can always be solved.
         rates: The rate equations of the unknowns.
-        positions: Components of the known vectors that are named in the equations.
-        points: Components of the vectors that are named in the results.
+        positions: Components of the known vectors whose names appear in the equations.
+        points: Components of the vectors whose names appear in the results.
         remark: A sentence about the choice of the root.
         dead_point: Description of the configurations with margin 0.
     """
@@ -109,12 +109,12 @@ class VectorPrinter(FractionPrinter):
         return super()._factor(factor)
 
     def alone(self, product: sp.Expr) -> str:
-        """Prints a product of two vectors without brackets."""
+        """Print a product of two vectors without brackets."""
         sign = r"\times" if isinstance(product, Cross) else r"\cdot"
         return f" {sign} ".join(map(self.tex, product.args))
 
     def terms(self, expression: sp.Expr) -> list[str]:
-        """Returns the signed terms of a sum."""
+        """Return the signed terms of a sum."""
         if isinstance(expression, Cross | Dot):
             return [self.alone(expression)]
         return super().terms(expression)
@@ -127,10 +127,11 @@ def printed_steps(
     first: int,
     joints: Mapping[str, sp.Symbol],
 ) -> tuple[PrintedLoopStep, ...]:
-    """Converts the steps of a solution to printed symbols.
+    """Convert the steps of a solution to printed symbols.
 
     Args:
-        terms: The terms of the robot. The function adds the symbols of the unknowns to `terms`.
+        terms: Table of the named terms of the robot. The function adds the symbols of the unknowns
+            to `terms`.
         letters: Unused letters for the unknowns.
         solution: The solution from the actuators or from the main chain.
         first: Number of the first printed solution step.
@@ -138,8 +139,8 @@ def printed_steps(
     """
     values = {solution.values[name]: s for name, s in joints.items() if name in solution.values}
     for name in _leaders(solution):
-        # In the printed equations of coupled joints, the symbol of this joint replaces the inverse
-        # tangent that limits the joint angle to one turn.
+        # The equations of coupled joints contain the angle of this joint, wrapped to one turn by an
+        # inverse tangent. The article prints the joint's symbol instead.
         wrapped = reported(solution, solution.values, name)
         if wrapped in terms.terms.definitions and wrapped != solution.values[name]:
             terms.call(wrapped, joints[name])
@@ -151,7 +152,7 @@ def printed_steps(
 
 
 def _leaders(solution: Solution) -> Iterator[str]:
-    """Yields the solved joints from which the couplings determine further joints."""
+    """Yield the solved joints from which the couplings determine further joints."""
     for coupling in solution.mechanism.couplings:
         names = factors_of(coupling)
         if any(name in solution.coupled for name in names):
@@ -159,12 +160,12 @@ def _leaders(solution: Solution) -> Iterator[str]:
 
 
 def after(steps: Sequence[PrintedLoopStep], first: int = 1) -> int:
-    """Returns the number of the step that follows printed steps, or ``first`` without steps."""
+    """Return the number of the first step that is not printed yet."""
     return max((step.number for step in steps), default=first - 1) + 1
 
 
 class _Writer:
-    """A solution step during the conversion to printed symbols."""
+    """Converts a solution step to the symbols that the article prints."""
 
     def __init__(
         self,

@@ -21,17 +21,17 @@ replace the rates of intermediate results."""
 MAX_EXPANDED = 500
 """Maximum number of terms for which the expansion of a rate is tried."""
 BRACKET = 0.75 * LINE
-"""Maximum width (pt) of a sum that multiplies a rate."""
+"""Maximum width (pt) of a sum in brackets that multiplies a joint rate."""
 
 
 class Rates:
-    """Computes time derivatives of printed expressions.
+    """Computes the time derivatives of the expressions in an article.
 
     Attributes:
         dotted: The rate symbol of each coordinate and unknown.
         definitions: The definition of each symbol that is neither a coordinate nor an unknown.
-        inner: Symbols for rates of intermediate results, keyed by the symbol of the result. Only
-            rates that are not written out have symbols.
+        inner: Symbols for rates of intermediate results, keyed by the symbol of the result. A rate
+            that is printed as an expression has no symbol.
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:
@@ -42,7 +42,7 @@ class Rates:
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
     def equations(self, step: PrintedLoopStep) -> list[tuple[PrintedRate, sp.Expr]]:
-        """Returns each printed rate equation of a step, and the rate as an expression."""
+        """Return each printed rate equation of a step, and the rate as an expression."""
         self.definitions |= dict(step.vectors)
         results = []
         for rate in step.rates:
@@ -60,14 +60,14 @@ class Rates:
         return results
 
     def left(self, rate: PrintedRate) -> str:
-        """Formats the left-hand side of a rate equation."""
+        """Format the left-hand side of a rate equation."""
         if rate.projected:
             arm, point = rate.projected
             return rf"({arm}) \cdot {dotted(point)}"
         return self.page.tex(sp.Add(*(weight * self.dotted[s] for s, weight in rate.left)))
 
     def of(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the time derivative of an expression."""
+        """Return the time derivative of an expression."""
         rates = {
             symbol: self.dotted.get(symbol) or self._of_definition(symbol)
             for symbol in sorted(expression.free_symbols, key=str)
@@ -119,7 +119,7 @@ def _signed(addend: sp.Expr) -> sp.Expr:
 
 
 def rates(page: LoopPage) -> str:
-    """Prints the rate equations in both directions and the Jacobian."""
+    """Print the forward and inverse rate equations and the Jacobian."""
     forward, backward = page.hybrid.forward, page.hybrid.backward
     blocks = []
     main = [joint.name for joint in page.hybrid.robot.moving]

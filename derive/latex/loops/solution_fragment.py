@@ -25,11 +25,11 @@ SPACE = r"\,"
 MAX_ZEROS = 4
 """Maximum number of listed dead points of a step."""
 MIN_PRINTED = 0.01
-"""The article prints the lower bound of a margin only if the bound exceeds this value."""
+"""A lower bound of a margin is printed only if the bound exceeds this value."""
 
 
 def solution(page: LoopPage) -> str:
-    """Prints the solution from the actuators, then the solution from the main chain."""
+    """Print the solution from the actuators, then the solution from the main chain."""
     forward, backward = page.hybrid.forward, page.hybrid.backward
     actuated = {c.moves for c in page.mechanism.coordinates}
     main = [joint.name for joint in page.hybrid.robot.moving]
@@ -57,9 +57,9 @@ def _note(page: LoopPage) -> str:
         return ""
     return (
         r"Vectors in the plane of a loop are complex numbers in the axes of one of its bodies."
-        r" Each root has the branch of the reference"
-        r" configuration. A margin is positive where the step closes, $0$ at a dead point and"
-        r" negative out of reach. Angles are between $-\pi$ and $\pi$."
+        r" Each root has the branch of the reference configuration. A margin is positive if the"
+        r" loop of the step closes, $0$ at a dead point and negative out of reach. Angles are"
+        r" between $-\pi$ and $\pi$."
     )
 
 
@@ -95,7 +95,7 @@ def _axes(page: LoopPage, printed: PrintedLoopStep) -> str:
     turned = printed.step.turned
     if turned != 0 and printed.vectors:
         shown = page.tex(page.printed_terms.sum(turned))
-        axes += f" (components below: rotated by ${shown}$)"
+        axes += f" (the components below are rotated by ${shown}$)"
     return f"{axes}, {'the loop is' if printed.unknown else 'let'}"
 
 
@@ -143,7 +143,7 @@ def _margin(page: LoopPage, printed: PrintedLoopStep) -> str:
     message = rf"The margin is ${margin} = {_quotient(page, printed.margin)}$."
     if not printed.dead_point:
         return message
-    dead = rf"{message} It is $0$ where {printed.dead_point}"
+    dead = rf"{message} It is $0$ if {printed.dead_point}"
     found = page.dead_values.get(printed.number)
     if found is None:
         return f"{dead}."
@@ -200,22 +200,19 @@ def _overdetermined(page: LoopPage) -> str:
         return ""
     return (
         f"The {len(hybrid.q)} actuators outnumber the {counted(hybrid.freedoms, 'degree')} of"
-        " freedom: the loops close only for some of their values, so that no joint follows from"
-        " them."
+        " freedom. The loops close only for some actuator values, so that these values do not"
+        " determine the joints."
     )
 
 
 def _by_arms(page: LoopPage) -> str:
-    """Lists the actuators whose values follow in closed form from the main chain.
-
-    The solution treats actuators with a closed form as joints of serial arms.
-    """
+    """Return a sentence with the actuators that serial arms determine in closed form, or ""."""
     if from_chain_with_arms(page.hybrid) is None:
         return ""
     open_ = page.hybrid.backward.open
     moved = [c.moves for c in page.mechanism.coordinates if c.moves in open_]
     names = listed(page.tex(page.joints[name]) for name in moved)
-    return f"In closed form, {names} follow as joints of serial arms between known bodies."
+    return f"Serial arms between known bodies determine {names} in closed form."
 
 
 def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:

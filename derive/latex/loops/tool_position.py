@@ -17,7 +17,7 @@ _LETTER = r"\varrho"
 
 
 def tool_position(page: LoopPage) -> str:
-    """Returns the forward kinematics in terms of the actuated coordinates.
+    """Return the forward kinematics in terms of the actuated coordinates.
 
     The result is empty if an iteration solves the loops.
     """
@@ -54,7 +54,7 @@ def tool_position(page: LoopPage) -> str:
 
 
 def without_guard(terms: Terms, entry: sp.Expr) -> sp.Expr:
-    """Removes the term that makes a result NaN if a loop is open."""
+    """Return the entry without the addend that is NaN if a loop is open."""
     definition = terms.definitions.get(entry, entry)
     kept = [part for part in sp.Add.make_args(definition) if not _is_guard(terms, part)]
     return entry if len(kept) == len(sp.Add.make_args(definition)) else sp.Add(*kept)

@@ -8,23 +8,22 @@ from .notation import ENTRY, LETTERS, Notation
 
 
 class ArmNotation(Notation):
-    """The short symbols of an arm that shares constants and terms with a robot.
+    """Notation of an arm.
 
-    The entries of the arm's pose have other letters than the entries of the tool pose. Cosines
-    and sines of the arm's joints have no short symbols.
+    The constants and terms belong to the notation of the robot.
     """
 
     def __init__(self, whole: Notation, q: Sequence[sp.Symbol], called: Sequence[str]) -> None:
-        # The arm and the whole robot share the symbol tables. So no symbol has two meanings.
+        # The arm and the whole robot share the symbol tables, so no symbol has two meanings.
         self.__dict__.update(whole.__dict__)
         self.q, self.called = tuple(q), tuple(called)
 
     def trigonometric(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the cosine or sine unchanged."""
+        """Return the cosine or sine unchanged."""
         return expression
 
     def entries(self) -> tuple[sp.Symbol | None, ...]:
-        """Returns the names of the entries of a pose (4, 4) in row-major order."""
+        """Return the names of the entries of a pose (4, 4) in row-major order."""
         r, p = (
             next(letter for letter in LETTERS[kind][1:] if letter not in self.called)
             for kind in ("rotation", "position")

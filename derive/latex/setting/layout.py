@@ -1,4 +1,4 @@
-r"""Sets equations and matrices that fit the page.
+r"""Formats equations and matrices in LaTeX so that they fit the width of the page.
 
 The results need only amsmath. The results belong in text, not in a formula.
 """
@@ -29,13 +29,13 @@ MARGIN = 6.0
 """Maximum error of an estimated width (pt)."""
 BREAKS = r"\allowdisplaybreaks"
 NO_BREAK = r"\interdisplaylinepenalty=10000\postdisplaypenalty=10000"
-"""Keeps a display and the text after it on the same page."""
+"""Keeps a displayed equation and the text after it on the same page."""
 SHORTEST_RUN = 4
-"""Minimum number of consecutive short equations in two columns."""
+"""Minimum number of consecutive short equations that are set in two columns."""
 
 
 def aligned(equations: Sequence[Equation], end: str = ".") -> str:
-    """Aligns equations. Short equations are set in pairs.
+    """Align equations. Short equations are set in pairs.
 
     Long right-hand sides continue on an indented line. The list may break across pages.
     """
@@ -53,7 +53,7 @@ def aligned(equations: Sequence[Equation], end: str = ".") -> str:
 
 
 def read_down(equations: Sequence[Equation]) -> list[Equation]:
-    """Reorders equations for two columns that are read downwards."""
+    """Reorder equations so that a display with two columns is read column by column."""
     if not all(_is_short(equation) for equation in equations):
         return list(equations)
     half = -(-len(equations) // 2)
@@ -100,7 +100,7 @@ def _display(environment: str, body: str, settings: str = BREAKS) -> str:
 
 
 def filled(terms: Sequence[str], room: float) -> list[str]:
-    """Breaks signed terms into lines of limited width."""
+    """Break signed terms into lines of limited width."""
     lines: list[str] = []
     current, used, space = "", 0.0, room
     for term in terms:
@@ -114,7 +114,7 @@ def filled(terms: Sequence[str], room: float) -> list[str]:
 
 
 def matrix(rows: Sequence[Row]) -> str:
-    """Formats a matrix in square brackets."""
+    """Format a matrix in square brackets."""
     high = any("frac" in entry for row in rows for entry in row)
     newline = " \\\\[0.5ex]\n" if high else " \\\\\n"
     body = newline.join(" & ".join(row) for row in rows)
@@ -123,18 +123,21 @@ def matrix(rows: Sequence[Row]) -> str:
 
 
 def matrix_width(rows: Sequence[Row]) -> float:
-    """Estimates the width (pt) of a formatted matrix."""
+    """Estimate the width (pt) of a formatted matrix."""
     columns = [max(width(entry) for entry in column) for column in zip(*rows, strict=True)]
     return sum(columns) + COLUMN_GAP * (len(columns) - 1) + BRACKETS
 
 
 def named_matrix(name: str, rows: Sequence[Sequence[str]]) -> Display:
-    """Formats an equation ``name = matrix`` from LaTeX entries."""
+    """Format an equation ``name = matrix`` from LaTeX entries."""
     return Display(f"{name} = {matrix(rows)}", width(f"{name} =") + matrix_width(rows))
 
 
 def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -> str:
-    """Prints displayed equations side by side. ``kept`` keeps the next text on the same page."""
+    """Print displayed equations side by side.
+
+    If ``kept`` is True, the text after the equations stays on the same page.
+    """
     gap = width(r",\qquad")
     rows: list[list[str]] = []
     room = 0.0
@@ -158,13 +161,13 @@ def _stacked(rows: Sequence[str], end: str, skip: str) -> str:
 
 
 def chain(name: str, sides: Sequence[str], end: str = ".") -> str:
-    """Formats an equation with several right-hand sides, one per line."""
+    """Format an equation with several right-hand sides, one per line."""
     body = " \\\\*[1ex]\n&= ".join(sides)
     return _display("align*", f"{name} &= {body}{end}")
 
 
 def broken(name: str, factors: Sequence[str]) -> Display:
-    """Formats an equation ``name = product`` on one or more lines."""
+    """Format an equation ``name = product`` on one or more lines."""
     first, *rest = filled(factors, LINE - MARGIN - width(f"{name} ="))
     lines = [f"{name} &= {first}", *(rf"&\quad {line}" for line in rest)]
     body = " \\\\\n".join(lines)

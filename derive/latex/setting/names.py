@@ -58,7 +58,7 @@ _LATIN = frozenset(map(chr, range(0xC0, 0x180))) - frozenset("ĦħĸĿŀŉŦŧſ
 
 
 def escape(text: str) -> str:
-    """Escapes text for a paragraph. Long words may be broken.
+    """Escape text for a paragraph. Long words may be broken.
 
     Letters that pdfLaTeX cannot set become codes, such as ``[U+4E2D]``.
     """
@@ -83,7 +83,7 @@ def _character(character: str) -> str:
 
 
 def parameter(name: str) -> str:
-    r"""Formats a parameter name, for example ``alpha_1`` as \alpha_{1}."""
+    r"""Format a parameter name, for example ``alpha_1`` as \alpha_{1}."""
     head, *rest = _PARTS.findall(name) or [name]
     if len(head) == 2 and head not in GREEK:  # noqa: PLR2004
         head, rest = head[0], [head[1], *rest]
@@ -99,10 +99,10 @@ def is_symbol(name: str) -> bool:
 
 
 def own_symbols(robot: SerialRobot) -> tuple[str, ...]:
-    """Returns the joint names as LaTeX symbols, if all names are suitable.
+    """Return the joint names as LaTeX symbols, if all names are suitable.
 
-    Suitable names are Greek angles and lower-case lengths. The result is empty if a name is
-    unsuitable or a symbol occurs twice.
+    A suitable name is a Greek letter for an angle, or a lower-case letter for a length. The result
+    is empty if a name is unsuitable or a symbol occurs twice.
     """
     joints = robot.coordinates
     found = [parameter(joint.name) for joint in joints]
@@ -121,7 +121,7 @@ def _is_own_symbol(joint: Joint | Motor) -> bool:
 
 
 def in_words(words: str, symbols: Mapping[str, str]) -> str:
-    """Escapes text for a paragraph and replaces joint names by symbols."""
+    """Escape text for a paragraph and replace joint names by symbols."""
     shown = escape(words)
     for name in sorted(symbols, key=len, reverse=True):
         if is_symbol(name) and name not in _WORDS:
@@ -131,12 +131,12 @@ def in_words(words: str, symbols: Mapping[str, str]) -> str:
 
 
 def head(tex: str) -> str:
-    """Returns the letter of a symbol without its index."""
+    """Return the letter of a symbol without its index."""
     return tex.partition("_")[0]
 
 
 def frame(name: str) -> str:
-    """Formats a frame name as an index. Words are upright."""
+    """Format a frame name as an index. Words are upright."""
     if len(name) == 1 or name.isdigit():
         return name
     return rf"\mathrm{{{_typed(name)}}}"
@@ -159,7 +159,7 @@ def _index(word: str) -> str:
 
 
 def distinct(names: Iterable[str]) -> dict[str, str]:
-    """Returns the LaTeX of each parameter. Names that would look alike are set verbatim."""
+    """Return the LaTeX of each parameter. Names that would look alike are set verbatim."""
     found: dict[str, str] = {}
     for name in names:
         tex = parameter(name)

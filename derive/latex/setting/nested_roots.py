@@ -18,8 +18,7 @@ from ...model.values import Values
 from .printer import number
 
 STEPS = 30
-"""Number of angles, in steps of 1.5 degrees up to 45 degrees, whose cosine and sine are recognized.
-"""
+"""Number of angles with recognized cosines and sines, in steps of 1.5 degrees up to 45 degrees."""
 DIGITS = 50
 LARGEST_DENOMINATOR = 10**7
 MINUTES = 180 * 60
@@ -33,7 +32,7 @@ def is_nested(value: sp.Expr) -> bool:
 
 
 def as_angle(value: sp.Expr) -> str:
-    """Formats an angle of whole arc minutes as a multiple of pi, or returns "" for other angles."""
+    """Format an angle as a multiple of pi if it is a multiple of an arc minute, or return ""."""
     with mpmath.workdps(DIGITS):
         minutes = mpmath.nint(Values().of(value) * MINUTES / mpmath.pi)
     factor = sp.Rational(int(minutes), MINUTES)
@@ -41,7 +40,7 @@ def as_angle(value: sp.Expr) -> str:
 
 
 def as_trigonometric(value: sp.Expr) -> str:
-    """Formats a number as a multiple of a sine or cosine, or returns "" if that is impossible.
+    """Format a number as a multiple of a sine or cosine, or return "" if that is impossible.
 
     The factor must be a rational multiple of 1, sqrt(2) or sqrt(3).
     """

@@ -19,18 +19,17 @@ from .shorter import reduced
 
 Order = tuple[int, tuple[object, ...]]
 """Sort key of a factor in a printed product. The first entry is the kind of the factor, such as
-``LENGTH``. The second entry sorts factors of one kind.
-"""
+``LENGTH``."""
 CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = range(7)
 
 ACCENTS = ("hat", "tilde", "check", "breve")
 MAX_PARTS = 12
-"""Maximum number of named constants in a number. A number with more named constants is printed as a
-sum or product."""
+"""Maximum number of named constants in the expression of a numerical value. A number with more than
+``MAX_PARTS`` named constants is printed as a sum or product."""
 MAX_WRITTEN = 200
 """Maximum number of symbols and numbers in a constant that is defined by parameters only."""
 COMMAS_FROM = 10
-"""Maximum number of coordinates for indices without commas."""
+"""If a robot has at least this number of coordinates, commas separate the indices of a symbol."""
 LONG_RUN = 3
 """Minimum number of consecutive indices that form a range."""
 LETTERS = {
@@ -42,7 +41,8 @@ LETTERS = {
     "rotation": ("r", r"\rho", "n", r"\mathrm{r}"),
     "position": ("p", "o", r"\varpi", r"\mathrm{p}"),
 }
-"""Letters for each kind of symbol, best letter first. Letters of parameters are excluded."""
+"""Letters for each kind of symbol, in order of preference. A letter that names a parameter is not
+used."""
 
 
 class Notation:
@@ -54,11 +54,10 @@ class Notation:
         called: LaTeX of the coordinates. `called` is empty if the coordinates are called q_1, q_2,
             ...
         tex: LaTeX of coordinates, parameters and short symbols.
-        order: Position of each printed symbol in a product.
-        meanings: Definitions of the short symbols. Long constants are defined by earlier short
-            symbols.
-        angles: For each angle, the accent and the index in the symbols of its cosine and sine. The
-            angles are in order of first use.
+        order: Sort key of each printed symbol, for the order of the factors in a product.
+        meanings: Expressions that the abbreviating symbols stand for, keyed by symbol.
+        angles: For each angle, the accent and index of the symbols for the cosine and sine of this
+            angle. The angles are in order of first use.
         constants: The named constants, in order of first use.
         halves: Whether angles of 30 or 60 degrees cause square roots of 3. If `halves` is True,
             fractions replace decimals such as 0.5.
@@ -95,7 +94,7 @@ class Notation:
         self._terms, self._geometric = count(1), count(1)
 
     def trigonometric(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the signed short symbol for the cosine or sine of a coordinate sum."""
+        """Return the signed short symbol for the cosine or sine of a sum of coordinates."""
         (angle,) = expression.args
         angle = sp.expand(self.expanded(angle))
         lead = next((q for q in self.q if angle.has(q)), None)
@@ -112,7 +111,7 @@ class Notation:
         return -symbol if negative and kind == "sin" else symbol
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the printed form of an expression without coordinates.
+        """Return the printed form of an expression without coordinates.
 
         Equal numbers share a name.
         """
@@ -127,7 +126,7 @@ class Notation:
         return known
 
     def shortened(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a constant expression in which short symbols replace long parts."""
+        """Return a constant expression in which short symbols replace long parts."""
         return self._shortened(self._short(expression))
 
     def _short(self, expression: sp.Expr) -> sp.Expr:
@@ -149,7 +148,7 @@ class Notation:
         return expression.func(*map(self._shortened, expression.args))
 
     def expanded(self, expression: sp.Expr) -> sp.Expr:
-        """Returns an expression of coordinates and parameters without named terms."""
+        """Return an expression of coordinates and parameters without named terms."""
         known: dict[sp.Symbol, sp.Expr] = {}
         for symbol in expression.free_symbols:
             definition = self.terms.definitions.get(symbol, self.terms.constants.get(symbol))
@@ -160,7 +159,7 @@ class Notation:
         return expression.xreplace(known)
 
     def values(self) -> dict[sp.Symbol, sp.Expr]:
-        """Returns the values of the named constants at default parameters."""
+        """Return the values of the named constants at default parameters."""
         found: dict[sp.Symbol, sp.Expr] = {}
         for symbol, meaning in self.meanings.items():
             if self.order[symbol][0] in (CONSTANT, CONSTANT_TRIGONOMETRY):
@@ -168,19 +167,19 @@ class Notation:
         return found
 
     def term(self) -> sp.Symbol:
-        """Returns the symbol of the next shared term. The caller must define this shared term."""
+        """Return the symbol of the next shared term. The caller must define this shared term."""
         number = next(self._terms)
         tex = f"{self.letters['term']}_{{{number}}}"
         return self.symbol(tex, (TERM, (number,)))
 
     def geometric(self) -> sp.Symbol:
-        """Returns the symbol of the next shared term of the screw axes."""
+        """Return the symbol of the next shared term of the screw axes."""
         number = next(self._geometric)
         tex = f"{self.letters['geometry']}_{{{number}}}"
         return self.symbol(tex, (TERM, (number,)))
 
     def entries(self) -> tuple[sp.Symbol | None, ...]:
-        """Returns the names of the entries of a pose (4, 4) in row-major order.
+        """Return the names of the entries of a pose (4, 4) in row-major order.
 
         The entries of the last matrix row (0, 0, 0, 1) have no names.
         """
@@ -192,7 +191,7 @@ class Notation:
         return (*named, *(None,) * 4)
 
     def symbol(self, tex: str, order: Order, meaning: sp.Expr | None = None) -> sp.Symbol:
-        """Returns a symbol with the given LaTeX."""
+        """Return a symbol with the given LaTeX."""
         symbol = sp.Symbol(tex, real=True)
         self.tex[symbol], self.order[symbol] = tex, order
         if meaning is not None:
@@ -265,7 +264,7 @@ class Notation:
         return sign * self._constants[key]
 
     def named(self, raw: sp.Expr) -> sp.Symbol:
-        """Returns the name of the next constant.
+        """Return the name of the next constant.
 
         The constant is defined by parameters. A long definition uses earlier short symbols.
         """
@@ -297,12 +296,12 @@ def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
 
 
 def is_long(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a constant with parameters is too long to be printed without named parts."""
+    """Whether a constant with parameters is so long that its parts need names in print."""
     return not terms.is_number(expression) and terms.size(expression) > MAX_WRITTEN
 
 
 def numbered(symbol: sp.Symbol) -> tuple[int, str]:
-    """Returns the sort key of a numbered symbol."""
+    """Return the sort key of a numbered symbol."""
     return len(symbol.name), symbol.name
 
 

@@ -23,16 +23,14 @@ __all__ = ["Page", "listed", "named_matrix", "sentence", "text"]
 class Page:
     """A serial chain and the data of its article.
 
-    Short symbols are numbered in the order of first use. All expressions are created here in a
-    fixed order. So the symbols do not depend on the order in which the fragments of the article are
-    printed.
+    All expressions are created here in a fixed order.
 
     Attributes:
         robot: The chain.
         equations: Forward kinematics and Jacobians, printed with short symbols.
         links: Transforms between adjacent frames, printed with short symbols.
         screws: Screw axes and home pose, printed with short symbols.
-        inverse: The inverse kinematics, in the terms of the equations.
+        inverse: The inverse functions, printed with the same named terms as the equations.
         singular: The singular configurations, printed with short symbols.
         geometry: The parametric functions, or None if none was derived.
     """
@@ -54,14 +52,14 @@ class Page:
         methods: Sequence[Method] = METHODS,
         reserved: Collection[str] = (),
     ) -> "Page":
-        """Collects the printed expressions of a serial robot.
+        """Collect the printed expressions of a serial robot.
 
         Args:
             derivation: A serial robot with its functions.
             called: LaTeX of the coordinates. By default, a coordinate is called by its joint name
                 if the name is suitable, otherwise q_1, q_2, ...
             coordinates: Number of coordinates that move the main chain of a robot with loops.
-            methods: Methods of the inverse that may be printed.
+            methods: Names of the inverse functions that appear in the article.
             reserved: Letters that have another meaning in the article.
         """
         robot = derivation.robot
@@ -81,11 +79,11 @@ class Page:
         return cls(robot, found, tuple(links), screws, inverse, singular, geometry)
 
     def tex(self, expression: sp.Expr) -> str:
-        """Formats an expression on one line."""
+        """Format an expression on one line."""
         return self.equations.printer.tex(expression)
 
     def words(self, text: str) -> str:
-        """Formats a sentence. Joint names become symbols where possible."""
+        """Format a sentence. Joint names become symbols where possible."""
         notation = self.equations.notation
         if not notation.called:
             return escape(text)
@@ -94,29 +92,32 @@ class Page:
 
     @property
     def pose(self) -> str:
-        """Returns the name of the tool's pose in the base frame."""
+        """Return the name of the tool's pose in the base frame."""
         frames = self.robot.base_frame, self.robot.tool_frame
         return transforms.transform(*map(frame, frames))
 
     def matrix(self, name: str, entries: sp.Matrix) -> Display:
-        """Formats an equation with a matrix on the right-hand side."""
+        """Format an equation with a matrix on the right-hand side."""
         return named_matrix(name, [[self.tex(entry) for entry in row] for row in entries.tolist()])
 
     def column(self, name: str, entries: Iterable[sp.Expr]) -> Display:
-        """Formats an equation with a column vector on the right-hand side."""
+        """Format an equation with a column vector on the right-hand side."""
         return named_matrix(name, [[self.tex(entry)] for entry in entries])
 
 
 def listed(formulas: Iterable[str]) -> str:
-    """Lists formulas in a sentence. Lines may break between formulas."""
+    """Join formulas to an enumeration in a sentence.
+
+    Lines may break between formulas.
+    """
     return ", ".join(f"${tex}$" for tex in formulas)
 
 
 def sentence(*blocks: str) -> str:
-    """Joins words and displays into a single paragraph."""
+    """Join texts and displayed equations into a single paragraph."""
     return "\n".join(block for block in blocks if block)
 
 
 def text(*paragraphs: str) -> str:
-    """Joins paragraphs into a fragment."""
+    """Join paragraphs into a fragment."""
     return "\n\n".join(paragraph for paragraph in paragraphs if paragraph) + "\n"

@@ -21,9 +21,8 @@ MAX_ADDENDS = 12
 CONFIGURATIONS = 4
 """Number of singular configurations to print if the factors are too long."""
 GENERIC = sp.Rational(271, 379)
-"""The sentence about the position of the axes holds for this value (radian or meter) of the first
-fixed coordinate.
-"""
+"""Generic value (radian or meter) of the first fixed coordinate. The printed sentence about the
+joint axes is tested at this value."""
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
 """Start angles (degree) of the search for a singularity, used cyclically."""
 
@@ -33,7 +32,7 @@ class PrintedCondition:
     """Factors that vanish together in some singular configurations.
 
     Attributes:
-        factors: The factors in short symbols.
+        factors: The factors, written with short symbols.
         words: Description of how the joint axes lie if the factors are 0, or an empty text.
     """
 
@@ -50,7 +49,7 @@ class PrintedSingularities:
             Jacobian is not square or the factors are long.
         conditions: The conditions for a singular arm.
         configurations: Singular configurations (radian, meter). The tuple is empty if the
-            conditions are short.
+            conditions are short enough to be printed.
         fixed: The fixed coordinates, if the determinant is computed with some joints fixed.
         rank: The largest rank of the Jacobian, if every configuration is singular.
         is_regular: Whether the Jacobian has full rank in every configuration.
@@ -67,19 +66,19 @@ class PrintedSingularities:
 def printed_singularities(
     robot: SerialRobot, notation: Notation, given: Sequence[int] = ()
 ) -> PrintedSingularities:
-    """Returns the singular configurations of a robot.
+    """Return the singular configurations of a robot.
 
     Args:
         robot: A serial robot.
         notation: The short symbols of the robot.
-        given: Indices of the fixed coordinates in the inverse. If the conditions of the complete
-            arm are long, the article also prints the conditions for the free joints.
+        given: Indices of the fixed coordinates in the inverse. If the singularity conditions of the
+            complete arm are long, the article also prints the conditions for the free joints alone.
     """
     minors = factored_minors(robot, notation.q)
     if minors == ():
         return PrintedSingularities(None, (), rank=general_rank(robot))
     if minors is not None and not all(minor.factors for minor in minors):
-        # A constant minor is never zero.
+        # A minor without factors is a nonzero constant.
         return PrintedSingularities(None, (), is_regular=True)
     if minors is not None and all(map(_is_short, minors)):
         if len(minors) == 1:
@@ -108,7 +107,7 @@ def _singularities_with_fixed_joints(
         for joint in robot.joints
     ]
     # The determinant may depend on the fixed values, so they remain symbols. The printed geometric
-    # condition is tested at generic values of the fixed joints.
+    # condition is tested with the fixed joints at generic values.
     some = [Parameter(str(q), k * GENERIC) for k, q in enumerate(values.values(), 1)]
     q = [symbol for k, symbol in enumerate(notation.q) if k not in given]
     rest = replace(robot, joints=tuple(joints), parameters=(*robot.parameters, *some))

@@ -15,14 +15,14 @@ NARROW = 0.2 * LINE
 BRACKET = 0.36 * LINE
 """Maximum width (pt) of a sum in a product or a square."""
 WRITTEN = 0.5 * LINE
-"""Maximum width (pt) of a sum with all its constants."""
+"""Maximum width (pt) at which a sum is printed with all its constants."""
 
 
 class PrintedTerms:
     """The names of the terms of a solution.
 
     Attributes:
-        known: The signed symbol of each named term and coordinate. :meth:`call` adds symbols.
+        known: The printed symbol of each named term and coordinate, with its sign.
     """
 
     def __init__(
@@ -34,36 +34,35 @@ class PrintedTerms:
         self.printer = FractionPrinter.of(notation)
 
     def call(self, term: sp.Symbol, shown: sp.Expr) -> None:
-        """Assigns a signed symbol to a term."""
+        """Assign a signed symbol to a term."""
         self.known[term] = shown
         self._written.clear()
 
     def tex(self, expression: sp.Expr) -> str:
-        """Formats a printed expression in LaTeX."""
+        """Format a printed expression in LaTeX."""
         return self.printer.tex(expression)
 
     def of(self, expression: sp.Expr) -> sp.Expr:
-        """Converts an expression of named terms to printed symbols."""
+        """Convert an expression of named terms to printed symbols."""
         ordered = sorted(expression.free_symbols, key=numbered)
         known = {symbol: self._symbol(symbol) for symbol in ordered}
         for function in sorted(expression.atoms(sp.cos, sp.sin), key=str):
-            # Cosines and sines of variable angles are named terms. Cosines and sines of constant
-            # angles come from the robot description.
+            # Cosines and sines of constant angles come from the robot description.
             if function.free_symbols <= self.terms.parameters.keys():
                 known[function] = self.notation.constant(function)
         return expression.xreplace(known)
 
     def meaning(self, term: sp.Symbol) -> sp.Expr:
-        """Returns the definition of a term in printed symbols."""
+        """Return the definition of a term, with the symbols that the article prints."""
         definition = self.terms.definitions[term]
         if isinstance(definition, sp.cos | sp.sin):
             return definition.func(self.sum(definition.args[0]))
         return self.of(definition)
 
     def exact(self, expression: sp.Expr) -> sp.Expr:
-        """Returns an unnamed sum of constants and lengths in printed symbols.
+        """Return a sum of constants and lengths in the symbols that the article prints.
 
-        In a long sum, each length has a single constant factor.
+        In a long sum, the constant factors of each length are collected.
         """
         number, rest = expression.as_independent(*expression.free_symbols, as_Add=True)
         shown = self.constant(number) if number != 0 else number
@@ -86,7 +85,9 @@ class PrintedTerms:
     def shortened(
         self, expression: sp.Expr, named: Callable[[], sp.Symbol]
     ) -> tuple[sp.Expr, list[Definition]]:
-        """Returns an expression whose long bracketed sums have names, and the new names.
+        """Replace long sums in brackets by names.
+
+        Returns the expression and the definitions.
 
         Args:
             expression: In printed symbols.
@@ -110,14 +111,14 @@ class PrintedTerms:
         return inside(expression, is_bracket=False), new
 
     def sum(self, angle: sp.Expr) -> sp.Expr:
-        """Returns a sum of angles in printed symbols."""
+        """Return a sum of angles in printed symbols."""
         moving = {s for s in angle.free_symbols if not self.terms.is_constant(s)}
         constant, rest = sp.expand(angle).as_independent(*moving, as_Add=True)
         shown = self.notation.constant(self.terms.spelled(constant)) if constant != 0 else constant
         return shown + self.of(rest)
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a short constant, or the name of a long constant."""
+        """Return a short constant, or the name of a long constant."""
         if is_long_number(self.terms, expression):
             return self.notation.constant(self.terms.value(expression))
         if is_long(self.terms, expression):

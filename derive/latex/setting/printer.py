@@ -44,15 +44,15 @@ class Printer:
 
     @classmethod
     def of(cls, notation: Notation) -> Self:
-        """Returns the printer of a notation."""
+        """Return the printer of a notation."""
         return cls(notation.tex, notation.order, halves=notation.halves)
 
     def tex(self, expression: sp.Expr) -> str:
-        """Formats an expression on one line."""
+        """Format an expression on one line."""
         return " ".join(self.terms(expression))
 
     def terms(self, expression: sp.Expr) -> list[str]:
-        """Returns the signed terms of a sum, with a positive term first if possible."""
+        """Return the signed terms of a sum, with a positive term first if possible."""
         if expression not in self._printed:
             self._printed[expression] = self._terms(gathered(expression))
         return self._printed[expression]
@@ -127,7 +127,7 @@ class Printer:
 
 
 def _base(factor: sp.Expr) -> sp.Expr:
-    """Returns the base of a power, or the factor itself."""
+    """Return the base of a power, or the factor itself."""
     return factor.base if factor.is_Pow else factor
 
 
@@ -165,7 +165,7 @@ class FractionPrinter(Printer):
 
 
 def number(value: sp.Expr) -> str:
-    """Formats an exact number as a decimal, or with fractions, roots and multiples of pi."""
+    """Format an exact number as a decimal, or with fractions, roots and multiples of pi."""
     if value.is_Float:
         return cut(value, PRINTED_DIGITS)
     if value.is_Rational:
@@ -199,7 +199,7 @@ def _rational(value: sp.Rational) -> str:
 
 
 def decimal(value: sp.Expr) -> str:
-    """Formats a number with a few digits."""
+    """Format a number with a few digits."""
     if 0 < abs(value) < SMALL:
         return _with_power(decimal, value)
     text = _plain(value, PRINTED_DIGITS)
@@ -207,8 +207,10 @@ def decimal(value: sp.Expr) -> str:
 
 
 def cut(value: sp.Expr, digits: int) -> str:
-    """Formats the first digits of a number. Dots replace the remaining digits."""
-    # SymPy may not recognize a zero sum of roots and then cannot evaluate it.
+    """Format the first digits of a number.
+
+    Dots replace the digits that are cut off.
+    """
     if is_zero(value):
         return "0"
     if abs(value) < SMALL:

@@ -18,7 +18,9 @@ from .sharing import BRACKET, PrintedEquations
 from .widths import LINE, width
 
 MAX_TILTS = 3
-"""Maximum number of general angles whose cosines and sines are printed as roots."""
+"""Maximum number of rotations whose cosines and sines are printed as roots. Rotations by multiples
+of 90 degrees are not counted. If more than this number of rotations are counted, the cosines and
+sines of all counted rotations are printed as decimals."""
 
 
 @dataclass(frozen=True)
@@ -38,13 +40,12 @@ class Screws:
 
 class _Decimal(Rotation):
     def __post_init__(self) -> None:
-        """Keeps the decimal angle, which a :class:`Rotation` would convert to an exact angle."""
+        """Keep the decimal angle, which a :class:`Rotation` would convert to an exact angle."""
 
 
 WIDEST = 0.4 * LINE
-"""Maximum width (pt) of a constant entry. A number that is too wide becomes a decimal, and a sum
-that is too wide gets a name.
-"""
+"""Maximum width (pt) of a printed number. A number wider than this maximum is printed as a decimal;
+a sum wider than this maximum is named."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ class ScrewDisplays:
 
 
 def screw_displays(robot: SerialRobot, equations: PrintedEquations) -> ScrewDisplays:
-    """Returns the screw axes and the home pose for printing."""
+    """Return the screw axes and the home pose for printing."""
     found = printed_screws(robot, equations.notation)
     constants = _Constants(equations)
     columns = tuple(constants.screw(k + 1, found.S[:, k]) for k in range(found.S.shape[1]))
@@ -77,7 +78,7 @@ def screw_displays(robot: SerialRobot, equations: PrintedEquations) -> ScrewDisp
 
 
 def home_name(robot: SerialRobot) -> str:
-    """Returns the symbol of the home pose."""
+    """Return the symbol of the home pose."""
     return rf"{{}}^{{{frame(robot.base_frame)}}}M_{{{frame(robot.tool_frame)}}}"
 
 
@@ -138,11 +139,10 @@ class _Constants:
 
 
 def printed_screws(robot: SerialRobot, notation: Notation) -> Screws:
-    """Returns the screw axes and the home pose in short symbols.
+    """Return the screw axes and the home pose in short symbols.
 
-    With general angles, each joint adds terms to the product of exponentials. Some numeric angles
-    have no cosine or sine with short roots. Cosines and sines without short roots become decimals
-    with 40 digits before the screws are multiplied. Angles that are parameters become shared terms.
+    With general angles, each joint adds terms to the product of exponentials. Before the
+    multiplication, cosines and sines without an exact short form become decimals with 40 digits.
     """
     S, M = product_of_exponentials(_with_decimals(robot))
     definitions: list[tuple[sp.Symbol, sp.Expr]] = []

@@ -30,12 +30,12 @@ DEEPEST = 2
 ENTRY = 0.4 * LINE
 """Maximum width (pt) of a Jacobian entry."""
 MAX_FACTORS = 5
-"""Maximum number of factors in a product without a name."""
+"""Maximum number of factors in an unnamed product; a longer product gets a name."""
 
 
 @dataclass(frozen=True)
 class Printed:
-    """A function in short symbols.
+    """The entries of a function, with short symbols for shared terms.
 
     Attributes:
         definitions: New shared terms of the function. Each term depends only on terms before it.
@@ -63,7 +63,7 @@ class PrintedEquations:
 def equations(
     derivation: Derivation, called: Sequence[str] = (), reserved: Collection[str] = ()
 ) -> PrintedEquations:
-    """Returns the forward kinematics and the Jacobians in short symbols.
+    """Return the forward kinematics and the Jacobians in short symbols.
 
     If the derivation lacks the forward kinematics or a Jacobian, all of these functions are
     derived.
@@ -97,7 +97,7 @@ class TermNames:
 
     Attributes:
         notation: The robot's short symbols.
-        printer: The printer for expressions in short symbols.
+        printer: The printer for expressions that contain the short symbols.
         known: The signed symbol of each named term.
         inlined: The values of the terms without names.
         definitions: The definitions of the named terms.
@@ -110,7 +110,7 @@ class TermNames:
     definitions: list[Definition]
 
     def name_long_factors(self, expression: sp.Expr) -> None:
-        """Gives a name to each factor that is too wide for brackets."""
+        """Give a name to each factor that is too wide or too deep to be printed in brackets."""
         for addend in sp.Add.make_args(expression):
             factors = sp.Mul.make_args(addend.as_coeff_Mul()[1])
             for factor in factors:
@@ -124,7 +124,7 @@ class TermNames:
             self.name(term, value)
 
     def name(self, term: sp.Symbol, value: sp.Expr) -> None:
-        """Defines the next shared term.
+        """Define the next shared term.
 
         The shared term is negated if the printed value starts with a minus sign.
         """
@@ -199,8 +199,7 @@ class _Sharing(TermNames):
     def _value(self, expression: sp.Expr) -> sp.Expr:
         self.name_long_factors(expression)
         known = {}
-        # Each new name gets the next index. The symbols are sorted, because the order of a set
-        # varies.
+        # The symbols are sorted, because the order of a set varies.
         for symbol in sorted(expression.free_symbols, key=numbered):
             if symbol in self.terms.constants:
                 known[symbol] = self.notation.constant(symbol)
@@ -243,14 +242,13 @@ def open_terms(
     entries: Iterable[sp.Expr],
     definition: Callable[[sp.Symbol], sp.Expr],
 ) -> list[sp.Symbol]:
-    """Returns the unnamed terms of entries in definition order.
+    """Return the unnamed terms on which the entries depend, in definition order.
 
     Args:
         terms: The terms.
         known: The named terms.
         entries: Expressions in terms.
-        definition: The printed definition of a term. Cosines and sines have names, so the search
-            skips their arguments.
+        definition: The printed definition of a term.
     """
     found: set[sp.Symbol] = set()
     waiting = [symbol for entry in entries for symbol in entry.free_symbols]
@@ -269,7 +267,7 @@ def is_trigonometric(expression: sp.Expr) -> bool:
 
 
 def depth(expression: sp.Expr) -> int:
-    """Returns the depth of nested brackets in a printed expression."""
+    """Return the depth of nested brackets in a printed expression."""
     if expression.is_Add:
         return max(depth(addend) for addend in expression.args)
     return max((1 + depth(f) for f in sp.Mul.make_args(expression) if f.is_Add), default=0)

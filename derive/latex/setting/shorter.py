@@ -8,14 +8,14 @@ from ...model.sizes import addends, size
 MAX_MULTIPLIED = 60
 """Maximum number of terms for which the expansion of a product of sums is tried."""
 MAX_ADDED = 400
-"""Maximum number of operations for which angle addition is tried. SymPy compares all pairs of
-angles."""
+"""Maximum number of operations in an expression to which angle addition theorems are applied. SymPy
+compares all pairs of angles."""
 MAX_GATHERED = 4
-"""Maximum number of terms in a sum with a common root in front."""
+"""Maximum number of terms in a sum from which a common root is factored out."""
 
 
 def reduced(constant: sp.Expr) -> sp.Expr:
-    """Shortens a constant made of parameters."""
+    """Shorten a constant that contains parameters."""
     if constant.is_Atom or addends(constant) > MAX_MULTIPLIED:
         return constant
     forms = [constant, sp.expand(constant)]
@@ -26,7 +26,7 @@ def reduced(constant: sp.Expr) -> sp.Expr:
 
 
 def gathered(expression: sp.Expr) -> sp.Expr:
-    """Moves a common root in front of a short sum."""
+    """Factor a common root out of a short sum."""
     if not any(power.base.is_Rational for power in expression.atoms(sp.Pow)):
         return expression
     if expression.is_Mul:

@@ -14,7 +14,7 @@ PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 
 
 def labels(robot: SerialRobot) -> list[str]:
-    """Returns the indices of the frames from the base to the tool.
+    """Return the indices of the frames from the base to the tool.
 
     Frame 0 is the first frame of the chain. Without a base placement, frame 0 is the base frame.
     Without a tool placement, the last link frame is the tool frame.
@@ -31,9 +31,10 @@ def labels(robot: SerialRobot) -> list[str]:
 
 
 def first_number(robot: SerialRobot) -> int:
-    """Returns the index of the first printed transform.
+    """Return the index of the first transform that the article prints.
 
-    The index is 0 if only the first joint is fixed, otherwise 1.
+    The index is 0 if only the first joint is fixed, and the robot has neither a base transform nor
+    a base frame named 0. Otherwise, the index is 1.
     """
     first, *others = robot.joints
     is_mount = first.kind == "fixed" and all(joint.kind != "fixed" for joint in others)
@@ -41,12 +42,12 @@ def first_number(robot: SerialRobot) -> int:
 
 
 def transform(start: str, end: str) -> str:
-    """Returns the symbol of a frame's pose in another frame."""
+    """Return the symbol of a frame's pose in another frame."""
     return f"{{}}^{{{start}}}T_{{{end}}}"
 
 
 def motions(joint: Joint, value: sp.Expr) -> Placement:
-    """Returns the pose of a link relative to its parent link."""
+    """Return the pose of a link relative to its parent link."""
     motion: Placement = ()
     if joint.kind in ("revolute", "helical"):
         motion += (Rotation("z", value),)
@@ -57,7 +58,7 @@ def motions(joint: Joint, value: sp.Expr) -> Placement:
 
 
 def placements(robot: SerialRobot, q: Sequence[sp.Expr]) -> list[Placement]:
-    """Returns the poses between adjacent frames at coordinates q."""
+    """Return the poses between adjacent frames at coordinates q."""
     found = [robot.base] if robot.base else []
     values = iter(robot.joint_values(q))
     for joint in robot.joints:
@@ -68,7 +69,7 @@ def placements(robot: SerialRobot, q: Sequence[sp.Expr]) -> list[Placement]:
 
 
 def matrix(placement: Placement, notation: Notation) -> sp.ImmutableMatrix:
-    """Returns a placement as a matrix (4, 4) in short symbols."""
+    """Return a placement as a matrix (4, 4) of expressions in short symbols."""
     T = sp.eye(4)
     for motion in placement:
         T = T * (_turn(motion, notation) if isinstance(motion, Rotation) else _shift(motion))
@@ -76,12 +77,12 @@ def matrix(placement: Placement, notation: Notation) -> sp.ImmutableMatrix:
 
 
 def factors(placement: Placement, printer: Printer) -> list[str]:
-    """Formats a placement as elementary motions in LaTeX."""
+    """Return the elementary rotations and translations of a placement in LaTeX."""
     return [_factor(motion, printer) for motion in placement]
 
 
 def symbolic_factors(transform: Placement) -> list[str]:
-    """Formats the link transform of a convention as elementary motions."""
+    """Format the link transform of a convention as elementary motions."""
     used = symbols_of(transform)
     return factors(transform, Printer({s: names.parameter(s.name) for s in used}, {}))
 
@@ -111,7 +112,7 @@ def _merged(placement: Placement) -> Placement:
 
 
 def turned_back(placement: Placement) -> Placement:
-    """Removes two opposite quarter turns before and after a translation, and rotates it."""
+    """Combine two rotations about one axis if a translation is between them."""
     motions = list(placement)
     k = 0
     while k + 2 < len(motions):

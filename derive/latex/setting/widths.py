@@ -34,7 +34,7 @@ _TOKEN = re.compile(r"\\[A-Za-z]+|\\.|.", re.DOTALL)
 
 
 def width(tex: str) -> float:
-    """Estimates the width (pt) of a formula on one line."""
+    """Estimate the width (pt) of a formula on one line."""
     return _Measure(_TOKEN.findall(tex)).group(1.0)
 
 

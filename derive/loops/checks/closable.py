@@ -1,9 +1,10 @@
-"""Checks which part of the actuator range closes the loops, and which limits are unreachable.
+"""Checks in which part of the actuator range the loops close, and which limits are unreachable.
 
-The limits of the actuators span a box. In a part of this box, the loops may be unable to close. A
-remark states that the loops close in less than half of the box. Each actuator is then moved alone,
-with the other actuators at the reference. A remark states the unreachable limits of the actuator.
-Other remarks state reference values far from the closed configuration.
+The limits of the actuators span a box. In a part of this box, the loops may be unable to close. If
+the loops close in less than half of the box, a remark states this. Each actuator is then moved
+alone, with the other actuators at the reference. A remark states the unreachable limits of the
+actuator. Another remark names the joint whose reference value differs most from the joint value at
+the closed configuration.
 """
 
 import math
@@ -31,16 +32,16 @@ FEW, FEW_STEPS = 60, 17
 """Number of random configurations and of grid values, for loops without a closed form."""
 HALVINGS = 20
 OMITTED = 0.01
-"""A wrong assumed value of an omitted actuator is reported if its error exceeds this value (radian,
-or relative to the size).
-"""
+"""The check compares the assumed value of an omitted actuator with the value at which the loops
+close. If they differ by more than this threshold (radian, or relative to the size), the check
+prints both."""
 LITTLE = 0.5
 """If the loops close at a smaller fraction of the configurations than this value, the check prints
 a remark."""
 
 
 def limits_of(h: SolvedLoops) -> tuple[str, ...]:
-    """Returns a sentence for each joint limit at which the loops do not close."""
+    """Return a sentence for each joint limit at which the loops do not close."""
     mechanism = h.mechanism
     if h.forward.open:
         search = BySearch(NumericMechanism(mechanism), h.at_reference)
@@ -56,7 +57,7 @@ def limits_of(h: SolvedLoops) -> tuple[str, ...]:
 
 
 def doubts_of(h: SolvedLoops) -> tuple[str, ...]:
-    """Returns warnings about a robot with closed loops. The tuple is usually empty.
+    """Return warnings about a robot with closed loops. The tuple is usually empty.
 
     The warnings are about rods with swapped ends, about omitted or distant reference values, and
     about geometry that narrowly misses a closed form.
@@ -70,7 +71,7 @@ class BySearch:
     """Tests whether loops close, by a numerical search from the reference."""
 
     def __init__(self, bodies: NumericMechanism, configuration: Mapping[str, float]) -> None:
-        """Stores a closed configuration as the start of the search."""
+        """Store a closed configuration as the start of the search."""
         self.bodies = bodies
         self.configuration = {name: configuration[name] for name in bodies.values}
         self.names = [loop_joint.name for loop_joint in bodies.mechanism.loop_joints]
@@ -91,12 +92,12 @@ class BySearch:
 def limits_in_words(
     mechanism: Mechanism, reference: Floats, is_closed: IsClosed, samples: int, steps: int
 ) -> Iterator[str]:
-    """Yields sentences on limits at which the loops do not close.
+    """Yield messages about joint limits at which the loops do not close.
 
     Args:
         mechanism: The description.
-        reference: The actuated coordinates of the reference. A coordinate without limits has its
-            reference value.
+        reference: The actuated coordinates of the reference. The reference value replaces a missing
+            limit of a coordinate.
         is_closed: Returns whether the loops close at actuated coordinates.
         samples: Number of random configurations in the box.
         steps: Number of grid values between the limits of each coordinate.
@@ -126,7 +127,7 @@ def limits_in_words(
 
 
 def _bounds(coordinates: tuple[Coordinate, ...], reference: Floats) -> tuple[Floats, Floats]:
-    """Returns lower and upper limits. The reference value replaces a missing limit."""
+    """Return lower and upper limits. The reference value replaces a missing limit."""
     low, high = reference.copy(), reference.copy()
     for k, c in enumerate(coordinates):
         lowest, highest = c.limits
@@ -138,7 +139,7 @@ def _bounds(coordinates: tuple[Coordinate, ...], reference: Floats) -> tuple[Flo
 def _closing(
     k: int, values: Floats, reference: Floats, is_closed: IsClosed
 ) -> tuple[float, float] | None:
-    """Returns the interval around the reference value in which the loops close."""
+    """Return the interval around the reference value in which the loops close."""
 
     def closes(value: float) -> bool:
         q = reference.copy()
@@ -169,7 +170,10 @@ def _edge_between(inside: float, outside: float, closes: Callable[[float], bool]
 
 
 def omitted_actuators(h: SolvedLoops) -> str:
-    """Lists actuators without a reference value, and the values that follow from the other joints.
+    """List the actuators without a reference value, with their assumed values.
+
+    If an assumed value does not match the stated joint values, the text also states the value at
+    which the loops close.
 
     The text is empty if the reference contains the values of all actuators, or no values.
     """
@@ -195,11 +199,11 @@ def omitted_actuators(h: SolvedLoops) -> str:
 
 
 def moved_reference(h: SolvedLoops) -> str:
-    """States which reference joint value differs most from its value at the closed configuration.
+    """State which reference joint value differs most from its value at the closed configuration.
 
     The reference values of dependent joints only select the branch. A large difference usually
-    means that the actuated coordinates are wrong. For example, the default value of a cylinder is
-    the middle of its limits. The text is empty if all values agree closely, up to full turns.
+    means that the actuated coordinates are wrong. The text is empty if all values agree closely, up
+    to full turns.
     """
     at, size = h.at_reference, h.numbers.size
     described = {name: float(h.terms.value(x)) for name, x in h.mechanism.reference}

@@ -14,13 +14,13 @@ from ..solve.solved_loops import SolvedLoops
 
 Floats = NDArray[np.float64]
 PLACES = 4001
-"""Number of grid values per coordinate for the zeros of a margin."""
+"""Number of coordinate values in the grid that is searched for zeros of a margin."""
 HALVINGS = 60
 OTHERS = 8
-"""To see whether a margin depends on a coordinate, the margin is computed at this number of
-values."""
+"""Number of coordinate values at which a margin is computed, to test whether the margin depends on
+the coordinate."""
 CHANGED = 1e-9
-"""A margin depends on a coordinate if the margin changes by at least this value."""
+"""A margin depends on a coordinate if it changes by at least this value."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,8 @@ class DeadValues:
 
     Attributes:
         coordinate: Index of the coordinate.
-        zeros: Values within the limits at which the margin changes its sign (radian or meter).
+        zeros: Coordinate values (radian or meter) at which the sign of the margin changes. Only
+            values within the limits are listed.
         least: The smallest margin within the limits.
     """
 
@@ -39,7 +40,7 @@ class DeadValues:
 
 
 def dead_values(h: SolvedLoops) -> tuple[DeadValues | None, ...]:
-    """Returns the zeros of each margin, or None for a margin whose zeros are not computed.
+    """Return the zeros of each margin, or None for a margin whose zeros are not computed.
 
     Zeros are computed only for margins that depend on a single actuated coordinate. A revolute
     coordinate without limits is searched over a full turn. Zeros are not computed for a prismatic
@@ -92,7 +93,7 @@ def _width(limits: tuple[float, float] | None) -> float:
 
 
 def _zeros(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[float, ...]:
-    """Finds the zeros of a function between pairs of bounds by bisection."""
+    """Find the zeros of a function between pairs of bounds by bisection."""
     below = function(low) < 0
     for _ in range(HALVINGS):
         middle = (low + high) / 2

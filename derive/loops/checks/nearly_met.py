@@ -22,19 +22,19 @@ from ..spatial.three_spheres import SPHERES, spheres_of
 
 Floats = NDArray[np.float64]
 TWO = 2
-"""Minimum number of revolute axes of a loop, without its closure, for which parallel axes are
-tested."""
+"""The test of parallel axes needs at least this number of revolute joints in a loop. The closure of
+the loop does not count."""
 
 
 def nearly_met(h: SolvedLoops) -> Iterator[str]:
-    """Yields a sentence on each closed form whose conditions the loops almost fulfill."""
+    """Yield a sentence for each closed form whose conditions are almost fulfilled."""
     if h.forward.open:
         yield from _parallel_rods(h)
         yield from _planes(h)
 
 
 def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
-    """Yields a sentence on a platform whose rods are nearly parallel in pairs."""
+    """Yield a sentence about a platform whose rods are nearly parallel in pairs."""
     struts = [
         loop.loop_joint
         for loop in h.loops.spatial
@@ -59,7 +59,8 @@ def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
         for group in groups
     }
     missing = [f"{names} by {1000 * by:.3g} mm" for names, by in off.items() if by > NOISE * size]
-    # If the rods of each group are equal and parallel, other loops prevent the closed form.
+    # If the rods of each group are already equal and parallel, other loops prevent the closed form.
+    # The function then yields nothing.
     if missing:
         yield (
             "the loops would have a closed form (three spheres) if these rods were equal and "
@@ -68,7 +69,7 @@ def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
 
 
 def _around(h: SolvedLoops) -> Iterator[AtReference]:
-    """Yields the reference, and configurations on both sides of it."""
+    """Yield the reference, and configurations on both sides of it."""
     own, terms = h.forward.reference, h.terms
     for part in (0.0, SAMPLED_RANGE, -SAMPLED_RANGE):
         steps = [own.size if c.unit == "m" else 1.0 for c in h.mechanism.coordinates]
@@ -77,7 +78,7 @@ def _around(h: SolvedLoops) -> Iterator[AtReference]:
 
 
 def _groups(numbers: Floats, most: float) -> list[list[int]]:
-    """Groups the indices of rods whose fitted spheres nearly coincide."""
+    """Group the indices of rods whose fitted spheres are nearly equal."""
     groups: list[list[int]] = []
     for k in range(numbers.shape[1]):
         near = [group for group in groups if _apart(numbers, group[0], k) <= most]
@@ -89,13 +90,13 @@ def _groups(numbers: Floats, most: float) -> list[list[int]]:
 
 
 def _apart(numbers: Floats, a: int, b: int) -> float:
-    """Returns the largest difference of two spheres in center or radius (meter)."""
+    """Return the largest difference of two spheres in center or radius (meter)."""
     off = numbers[:, a] - numbers[:, b]
     return float(max(np.linalg.norm(off[:, :3], axis=-1).max(), np.abs(off[:, 3]).max()))
 
 
 def _planes(h: SolvedLoops) -> Iterator[str]:
-    """Yields sentences on nearly planar loops."""
+    """Yield sentences on nearly planar loops."""
     for loop in h.loops.spatial:
         turning = [joint for joint in loop.joints if joint.kind == "revolute"]
         is_pin = isinstance(loop.loop_joint, Closure) and loop.loop_joint.kind == "pin"

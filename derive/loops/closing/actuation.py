@@ -20,9 +20,9 @@ MAX_NAMED = 6
 
 
 def check_actuation(loops: ClosedLoops) -> int:
-    """Raises an error if the actuators are dependent or do not determine the motion.
+    """Raise an error if the actuators are dependent or do not determine the motion.
 
-    A platform may have more actuators than freedoms, as in a cable robot.
+    A platform may have more actuators than degrees of freedom, as in a cable robot.
 
     Args:
         loops: The constraints of the mechanism.
@@ -67,7 +67,7 @@ def check_actuation(loops: ClosedLoops) -> int:
 
 
 def spare_actuators(loops: ClosedLoops) -> int:
-    """Returns the number of redundant actuators of a platform, or 0 for other robots."""
+    """Return the number of redundant actuators of a platform, or 0 for other robots."""
     try:
         return check_actuation(loops)
     except DescriptionError:
@@ -75,7 +75,7 @@ def spare_actuators(loops: ClosedLoops) -> int:
 
 
 def overactuated_start(mechanism: Mechanism) -> dict[str, float]:
-    """Returns a closed configuration of a platform with redundant actuators, near its reference.
+    """Return a closed configuration of a platform with redundant actuators, near its reference.
 
     Missing actuator values follow from the other actuators or from the platform pose. If the
     reference values contradict each other, the platform pose determines all actuators.
@@ -104,7 +104,7 @@ def _is_overactuated_platform(loops: ClosedLoops, rows: Vector) -> bool:
 
 
 def across(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
-    """States which pin axes of a planar loop are not normal to its plane, or ""."""
+    """Describe how the pins of a loop prevent a planar motion, or return ""."""
     if loop_joint.name in bodies.planes or _kind(loop_joint) != "pin":
         return ""
     poses = bodies.poses(bodies.values)
@@ -141,7 +141,7 @@ def _tilts(frame: Vector, n: Vector) -> bool:
 
 
 def _rotation(n: Vector) -> str:
-    """Describes the rotation from the z axis of a frame to a direction n in this frame."""
+    """Describe the rotation from the z axis of a frame to a direction n in this frame."""
     along = [k for k in range(2) if abs(n[k]) > 1 - NUMERICALLY_CLOSED]
     return f"rpy = {('[0, 90, 0]', '[90, 0, 0]')[along[0]]} deg" if along else "rpy"
 
@@ -151,7 +151,7 @@ def _kind(loop_joint: Closure | Strut) -> str:
 
 
 def _motions(loops: ClosedLoops, z: Vector) -> Vector:
-    """Returns a basis of the feasible coordinate rates, with one column per basis vector."""
+    """Return a basis of the feasible coordinate rates, with one column per basis vector."""
     _, values, V = np.linalg.svd(loops.unit_rows(z))
     kept = int(np.sum(values > REPEATED_EQUATION * max(values, default=1.0)))
     found: Vector = V[kept:].T
@@ -163,7 +163,7 @@ def _rank(rows: Vector) -> int:
 
 
 def _too_many(names: Sequence[str], rows: Vector) -> str:
-    """Returns the error message for dependent actuated coordinates."""
+    """Return the error message for dependent actuated coordinates."""
     spare = len(names) - _rank(rows)
     dependent = [
         name for k, name in enumerate(names) if _rank(np.delete(rows, k, axis=0)) == _rank(rows)
@@ -178,14 +178,14 @@ def _too_many(names: Sequence[str], rows: Vector) -> str:
 
 
 def _too_few(loops: ClosedLoops, moving: Vector, rows: Vector, missing: int) -> str:
-    """Returns the error message for joints that move although all actuators are locked."""
+    """Return the error message for joints that move although all actuators are locked."""
     _, values, V = np.linalg.svd(rows)
     free = moving @ V[int(np.sum(values > REPEATED_EQUATION)) :].T
     moves = np.linalg.norm(free, axis=1) > REPEATED_EQUATION
     members = set(loops.mechanism.members)
     loose = [name for name, is_moving in zip(loops.names, moves, strict=True) if is_moving]
     named = [name for name in loose if name in members] or loose
-    locked = "with all actuators locked, " if len(rows) else ""
+    locked = "with all actuators fixed, " if len(rows) else ""
     if len(named) == 1:
         hold = "or constrain it by a rod or a closure"
         advice = f"{locked}{named[0]} can still move: add it to actuated, {hold}"

@@ -27,8 +27,9 @@ from ..model.numeric_rows import NumericRows
 
 Vector = NDArray[np.float64]
 Evaluated = tuple[Vector, Vector, Vector]
-"""A tuple of residuals, their Jacobian, and cosines between the axes of the two end frames. A
-cosine is negative if an end frame of a closure is flipped."""
+"""Three arrays: the residuals, the Jacobian of the residuals, and the cosines between the axes of
+the two end frames of each closure. A negative cosine means that the axes of the two end frames of a
+closure have opposite directions."""
 ITERATIONS = 60
 POLISHING = 2
 HALVINGS = 12
@@ -47,8 +48,7 @@ class ClosedLoops:
         passive: Mask of the passive variables.
         size: The longest translation or rod (meter), or 1 if all lengths are zero.
         reference: Values of the variables at the reference. Gear ratios are applied.
-        in_least_squares: Whether the loops close only in the least-squares sense. The equations are
-            then the gradient of the sum of squared closure errors.
+        in_least_squares: Whether the loops close only in the least-squares sense.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class ClosedLoops:
         *,
         in_least_squares: bool = False,
     ) -> None:
-        """Prepares the equations.
+        """Prepare the equations.
 
         Args:
             mechanism: The description.
@@ -75,13 +75,13 @@ class ClosedLoops:
         self.reference = np.array([described[name] for name in self.names])
 
     def configuration(self, w: Vector) -> dict[str, float]:
-        """Returns the values of z by name, with the swing angles of struts."""
+        """Return the values of z by name, with the swing angles of struts."""
         found = dict(zip(self.names, map(float, w), strict=True))
         found |= self.bodies.swings(found)
         return {v.name: found[v.name] for v in configuration_names(self.mechanism)}
 
     def evaluated(self, w: Vector) -> Evaluated:
-        """Returns the tuple (residuals, Jacobian, cosines) at w.
+        """Return the tuple (residuals, Jacobian, cosines) at w.
 
         The Jacobian has one row per equation.
         """
@@ -92,7 +92,7 @@ class ClosedLoops:
         return self._gradient(w), (g[:, 0] - g[:, 1]).T / (2 * DIFFERENCE_STEP), self._rows.at(w)[2]
 
     def _gradient(self, w: Vector) -> Vector:
-        """Returns the gradient of half the sum of squared errors (:mod:`..model.gradient`)."""
+        """Return the gradient of half the sum of squared errors (:mod:`..model.gradient`)."""
         c, J, _ = self._rows.at(w)
         size = float(f"{self.size:.3g}")
         weights = np.where(self._rows.is_turn, size, 1.0)
@@ -100,7 +100,7 @@ class ClosedLoops:
         return found / np.where(self.is_length[self.passive], 1.0, size)
 
     def closed(self, w: Vector, free: Vector) -> Vector:
-        """Closes the loops by Newton's method. Only the ``free`` variables change.
+        """Close the loops by Newton's method. Only the ``free`` variables change.
 
         Raises:
             LoopError: The iteration does not converge.
@@ -123,7 +123,7 @@ class ClosedLoops:
     def _nearer(
         self, w: Vector, here: Evaluated, free: Vector, rcond: float
     ) -> tuple[Vector, Evaluated] | None:
-        """Returns w after a Newton step that reduces the residual, or None."""
+        """Return w after a Newton step that reduces the residual, or None."""
         residual, J, _ = here
         if not np.all(np.isfinite(residual)) or not np.all(np.isfinite(J)):
             return None
@@ -136,11 +136,11 @@ class ClosedLoops:
         return None
 
     def _polished(self, w: Vector, here: Evaluated, free: Vector) -> tuple[Vector, Evaluated]:
-        """Refines a closed configuration up to rounding errors.
+        """Refine a closed configuration up to rounding errors.
 
-        With redundant equations, w may have an error of 1e-6 although the residual is 1e-12.
-        At an inexact w, redundant equations look independent. So the Newton steps ignore small
-        singular values of the Jacobian.
+        With redundant equations, w may have an error of 1e-6 although the residual is 1e-12. If the
+        configuration w is inexact, redundant equations appear to be independent. So the Newton
+        steps ignore small singular values of the Jacobian.
         """
         for _ in range(POLISHING):
             w = w + _step(here[1], here[0], free, REPEATED_EQUATION)
@@ -148,7 +148,7 @@ class ClosedLoops:
         return w, here
 
     def rank(self) -> int:
-        """Returns the rank of the Jacobian near the reference."""
+        """Return the rank of the Jacobian near the reference."""
         return self._rank_at(self.generic[0])[0] if self._rows.owners else 0
 
     @cached_property
@@ -173,7 +173,7 @@ class ClosedLoops:
         return tuple(w for rank, w in ranked if rank == highest)
 
     def _random(self, reference: Vector, reach: float) -> Iterator[Vector]:
-        """Yields a closed configuration and then random closed configurations near it."""
+        """Yield a closed configuration and then random closed configurations near it."""
         yield reference
         free = np.ones(len(reference), dtype=bool)
         random = np.random.default_rng(0)
@@ -187,7 +187,7 @@ class ClosedLoops:
                 break
 
     def _rank_at(self, w: Vector) -> tuple[int, bool]:
-        """Returns the rank, and whether all singular values are clearly zero or clearly nonzero."""
+        """Return the rank, and whether the rank is certain."""
         values = np.linalg.svd(self.unit_rows(w), compute_uv=False)
         parts = values / max(values[0], ZERO_SINGULAR_VALUE)
         return int(np.sum(parts > ZERO_SINGULAR_VALUE)), not np.any(
@@ -195,7 +195,7 @@ class ClosedLoops:
         )
 
     def unit_rows(self, w: Vector) -> Vector:
-        """Returns the Jacobian with rows of length 1.
+        """Return the Jacobian with rows of length 1.
 
         Lengths are divided by the size of the mechanism. A row that contains only rounding errors
         is not normalized.
@@ -222,7 +222,7 @@ class ClosedLoops:
         return LoopError(text, closure_error=left)
 
     def _widest(self, residual: Vector) -> tuple[str, float]:
-        """Returns the loop with the largest residual, and this residual."""
+        """Return the loop with the largest residual, and this residual."""
         size = np.where(np.isnan(residual), np.inf, np.abs(residual))
         k = int(np.argmax(size))
         owners = self._rows.owners
@@ -239,7 +239,7 @@ def _largest(residual: Vector) -> float:
 
 
 def _step(J: Vector, residual: Vector, free: Vector, rcond: float) -> Vector:
-    """Returns the shortest least-squares step of the free variables."""
+    """Return the shortest least-squares step of the free variables."""
     step = np.zeros(len(free))
     step[free] = np.linalg.lstsq(J[:, free], -residual, rcond=rcond)[0]
     return step

@@ -13,11 +13,13 @@ from ...terms.terms import Terms
 from ..model.planes import across, holds, linkages
 
 PLANAR, SPATIAL = 3, 6
-"""Dimension of the motion group of a planar or a spatial loop."""
+"""Dimensions of the motion groups SE(2) of planar loops and SE(3) of spatial loops."""
 
 
 def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]]:
-    """Returns sequences of virtual joints, which only describe the pose of a free body.
+    """Return the sequences of virtual joints.
+
+    Virtual joints only describe the pose of a free body.
 
     A spatial sequence has three prismatic joints and then three revolute joints. A planar sequence
     has two prismatic joints and a revolute joint. Virtual joints are not actuated. Closures,
@@ -35,7 +37,7 @@ def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]
 
 
 def _run(mechanism: Mechanism, first: Joint, length: int) -> tuple[Joint, ...]:
-    """Returns a joint and the joints that follow it in a chain without branches."""
+    """Return ``length`` successive joints from ``first``, or () if the chain branches or ends."""
     run = [first]
     while len(run) < length:
         after = [joint for joint in mechanism.joints if joint.parent == run[-1].link]
@@ -65,7 +67,7 @@ def _is_virtual(mechanism: Mechanism, terms: Terms, run: Sequence[Joint]) -> boo
 
 
 def _axes(terms: Terms, run: Sequence[Joint]) -> list[sp.Matrix]:
-    """Returns the axis directions of consecutive joints at zero."""
+    """Return the axis directions of consecutive joints at zero."""
     R, axes = sp.eye(3), []
     for joint in run:
         R = R * placement_matrix(joint.before)[:3, :3]
@@ -89,12 +91,12 @@ class Counts:
         in_plane: Names of the closures and struts of planar loops.
         order: Dimension lambda of the motion group: 3 if all bodies move in parallel planes,
             otherwise 6.
-        virtual: The sequences of virtual joints. Virtual joints are not counted.
+        virtual: The sequences of virtual joints.
         loop_orders: Dimension lambda of the motion group of each independent loop.
     """
 
     def __init__(self, mechanism: Mechanism, terms: Terms) -> None:
-        """Classifies the loops and finds the virtual joints."""
+        """Classify the loops and find the virtual joints."""
         self.mechanism, self.terms = mechanism, terms
         self.planar, _ = linkages(mechanism)
         self.in_plane = {name for linkage in self.planar for name in linkage.loop_joints}
@@ -134,13 +136,16 @@ class Counts:
 
     @property
     def loop_freedoms(self) -> int:
-        """Sum of the joint freedoms. Each joint counts in the motion group of its loop."""
+        """Sum of the joint freedoms."""
         loop_joints = sum(_freedom(c, self._order_of(c)) for c in self.mechanism.loop_joints)
         pairs = (self.order - 1) * len(self.mechanism.couplings)
         return self._tree_joints() + loop_joints + pairs
 
     def _tree_joints(self) -> int:
-        """Number of tree joints without virtual joints."""
+        """Return the number of moving joints in the tree.
+
+        Virtual joints are not counted.
+        """
         moving = sum(joint.kind != "fixed" for joint in self.mechanism.joints)
         return moving - sum(map(len, self.virtual))
 
@@ -174,7 +179,7 @@ def _turned(terms: Terms, placement: Placement) -> sp.Matrix:
 
 
 def _freedom(loop_joint: Closure | Strut, order: int) -> int:
-    """Returns the degrees of freedom of a closure or strut in a planar or spatial loop."""
+    """Return the degrees of freedom of a closure or strut in a planar or spatial loop."""
     if isinstance(loop_joint, Closure):
         return 1 if loop_joint.kind == "ball" and order == PLANAR else FREEDOM[loop_joint.kind]
     end = FREEDOM[loop_joint.ends] if order == SPATIAL else 1

@@ -1,9 +1,9 @@
 """Closes overconstrained loops in the least-squares sense.
 
-Overconstrained loops have more equations than variables. For example, if the other axes of a loop
-keep the loop in a plane, the pin that closes the loop repeats this constraint. If a parallelogram
-has three cranks, the third crank repeats the constraint on the direction of the coupler. On a real
-robot, redundant constraints contradict each other slightly.
+Overconstrained loops have more equations than variables. For example, if the other joints of a loop
+already keep the links in a plane, the pin that closes the loop repeats this constraint. If a
+parallelogram has three cranks, the third crank repeats the constraint on the direction of the
+coupler. On a real robot, redundant constraints contradict each other slightly.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ from .closed_loops import ClosedLoops
 
 Floats = NDArray[np.float64]
 REPORTED = 0.05
-"""Smallest reported closure error, relative to the largest closure error."""
+"""Closure errors below this fraction of the largest closure error are not reported."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,8 @@ class LeastSquaresClosure:
             coordinates have their reference values. The configuration contains joints and cylinders
             by name (radian or meter).
         repeated: Number of redundant constraints.
-        closure_errors: Texts on the remaining closure errors. The largest error comes first.
+        closure_errors: Texts that describe the remaining closure errors. The largest error comes
+            first.
         spare: Names of the closures and struts that can be omitted without adding a degree of
             freedom.
         actuators: Number of redundant actuators. With redundant actuators, the loops close only for
@@ -53,7 +54,7 @@ class LeastSquaresClosure:
     actuators: int = 0
 
     def __str__(self) -> str:
-        """Returns a text about the redundant constraints and the closure errors."""
+        """Return a text about the redundant constraints and the closure errors."""
         if self.actuators:
             return f"{self.actuators} more actuators than degrees of freedom"
         open_ = ", ".join(
@@ -68,7 +69,7 @@ class LeastSquaresClosure:
 
 
 def least_squares_closure(mechanism: Mechanism) -> LeastSquaresClosure | None:
-    """Returns the least-squares configuration of overconstrained loops near the reference.
+    """Return the least-squares configuration of overconstrained loops near the reference.
 
     The result is None if all loops close, if no equation is redundant, or if a closure error is too
     large for a manufacturing error. The result is also None if the actuated coordinates are not
@@ -102,7 +103,7 @@ def least_squares_closure(mechanism: Mechanism) -> LeastSquaresClosure | None:
 
 
 def overactuated(mechanism: Mechanism) -> LeastSquaresClosure | None:
-    """Returns the least-squares configuration of a platform with redundant actuators, else None."""
+    """Return the least-squares configuration of a platform with redundant actuators, else None."""
     try:
         spare = spare_actuators(ClosedLoops(mechanism))
     except DescriptionError:
@@ -113,7 +114,7 @@ def overactuated(mechanism: Mechanism) -> LeastSquaresClosure | None:
 
 
 def _joints(mechanism: Mechanism, loop_joint: Closure | Strut) -> int:
-    """Returns the number of joints in a loop, including the closing joint or strut."""
+    """Return the number of joints in a loop, including the closing joint or strut."""
     one, other = (
         {joint.name for joint in mechanism.path_to(f.body)} for f in (loop_joint.a, loop_joint.b)
     )
@@ -121,7 +122,7 @@ def _joints(mechanism: Mechanism, loop_joint: Closure | Strut) -> int:
 
 
 def _rank(J: Floats, least: float) -> int:
-    """Returns the number of singular values above a fraction of the largest one."""
+    """Return the number of singular values above a fraction of the largest one."""
     values = np.linalg.svd(J, compute_uv=False) if J.size else np.zeros(0)
     return int(np.sum(values > least * max(values, default=0.0)))
 
@@ -151,7 +152,7 @@ def _message(
 def _distance(
     bodies: NumericMechanism, loop_joint: Closure | Strut, at: Mapping[str, float]
 ) -> str:
-    """Describes the closure error of a loop joint. A pin has an error along and across its axis."""
+    """Describe the closure error of a loop joint. A pin has an error along and across its axis."""
     closure_error = bodies.closure_errors(at)[loop_joint.name].distance
     if isinstance(loop_joint, Strut):
         return f"{1e3 * closure_error:.3g} mm in length"

@@ -53,14 +53,14 @@ class LoopModel:
         *outputs: Result,
         role: Role = OTHER,
     ) -> SymbolicFunction:
-        """Builds a function. The first argument determines the domain of the function."""
+        """Build a function. The first argument determines the domain of the function."""
         arguments = tuple(self.arguments[argument] for argument in inputs)
         text = replace(role, domain=_DOMAINS[inputs[0]])
         return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=text)
 
 
 def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
-    """Returns the coordinates of a mechanism whose loops close.
+    """Return the coordinates of a mechanism whose loops close.
 
     Args:
         mechanism: The description.

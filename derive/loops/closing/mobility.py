@@ -1,8 +1,8 @@
 """Mobility of a mechanism, from two counting formulas and from a rank.
 
 The counting formulas assume independent constraints. The rank of the constraint Jacobian at closed
-configurations needs no assumption. If the formulas and the rank give different mobilities, the
-mechanism is overconstrained, or a rod can rotate about its own axis.
+configurations gives the mobility without this assumption. If the formulas and the rank give
+different mobilities, the mechanism is overconstrained, or a rod can rotate about its own axis.
 """
 
 from collections.abc import Iterator, Sequence
@@ -29,7 +29,8 @@ class Mobility:
         joints: Number j of joints, including the ends of rods and cylinders.
         freedoms: Sum of the joint freedoms f in the motion group of the mechanism.
         order: Dimension lambda of the motion group: 3 if all bodies move in one plane, otherwise 6.
-        loop_freedoms: Sum of the joint freedoms f, each in the motion group of the joint's loop.
+        loop_freedoms: Sum of the joint freedoms f. For each joint, only the freedoms in the motion
+            group of its loop are counted.
         loop_orders: Dimension lambda of the motion group of each independent loop.
         idle: Number of struts with two ball ends, which can rotate about their own axes (idle
             rotations).
@@ -61,12 +62,15 @@ class Mobility:
 
     @property
     def by_loops(self) -> int:
-        """Sum of f minus the sum of lambda over all independent loops, including idle rotations."""
+        """Sum of the joint freedoms f, minus the sum of lambda over all independent loops."""
         return self.loop_freedoms - sum(self.loop_orders)
 
     @property
     def true(self) -> int:
-        """Number of coordinates minus the rank of the constraints, without idle rotations."""
+        """Number of coordinates minus the rank of the constraints.
+
+        Idle rotations are not counted.
+        """
         return self.coordinates - self.rank
 
     @property
@@ -114,7 +118,7 @@ class Mobility:
 
 
 def mobility(mechanism: Mechanism) -> Mobility:
-    """Returns the degrees of freedom of a mechanism, counted and from the rank of the constraints.
+    """Return the degrees of freedom from mobility formulas and from the constraint rank.
 
     Bodies connected by fixed joints count as one body. A rod counts as a body with two joints. A
     cylinder counts as two bodies with three joints. A platform on virtual joints counts as one
@@ -138,7 +142,7 @@ def mobility(mechanism: Mechanism) -> Mobility:
 
 
 def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> int:
-    """Returns the Gruebler-Kutzbach mobility: order (n - 1 - j) + sum f.
+    """Return the Gruebler-Kutzbach mobility: order (n - 1 - j) + sum f.
 
     ``kutzbach(links=14, joints=15, freedom=15)`` is 3. The formula assumes independent constraints.
     The mobility of an overconstrained mechanism can be negative.
@@ -173,7 +177,7 @@ def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> 
 
 
 def mobility_of(loops: ClosedLoops, equations: Sequence[ClosureEquations]) -> Mobility:
-    """Returns the degrees of freedom of a mechanism.
+    """Return the degrees of freedom of a mechanism.
 
     Args:
         loops: The numerically closed loops.

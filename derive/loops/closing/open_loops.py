@@ -2,8 +2,8 @@
 
 The report states the closure error of the loop, and lengths that would close the loop.
 
-The loops are closed one by one, from the reference and from random configurations. The report
-describes the first loop that does not close together with all earlier loops.
+The loops are closed one by one, from the reference and from random configurations. Loops are added
+one by one. The report describes the first loop with which the loops so far cannot all be closed.
 """
 
 import math
@@ -47,8 +47,8 @@ class Remedy:
     """A length or angle that can close a loop, with the interval of values that close the loop.
 
     Attributes:
-        name: The length or angle, in words.
-        now: The current value (meter or radian).
+        name: Description of the length or angle in words.
+        now: The value in the description (meter or radian).
         low: The lowest value that closes the loop, or None if no lowest value was found.
         high: The highest value that closes the loop, or None if no highest value was found.
         is_length: Whether the value is a length and not an angle.
@@ -61,19 +61,18 @@ class Remedy:
     is_length: bool
 
     def __str__(self) -> str:
-        """Returns a text such as ``L (couplers), now 130 mm: 152.3 mm or more``."""
         now = shown(self.now, self.is_length)
         return f"{self.name}, now {now}: {interval(self.low, self.high, self.is_length)}"
 
 
 def open_loop(mechanism: Mechanism) -> LoopError | None:
-    """Describes the first open loop at the reference, its closure error, and possible remedies.
+    """Describe the first open loop at the reference, its closure error, and possible remedies.
 
     Args:
         mechanism: The description.
 
     Returns:
-        The error, or None if all loops close.
+        The error that describes the open loop, or None if all loops close.
     """
     bodies = NumericMechanism(mechanism)
     values, tried = bodies.values, []
@@ -87,12 +86,12 @@ def open_loop(mechanism: Mechanism) -> LoopError | None:
 
 
 def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> DescriptionError:
-    """Adds advice to the error of a solver that could not close the loops at the reference.
+    """Add advice to the error of a solver that could not close the loops at the reference.
 
     Args:
         mechanism: The description.
-        error: The solver's error. If Newton's method closes the loops, this error is returned
-            without advice.
+        error: The solver's error. If Newton's method can close the loops, the returned error is
+            usually this error with an appended suggestion.
     """
     found = open_loop(mechanism)
     swapped = swapped_ends(mechanism)
@@ -138,7 +137,7 @@ def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> Descrip
 
 
 def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> DescriptionError | None:
-    """Returns the error for actuators that do not determine the motion, or None.
+    """Return the error for actuators that do not determine the motion, or None.
 
     The numerical test also fails at a dead point, although the actuators are correct.
 
@@ -159,14 +158,14 @@ def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> Descripti
 
 
 def _wrapped(value: float, is_length: bool) -> float:
-    """Returns an angle in [-pi, pi], or a length as it is."""
+    """Return an angle in [-pi, pi], or a length as it is."""
     return value if is_length else math.remainder(value, 2 * math.pi)
 
 
 def _closed(
     bodies: NumericMechanism, values: Mapping[str, float], loops: Sequence[str]
 ) -> dict[str, float]:
-    """Returns the values with the smallest closure errors that are found from several starts."""
+    """Search from several start values, and return the values with the smallest closure errors."""
     random = np.random.default_rng(0)
     last = loops[-1]
     best = bodies.nearest(values, bodies.unknown, loops)
@@ -227,17 +226,17 @@ def _loop_error(
 
 
 def _across_at(bodies: NumericMechanism, open_: Closure | Strut, loops: Sequence[str]) -> str:
-    """States which pin axes are not normal to the plane of the open loop or of an earlier loop."""
+    """List pin axes that are not normal to the plane of their loop."""
     if words := across(bodies, open_):
         return words
     for loop_joint in bodies.mechanism.loop_joints:
         if loop_joint.name in loops and (words := across(bodies, loop_joint)):
-            return f"{loop_joint.name!r} locks the joints of its loop: {words}"
+            return f"{loop_joint.name!r} immobilizes the joints of its loop: {words}"
     return ""
 
 
 def _where(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
-    """Lists the actuated coordinates of the loop at the reference."""
+    """List the actuated coordinates of the loop at the reference."""
     names = {name for name, _, _ in _candidates(bodies, loop_joint)}
     omitted = bodies.mechanism.omitted
     stated = [
@@ -252,7 +251,7 @@ def _where(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
 def _error_in_words(
     bodies: NumericMechanism, loop_joint: Closure | Strut, values: Mapping[str, float]
 ) -> tuple[float, str]:
-    """Returns the closure error (meter), and a text with the angle between the frames."""
+    """Return the closure error (meter), and a text with the angle between the frames."""
     _, _, d = bodies.ends(loop_joint, values)
     distance = float(np.linalg.norm(d))
     if isinstance(loop_joint, Strut):
@@ -294,7 +293,7 @@ def _remedies(
 def _candidates(
     bodies: NumericMechanism, loop_joint: Closure | Strut
 ) -> Iterator[tuple[str, str, float]]:
-    """Yields a tuple (name, description, factor) for each constant and each actuator of a loop."""
+    """Yield a tuple (name, description, factor) for each constant and each actuator of a loop."""
     mechanism = bodies.mechanism
     paths = [mechanism.path_to(frame.body) for frame in (loop_joint.a, loop_joint.b)]
     joints = [joint for path in paths for joint in path if not all(joint in w for w in paths)]
@@ -351,7 +350,7 @@ def _spans_moving(mechanism: Mechanism, name: str, moved: set[str]) -> bool:
 def _range(
     bodies: NumericMechanism, name: str, values: Mapping[str, float], loops: Sequence[str]
 ) -> tuple[float | None, float | None] | None:
-    """Returns the interval of a length or angle in which the loops close, or None."""
+    """Return the interval of a length or angle in which the loops close, or None."""
     now = values.get(name, bodies.constants.get(name, 0.0))
     inside = _inside(bodies, name, now, values, loops)
     if inside is None:
@@ -382,7 +381,7 @@ def _ordered(near: float, far: float | None, sense: float) -> tuple[float | None
 def _off_dead_point(
     bodies: NumericMechanism, configuration: Mapping[str, float]
 ) -> dict[str, float]:
-    """Returns a configuration near a dead point at which the joint directions are defined."""
+    """Return a configuration near a dead point at which the joint directions are defined."""
     moved = dict(configuration)
     for k, name in enumerate(bodies.unknown):
         moved[name] += ASIDE * (-1) ** k * (bodies.size if bodies.is_length(name) else 1.0)
@@ -403,7 +402,10 @@ def _inside(
     values: Mapping[str, float],
     loops: Sequence[str],
 ) -> tuple[float, dict[str, float]] | None:
-    """Returns a suitable length or angle with its closed configuration, or None."""
+    """Return a length or angle that closes the loop, with the closed configuration.
+
+    None if no plausible value closes the loop.
+    """
     reach = bodies.size if bodies.is_length(name) else math.pi
     for start in (0.0, 0.1, -0.1, 0.5, -0.5, 1.0, -1.0):
         trial = {**values, name: now + start * reach}
@@ -434,7 +436,7 @@ def _at(
     values: Mapping[str, float],
     loops: Sequence[str],
 ) -> dict[str, float] | None:
-    """Returns the closed configuration for a length or angle, or None."""
+    """Return the closed configuration for a length or angle, or None."""
     before = bodies.constants
     if name in bodies.constants:
         bodies.constants = {**before, name: value}
@@ -454,7 +456,7 @@ def _edge(
     configuration: Mapping[str, float],
     loops: Sequence[str],
 ) -> float:
-    """Returns the last value at which the loops close."""
+    """Return the last value at which the loops close."""
     for _ in range(HALVINGS):
         middle = (inside + outside) / 2
         closed = _at(bodies, name, middle, configuration, loops)
@@ -466,6 +468,9 @@ def _edge(
 
 
 def _change(bodies: NumericMechanism, remedy: Remedy) -> float:
-    """Returns the smallest change that closes the loop (radian, or relative to the size)."""
+    """Return the smallest change of the remedy's length or angle that closes the loop.
+
+    An angle change is in radian. A length change is relative to the robot size.
+    """
     ends = [abs(end - remedy.now) for end in (remedy.low, remedy.high) if end is not None]
     return min(ends, default=math.inf) / (bodies.size if remedy.is_length else 1.0)

@@ -1,8 +1,8 @@
 """Measures how much the tool moves if written values are replaced by exact values.
 
 Near a dead point, a small change of a length causes a large motion. Therefore, no bound holds for
-all configurations. The module therefore closes the loops twice, with written and with exact values,
-at random configurations, and reports the largest difference of the tool poses.
+all configurations. At random configurations, the module closes the loops with the written values
+and with the exact values. It reports the largest difference between the two tool poses.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ SAMPLES = 20
 
 
 def with_pose_change(mechanism: Mechanism) -> Mechanism:
-    """Adds the largest changes of the tool pose by cleaning to ``cleaning`` and ``notes``.
+    """Record the largest change of the tool pose by noise removal, over all samples.
 
     Args:
         mechanism: A robot with exact values whose loops close at the reference.
@@ -39,7 +39,7 @@ def with_pose_change(mechanism: Mechanism) -> Mechanism:
 
 
 def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, float]]:
-    """Yields the distance (meter) and angle (radian) between the tools at random configurations."""
+    """Yield the distance (meter) and angle (radian) between the tools at random configurations."""
     exact = NumericMechanism(mechanism)
     own = NumericMechanism(written, _planes(exact, written))
     rows, own_rows = NumericRows(exact), NumericRows(own)
@@ -56,7 +56,11 @@ def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, 
 
 
 def _planes(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
-    """Returns the loop planes in the base frame of the robot before cleaning."""
+    """Return the loop planes.
+
+    Planes that are fixed to the base are expressed in the base frame of ``written``, the robot with
+    the printed numbers.
+    """
     m = exact.mechanism
     turned = np.linalg.inv(exact.matrix(written.base)) @ exact.matrix(m.base)
     base = {c.name for c in m.loop_joints if c.a.body == m.base_frame}
@@ -67,13 +71,15 @@ def _planes(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
 
 
 def _drawn(bodies: NumericMechanism, c: Coordinate, part: float) -> float:
-    """Returns a value within the limits of a coordinate, or near the reference without limits.
+    """Return a value within the limits of a coordinate.
+
+    Without limits, the value is near the reference. If ``part`` is 0, the value is the reference
+    value.
 
     Args:
         bodies: The robot.
         c: The coordinate.
-        part: Position of the value in the range, from -1 to 1. If ``part`` is 0, the function
-            returns the reference value.
+        part: Position of the value in the range, from -1 to 1.
     """
     at = bodies.values[c.moves]
     if part == 0:
@@ -92,7 +98,7 @@ def _tool(bodies: NumericMechanism, at: dict[str, float]) -> Floats:
 
 
 def _apart(one: Floats, other: Floats) -> tuple[float, float]:
-    """Returns the distance (meter) and the angle (radian) between two poses."""
+    """Return the distance (meter) and the angle (radian) between two poses."""
     half_chord = float(np.linalg.norm(one[:3, :3] - other[:3, :3])) / np.sqrt(8)
     angle = 2 * float(np.arcsin(min(1.0, half_chord)))
     return float(np.linalg.norm(one[:3, 3] - other[:3, 3])), angle

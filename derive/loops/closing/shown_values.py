@@ -8,14 +8,14 @@ UNITS = {True: ("mm", 1000.0), False: ("deg", 180 / math.pi)}
 
 
 def shown(value: float, is_length: bool) -> str:
-    """Formats a length in millimeters or an angle in degrees. Four digits are shown."""
+    """Format a length in millimeters or an angle in degrees. Four digits are shown."""
     unit, factor = UNITS[is_length]
     shortened = round(value * factor, DECIMALS) + 0.0
     return f"{shortened:.{DIGITS}g} {unit}"
 
 
 def interval(low: float | None, high: float | None, is_length: bool) -> str:
-    """Formats an interval. The bounds are rounded inwards."""
+    """Format an interval. The bounds are rounded inwards."""
     unit, factor = UNITS[is_length]
     bottom = None if low is None else _inwards(low * factor, up=True)
     top = None if high is None else _inwards(high * factor, up=False)

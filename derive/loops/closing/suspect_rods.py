@@ -1,7 +1,7 @@
 """Names a rod whose length is much too large or too small for the mechanism.
 
-Usually, the length of the rod has the wrong unit. The loop that stays open may be another loop,
-because the ends of the rod also belong to other bodies.
+Usually, the length of the rod has the wrong unit. The rod may be outside the open loop, because the
+bodies at the ends of the rod may also belong to other loops.
 """
 
 from collections.abc import Sequence
@@ -14,15 +14,15 @@ from ..model.numeric_mechanism import NumericMechanism, length_of
 from .shown_values import shown
 
 FAR_OFF = 100.0
-"""Minimum factor between the length of a suspect rod and the median of the other lengths."""
+"""Maximum plausible ratio of a rod length to the median length of the other rods."""
 MIN_OTHERS = 3
-"""Minimum number of lengths that are compared with the length of a suspect rod."""
+"""Minimum number of other rods whose lengths are compared with the length of a suspect rod."""
 SLIPS = (1000.0, 1 / 1000)
 """Ratios of units that are often confused, such as mm and m."""
 
 
 def suspect_rod(bodies: NumericMechanism, loops: Sequence[str]) -> str:
-    """Names a rod whose length has a suspect unit.
+    """Name a rod whose length has a suspect unit.
 
     The text also states whether the loops close if the length is read in another unit. The text is
     empty if all rod lengths are plausible.
@@ -54,7 +54,7 @@ def suspect_rod(bodies: NumericMechanism, loops: Sequence[str]) -> str:
 
 
 def _closes(bodies: NumericMechanism, name: str, value: float, loops: Sequence[str]) -> bool:
-    """Whether loops close near the reference for a value of a constant."""
+    """Whether the loops still close near the reference if a constant has another value."""
     before = bodies.constants
     bodies.constants = {**before, name: value}
     found = bodies.nearest(bodies.values, bodies.unknown, loops)
@@ -64,7 +64,7 @@ def _closes(bodies: NumericMechanism, name: str, value: float, loops: Sequence[s
 
 
 def _constant(bodies: NumericMechanism, strut: Strut) -> str:
-    """Returns the name of the constant that is the length of a rod, or ""."""
+    """Return the name of the constant that is the length of a rod, or ""."""
     if length_of(strut) in bodies.constants:
         return length_of(strut)
     return strut.length.name if isinstance(strut.length, sp.Symbol) else ""

@@ -15,19 +15,17 @@ from ..model.numeric_mechanism import Floats, NumericMechanism
 NEAR = 0.2
 """Largest accepted distance from the reference (radian, or relative to the size).
 
-Reference values of passive joints are only approximate. If the ends of a correct rod are exchanged,
-the loops may close at a distant configuration.
+If the ends of a correct rod are exchanged, the loops may close at a distant configuration.
 """
 CLEARLY = 0.02
-"""Maximum distance of the closed configuration from a reference that is given with two digits. The
-unit is the unit of :data:`NEAR`.
-"""
+"""Maximum distance between the closed configuration and a roughly stated reference."""
 PART = 0.1
-"""An exchange of rod ends must reduce the distance from the reference to at most this fraction."""
+"""An exchange of rod ends is reported only if it reduces the distance from the reference to at most
+this fraction."""
 
 
 def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
-    """States which rods seem to have swapped ends although all loops close.
+    """State which rods seem to have swapped ends although all loops close.
 
     The text is empty if no rod seems to have swapped ends.
 
@@ -47,11 +45,11 @@ def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
 
 
 def swapped_ends(mechanism: Mechanism) -> str:
-    """States which rods seem to have swapped ends, or returns "" if no swap closes the loops.
+    """State which rods seem to have swapped ends, or return "" if no swap closes the loops.
 
     The function swaps the ends of single rods, then of all rods between two bodies, and then of all
-    rods. Among the swaps that close all loops, the text reports the rods whose swap gives the
-    closed configuration nearest to the reference.
+    rods. The text reports the swap whose closed configuration is nearest to the reference
+    configuration.
 
     Args:
         mechanism: A description whose loops do not close at the reference.
@@ -61,11 +59,12 @@ def swapped_ends(mechanism: Mechanism) -> str:
 
 
 def _best(mechanism: Mechanism) -> tuple[tuple[str, ...], float]:
-    """Returns the names of rods to exchange, and the distance from the reference."""
+    """Return the names of rods to exchange, and the distance from the reference."""
     planes = NumericMechanism(mechanism).planes
     found = {names: _motion(_exchanged(mechanism, names), planes) for names in _groups(mechanism)}
     for names in sorted(found, key=found.__getitem__):
-        # A rod with exchanged ends may have pins outside the plane of the loop.
+        # If the ends of a rod are exchanged, the pins of the rod may lie outside the plane of the
+        # loop.
         if found[names] < math.inf and _motion(_exchanged(mechanism, names)) < math.inf:
             return names, found[names]
     return (), math.inf
@@ -74,13 +73,13 @@ def _best(mechanism: Mechanism) -> tuple[tuple[str, ...], float]:
 def _seeming(names: tuple[str, ...]) -> str:
     which = f"rod {names[0]!r}" if len(names) == 1 else f"rods {', '.join(map(repr, names))}"
     return (
-        f"the ends of {which} seem swapped: with the places of a and b exchanged between their "
+        f"the ends of {which} seem swapped: if a and b are exchanged between their "
         "bodies, all loops close near the reference"
     )
 
 
 def _groups(mechanism: Mechanism) -> Iterator[tuple[str, ...]]:
-    """Yields groups of rods whose ends are exchanged together."""
+    """Yield groups of rods whose ends are exchanged together."""
     pairs: dict[frozenset[str], list[str]] = {}
     for strut in mechanism.struts:
         yield (strut.name,)
@@ -100,7 +99,7 @@ def _exchanged(mechanism: Mechanism, names: tuple[str, ...]) -> Mechanism:
 
 
 def _turned(strut: Strut) -> Strut:
-    """Returns a strut with exchanged ends."""
+    """Return a strut with exchanged ends."""
     a, b = strut.a, strut.b
     return replace(
         strut,
@@ -110,7 +109,7 @@ def _turned(strut: Strut) -> Strut:
 
 
 def _motion(mechanism: Mechanism, planes: Mapping[str, Floats] | None = None) -> float:
-    """Returns the distance from the reference to a closed configuration, or inf."""
+    """Return the distance from the reference to a closed configuration, or inf."""
     bodies = NumericMechanism(mechanism, planes)
     names = [loop_joint.name for loop_joint in mechanism.loop_joints]
     closed = bodies.nearest(bodies.values, bodies.unknown, names)

@@ -2,8 +2,8 @@
 
 Two pins keep a rod in a plane. If an axis of the loop is not exactly normal to the plane of the
 rod, no configuration satisfies all constraints. The constraint along the axes is redundant, because
-the planar loop closes without it. To first order, a least-squares solution preserves the rod
-lengths, and the pins tilt.
+the planar loop closes without it. In a least-squares solution, the pins tilt. To first order, the
+rod lengths do not change.
 """
 
 from collections.abc import Sequence
@@ -24,16 +24,18 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Tilt:
-    """How far a loop with a pin-ended rod is from planar.
+    """Deviation of a loop with a pin-ended rod from a planar loop.
 
     Attributes:
         loop_joint: Name of the rod, cylinder or closure.
-        joint: The joint whose axis deviates most.
+        joint: The joint whose axis is least parallel to the other axes of the loop.
         angle: Angle (radian) between the axis of ``joint`` and the mean of the other axes, or 0 for
             a single axis.
-        offset: Distance (meter) between the rod ends along the mean axis, at zero joint values.
+        offset: Distance (meter) between the rod ends along the mean direction of the joint axes, at
+            zero joint values.
         span: Distance (meter) between the ends of the rod at zero joint values.
-        axes: Number of axes of the loop. If the loop has two axes, the tilted axis is unknown.
+        axes: Number of axes of the loop. If the loop has only two axes, either axis may be the
+            tilted axis.
     """
 
     loop_joint: str
@@ -45,7 +47,7 @@ class Tilt:
 
     @property
     def is_small(self) -> bool:
-        """Whether the deviation is as small as a manufacturing error."""
+        """Whether the deviation is at most a typical manufacturing error."""
         return max(self.angle * self.span, self.offset) <= MEASURED_STRUCTURE * self.span
 
     @property
@@ -54,7 +56,7 @@ class Tilt:
         return max(self.angle * self.span, self.offset) <= NUMERICALLY_CLOSED * self.span
 
     def __str__(self) -> str:
-        """Describes the deviation. Angles and distances within rounding errors are omitted."""
+        """Describe the deviation. Angles and distances within rounding errors are omitted."""
         parts = []
         if self.angle > NUMERICALLY_CLOSED:
             parts.append(
@@ -70,7 +72,7 @@ class Tilt:
 
 
 def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
-    """Returns the pin-ended rods and cylinders of spatial loops."""
+    """Return the pin-ended rods and cylinders of spatial loops."""
     _, spatial = linkages(mechanism)
     return [
         tilt_of(mechanism, terms, loop)
@@ -80,7 +82,7 @@ def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
 
 
 def explain_open_loop(mechanism: Mechanism) -> str:
-    """Explains why no length closes the loops. Returns "" if no explanation is found.
+    """Explain why no length closes the loops. Returns "" if no explanation is found.
 
     The text names the joint with the tilted axis, the redundant constraints, and the closure
     errors.
@@ -113,13 +115,13 @@ def explain_open_loop(mechanism: Mechanism) -> str:
 
 
 def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
-    """Returns a mechanism whose loops can close.
+    """Return a mechanism whose loops can close.
 
     If the file allows least-squares closure, a rod with tilted pins constrains only a length.
 
     Raises:
-        DescriptionError: A pin-ended rod is in a spatial loop. Either the file does not allow
-            least-squares closure, or the loop is far from planar.
+        DescriptionError: A pin-ended rod is in a spatial loop, and the file does not allow
+            least-squares closure or the loop is far from planar.
     """
     found = tilts(mechanism, terms)
     if not found:
@@ -152,7 +154,7 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
 
 
 def tilt_of(mechanism: Mechanism, terms: Terms, loop: Loop) -> Tilt:
-    """Measures how far a loop with revolute joints is from planar."""
+    """Measure how far a loop with revolute joints is from planar."""
     names, axes, (a, b) = axes_in_numbers(mechanism, terms, loop)
     others = [[*axes[:k], *axes[k + 1 :]] or [axis] for k, axis in enumerate(axes)]
     angles = [_angle(axis, _mean(rest)) for axis, rest in zip(axes, others, strict=True)]
@@ -163,11 +165,11 @@ def tilt_of(mechanism: Mechanism, terms: Terms, loop: Loop) -> Tilt:
 
 
 def _mean(axes: Sequence[Vector]) -> Vector:
-    """Returns the mean direction of axes. The sign of an axis has no effect."""
+    """Return the mean direction of axes."""
     total = sum((axis * (1.0 if axis @ axes[0] >= 0 else -1.0) for axis in axes), np.zeros(3))
     return np.asarray(total / np.linalg.norm(total))
 
 
 def _angle(a: Vector, b: Vector) -> float:
-    """Returns the angle between two lines (radian)."""
+    """Return the angle between two lines (radian)."""
     return float(np.arctan2(np.linalg.norm(np.cross(a, b)), abs(a @ b)))

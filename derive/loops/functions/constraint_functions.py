@@ -10,7 +10,7 @@ from .maps import Maker
 
 
 def equations(h: LoopModel) -> tuple[ClosureEquations, ...]:
-    """Returns the independent scalar equations of all loops, in z."""
+    """Return the independent scalar loop equations as functions of the joint variables z."""
     z, is_open = h.arguments["z"].symbols, h.least_squares_closure is not None
     return h.terms.memoize(
         ("loop equations", h),
@@ -19,12 +19,12 @@ def equations(h: LoopModel) -> tuple[ClosureEquations, ...]:
 
 
 def constraint(h: LoopModel) -> SymbolicFunction:
-    """Builds the function for the residuals of all loops."""
+    """Build the function for the residuals of all loops."""
     entries = [entry for loop in equations(h) for entry in loop.residual]
     names = ", ".join(f"{loop.name} ({len(loop.residual)})" for loop in equations(h))
     return h.function(
         "constraint",
-        "Residuals of the loop closure equations, zero where the loops are closed.",
+        "Residuals of the loop closure equations, zero if the loops are closed.",
         f"independent scalar equations of each loop: {names}",
         ("z",),
         Result("residual", tuple(entries), (len(entries),), "m or 1", "residuals"),
@@ -33,7 +33,7 @@ def constraint(h: LoopModel) -> SymbolicFunction:
 
 
 def constraint_D_z(h: LoopModel) -> SymbolicFunction:
-    """Builds the function for the constraint Jacobian."""
+    """Build the function for the constraint Jacobian."""
     rows = jacobian(equations(h), h.terms, h.arguments["z"].symbols)
     return h.function(
         "constraint_D_z",
@@ -46,7 +46,7 @@ def constraint_D_z(h: LoopModel) -> SymbolicFunction:
 
 
 def constraint_D_z_dot(h: LoopModel) -> SymbolicFunction:
-    """Builds the function for the time derivative of the constraint Jacobian."""
+    """Build the function for the time derivative of the constraint Jacobian."""
     z, zd = (h.arguments[name].symbols for name in ("z", "zd"))
     rows = jacobian_dot(equations(h), h.terms, z, zd)
     return h.function(
@@ -60,7 +60,7 @@ def constraint_D_z_dot(h: LoopModel) -> SymbolicFunction:
 
 
 def makers(h: LoopModel) -> dict[str, Maker]:
-    """Returns the builders of the loop equations by the names of the functions."""
+    """Return the builders of the loop equations by the names of the functions."""
     return dict(_EQUATIONS) if h.mechanism.is_constrained else {}
 
 

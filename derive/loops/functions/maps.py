@@ -30,7 +30,7 @@ class Joints:
         rates: The time derivatives of joints, swing angles and cylinders.
         passive: Names of the passive joints.
         interval: Text about the interval of the angles, or "" if it is unbounded.
-        finished: Returns a function with the result NaN if the loops do not close.
+        finished: Returns a function whose results are NaN if the loops do not close.
     """
 
     hybrid: SolvedLoops
@@ -42,25 +42,25 @@ class Joints:
     finished: Callable[[SymbolicFunction], SymbolicFunction]
 
     def symbols(self, order: int) -> tuple[sp.Symbol, ...]:
-        """Returns the coordinates, or their first or second time derivatives."""
+        """Return the coordinates, or their first or second time derivatives."""
         return self.hybrid.arguments[f"{self.coordinates}{'d' * order}"].symbols
 
     def function(
         self, name: str, summary: str, identity: str, order: int, result: Result, role: Role
     ) -> SymbolicFunction:
-        """Builds a function of the coordinates and their derivatives."""
+        """Build a function of the coordinates and their derivatives."""
         inputs = tuple(f"{self.coordinates}{'d' * k}" for k in range(order + 1))
         made = self.hybrid.function(name, summary, identity, inputs, result, role=role)
         return self.finished(made)
 
 
 def from_actuators(h: SolvedLoops) -> Joints:
-    """Returns all joints as closed-form functions of the actuated coordinates."""
+    """Return all joints as closed-form functions of the actuated coordinates."""
     return _in_closed_form(h, "q", h.forward)
 
 
 def from_chain(h: SolvedLoops) -> Joints:
-    """Returns all joints as closed-form functions of the main-chain joints."""
+    """Return all joints as closed-form functions of the main-chain joints."""
     return _in_closed_form(h, "theta", h.backward)
 
 
@@ -78,7 +78,7 @@ class Map:
         name: Name of the generated function and of the group of computed joints.
         symbol: Symbol of the vector of joint values.
         names: Returns the names of the computed joints.
-        noun: Noun for the joints in the descriptions.
+        noun: The noun that the documentation of the function uses for the computed joints.
         meaning: Meaning of the vector of joint values, for the documentation.
         summary: Summary line of the generated function. The placeholder ``{interval}`` stands for
             the angle interval.
@@ -99,19 +99,19 @@ class Map:
     moving: tuple[str, str] = ("", "")
 
     def values(self, of: Joints) -> tuple[sp.Expr, ...]:
-        """Returns the joint values. An actuated joint has the value of its coordinate."""
+        """Return the joint values. An actuated joint has the value of its coordinate."""
         values = of.named(self.names(of))
         return of.hybrid.driven(values) if self is ACTUATORS else values
 
     def function(self, of: Joints) -> SymbolicFunction:
-        """Builds the function from coordinates to joint values."""
+        """Build the function from coordinates to joint values."""
         summary = self.summary.format(interval=of.interval)
         identity = self.identity.format(names=", ".join(self.names(of)))
         result = self._result(of, 0, self.values(of), self.meaning)
         return of.function(self.name, summary, identity, 0, result, Role("map", codomain=self.name))
 
     def derivative(self, of: Joints) -> SymbolicFunction:
-        """Builds the derivative of the joint values with respect to the coordinates."""
+        """Build the derivative of the joint values with respect to the coordinates."""
         values, q = self.values(of), of.coordinates
         columns = [unit.of_each(values) for unit in of.rates.units()]
         shape = len(values), len(columns)
@@ -127,13 +127,13 @@ class Map:
         )
 
     def rates(self, of: Joints) -> SymbolicFunction:
-        """Builds the function that maps coordinate rates to joint rates."""
+        """Build the function that maps coordinate rates to joint rates."""
         q, slope = of.coordinates, self._derivative_name(of)
         rates = of.rates.along(of.symbols(1)).of_each(self.values(of))
         return self._time_derivative(of, 1, "rate", rates, f"{slope}({q}) {q}d")
 
     def accelerations(self, of: Joints) -> SymbolicFunction:
-        """Builds the function that maps coordinate accelerations to joint accelerations."""
+        """Build the function that maps coordinate accelerations to joint accelerations."""
         q, slope = of.coordinates, self._derivative_name(of)
         first = of.rates.along(of.symbols(1)).of_each(self.values(of))
         second = of.rates.twice(of.symbols(1), of.symbols(2)).of_each(first)
@@ -188,7 +188,7 @@ CONFIGURATION = Map(
     lambda of: [variable.name for variable in of.hybrid.variables],
     "full configuration",
     "full configuration",
-    "All joints, swings and cylinder lengths{interval}.",
+    "All joints, swing angles and cylinder lengths{interval}.",
     "z = ({names}), constraint(z) = 0",
 )
 ACTUATORS = Map(
@@ -202,21 +202,21 @@ ACTUATORS = Map(
     ("{} of the actuated coordinates.", "actuator {}"),
 )
 _DOMAINS = {"q": ACTUATORS, "theta": CHAIN}
-"""The joint maps, keyed by the name of the coordinates that are their input."""
+"""The map that computes a joint vector, keyed by the name of this vector."""
 
 
 def margin(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the function ``margin``, whose entries are zero at dead points of the loops."""
+    """Build the function ``margin``, whose entries are zero at dead points of the loops."""
     return _margins(h, "margin", h.forward, "q")
 
 
 def actuator_margin(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the margin function for the map from the main chain to the actuators."""
+    """Build the margin function for the map from the main chain to the actuators."""
     return _margins(h, "actuator_margin", h.backward, "theta")
 
 
 def chain_all(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the function that returns the main-chain joints of every branch."""
+    """Build the function that returns the main-chain joints of every branch."""
     branches = [
         (named(h, solution, [joint.name for joint in h.robot.moving]), solution)
         for solution in forward_branches(h)
@@ -225,7 +225,7 @@ def chain_all(h: SolvedLoops) -> SymbolicFunction:
 
 
 def actuators_all(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the function that returns the actuators of every branch."""
+    """Build the function that returns the actuators of every branch."""
     branches = [(h.actuators_in(solution), solution) for solution in backward_branches(h)]
     return _all(
         h,
@@ -251,7 +251,7 @@ def _all(
     branches: Sequence[tuple[tuple[sp.Expr, ...], Solution]],
     condition: Callable[[Sequence[Solution]], sp.Basic] = _always,
 ) -> SymbolicFunction:
-    """Builds the function for all branches.
+    """Build one function that computes all branches.
 
     Branches that differ only in passive joints are merged.
     """
@@ -274,7 +274,7 @@ def _all(
     )
     return h.function(
         name,
-        "All branches of the loops' solution, NaN where a branch does not close.",
+        "All branches of the loops' solution, NaN if a branch does not close.",
         f"branches: {'; '.join(labels)}",
         (argument,),
         Result(result, values, (count, width), unit, "one branch per row"),
@@ -284,7 +284,7 @@ def _all(
 
 
 def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tuple[sp.Expr, ...]:
-    """Returns the values of one branch. The values are NaN if a condition fails."""
+    """Return the values of one branch. The values are NaN if a condition fails."""
     if condition == sp.true:
         return row
     gate = h.where(condition)
@@ -292,9 +292,11 @@ def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tup
 
 
 def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple[sp.Expr, ...]:
-    """Returns the margins of a branch. The margin is 1 for a step that is not in the branch.
+    """Return the margins of one branch.
 
-    If several branches were merged, the first branch with closed loops is used.
+    If solutions are merged, the first solution with closed loops is used.
+
+    If a branch does not contain a step, the margin of this step is 1.
     """
     rows = []
     for solution in solutions:
@@ -313,7 +315,7 @@ def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple
 
 
 def _labels(h: SolvedLoops, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
-    """Returns the label of each branch, which contains the names of the loops."""
+    """Return the label of each branch, which contains the names of the loops."""
     sides = [_sides(solutions) for solutions in slots]
     names = {step.joints: step.name(h.mechanism) for s in slots for step in s[0].steps}
     requested = [names[joints] for joints in dict.fromkeys(j for of in sides for j in of)]
@@ -326,7 +328,6 @@ def _labels(h: SolvedLoops, slots: Sequence[Sequence[Solution]]) -> tuple[str, .
 
 
 def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
-    """Returns the signs that merged branches have in common, keyed by the joints of the step."""
     taken = [
         {step.joints: step.branch or side_of(step.sign) for step in s.steps if step.is_choice}
         for s in solutions
@@ -342,8 +343,8 @@ def _margins(h: SolvedLoops, name: str, solution: Solution, argument: str) -> Sy
     values = [value for _, value in solution.margins]
     function = h.function(
         name,
-        "Margin of each step of the loops' solution, zero at its dead point.",
-        "sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach",
+        "Margin of each step of the loops' solution, zero at the dead point of the step.",
+        "sin^2 of the transmission angle: 0 at a dead point, negative out of reach",
         (argument,),
         _vector("margin", values, "1", "margins"),
         role=Role("margin"),
@@ -356,7 +357,7 @@ def _vector(name: str, values: Sequence[sp.Expr], unit: str, meaning: str) -> Re
 
 
 def forward_makers(of: Joints) -> dict[str, Maker]:
-    """Returns the builders of the maps from actuators to joints, by function name."""
+    """Return the builders of all maps from actuators to joints, keyed by function name."""
     found = {
         "chain": CHAIN.function,
         "chain_D_q": CHAIN.derivative,
@@ -369,7 +370,7 @@ def forward_makers(of: Joints) -> dict[str, Maker]:
 
 
 def backward_makers(of: Joints) -> dict[str, Maker]:
-    """Returns the builders of the maps from main chain to joints, by function name."""
+    """Return the builders of the maps from the main chain to the actuators, by function name."""
     found = {
         "actuators": ACTUATORS.function,
         "actuators_D_chain": ACTUATORS.derivative,
@@ -392,7 +393,7 @@ def _made(
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Returns the builders of all closed-form maps, by function name."""
+    """Return the builders of all closed-form maps, by function name."""
     found: dict[str, Maker] = {}
     if not h.forward.open:
         found |= forward_makers(from_actuators(h))

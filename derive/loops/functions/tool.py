@@ -14,7 +14,7 @@ from ..solve.solved_loops import SolvedLoops
 
 
 def tool_groups(h: SolvedLoops) -> tuple[Group, ...]:
-    """Returns the main chain with its joint values as functions of the actuators."""
+    """Return the main chain with its joint values as functions of the actuators."""
     return h.terms.memoize(("tool groups", h), lambda: groups(h.robot, h.terms, _joint_values(h)))
 
 
@@ -23,7 +23,7 @@ def _joint_values(h: SolvedLoops) -> list[sp.Expr]:
 
 
 def tool_kinematics(h: SolvedLoops) -> Kinematics:
-    """Returns the kinematics of the tool as functions of the actuators."""
+    """Return the kinematics of the tool as functions of the actuators."""
     return h.terms.memoize(("tool kinematics", h), lambda: _tool_kinematics(h))
 
 
@@ -38,7 +38,7 @@ def _tool_kinematics(h: SolvedLoops) -> Kinematics:
 
 
 def open_chain(h: SolvedLoops) -> Kinematics:
-    """Returns the kinematics of the tool as functions of the main-chain joints."""
+    """Return the kinematics of the tool as functions of the main-chain joints."""
     return h.terms.memoize(("open chain", h), lambda: _open_chain(h))
 
 
@@ -50,6 +50,6 @@ def _open_chain(h: SolvedLoops) -> Kinematics:
 
 
 def tool_functions(h: SolvedLoops, names: Collection[str]) -> dict[str, SymbolicFunction]:
-    """Returns tool functions by name. The results are NaN if a loop does not close."""
+    """Return tool functions by name. The results are NaN if a loop does not close."""
     found = tool_kinematics(h).functions(names)
     return {name: h.of_closed_loops(function) for name, function in found.items()}

@@ -32,7 +32,7 @@ from ..solve.solved_loops import SolvedLoops
 
 FloatArray = NDArray[np.float64]
 RESIDUAL = "closure"
-"""Name of the function that returns the equations and their derivative."""
+"""Name of the function that returns the equations and the derivative of the equations."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Start:
         determinant: Determinant of c_u, the derivative of the equations with respect to the unknown
             variables. If c_u is not square, the product of the diagonal of R in its QR
             decomposition.
-        is_regular: Whether c_u has full rank. At a dead point, c_u is rank deficient.
+        is_regular: Whether c_u has full rank.
     """
 
     q: FloatArray
@@ -66,8 +66,7 @@ class LoopClosure:
         names: Names of the variables.
         is_length: Mask of the variables that are lengths.
         w: Symbols of the variables.
-        entries: Terms that are zero if the loops are closed. For least-squares closure, the terms
-            are the gradient of the closure errors.
+        entries: Terms that are zero if the loops are closed.
         units: Unit of each entry, m or 1.
         size: The longest translation or rod (meter). Lengths in the equations are divided by this
             size.
@@ -133,9 +132,10 @@ class LoopClosure:
 
 
 def loop_closure(hybrid: SolvedLoops) -> LoopClosure:
-    """Returns the equations of a mechanism. The actuated coordinates are the inputs.
+    """Return the equations of a mechanism.
 
-    All struts get ball ends, so swing angles are not variables.
+    The actuated coordinates are the inputs. All struts get ball ends, so swing angles are not
+    variables.
     """
     mechanism, terms = on_balls(hybrid.mechanism), hybrid.terms
     variables = configuration_names(mechanism)
@@ -168,7 +168,11 @@ def _split(names: Sequence[str], moved: Sequence[str]) -> tuple[list[int], list[
 def _functions(
     hybrid: SolvedLoops, entries: tuple[sp.Expr, ...], w: tuple[sp.Symbol, ...]
 ) -> dict[str, SymbolicFunction]:
-    wd, unit, meaning = coordinates("_wd", len(w)), "(rad or m)", "configuration without the swings"
+    wd, unit, meaning = (
+        coordinates("_wd", len(w)),
+        "(rad or m)",
+        "configuration without the swing angles",
+    )
     of_w = Argument("w", w, (len(w),), unit, f"{meaning} of struts")
     of_wd = Argument("wd", wd, (len(w),), f"{unit}/s", f"rates of the {meaning} of struts")
     shape, role = (len(entries), len(w)), Role("closure", "configuration")
@@ -178,7 +182,7 @@ def _functions(
     found = (
         SymbolicFunction(
             RESIDUAL,
-            "Reduced closure equations, zero where the loops are closed, and their derivative.",
+            "Reduced closure equations, zero if the loops are closed, and their derivative.",
             "|b - a| - l of each strut; the equations of constraint(z) for other loops",
             (of_w,),
             (residual, _matrix("residual_D_w", slopes, shape, "1, m, 1/m", "their derivative")),
@@ -187,7 +191,7 @@ def _functions(
         ),
         SymbolicFunction(
             "closure_D_w_dot",
-            "Time derivative of the derivative of the loops' least equations.",
+            "Time derivative of the derivative of the reduced closure equations.",
             "closure_D_w(w) wdd + closure_D_w_dot(w, wd) wd = 0",
             (of_w, of_wd),
             (
@@ -210,7 +214,10 @@ def _matrix(
 
 
 def on_balls(mechanism: Mechanism) -> Mechanism:
-    """Returns the mechanism with ball-ended struts, so that there are no swing angles."""
+    """Return the mechanism with ball joints at all strut ends.
+
+    Such struts have no swing angles.
+    """
     swings = set(mechanism.swings)
     return replace(
         mechanism,
@@ -220,5 +227,8 @@ def on_balls(mechanism: Mechanism) -> Mechanism:
 
 
 def _rounded(values: FloatArray) -> FloatArray:
-    """Rounds to 12 decimal places. Zeros with rounding errors become exact zeros."""
+    """Round to 12 decimal places.
+
+    Values that differ from zero only by rounding errors become exact zeros.
+    """
     return np.asarray(np.round(values, 12) + 0.0)

@@ -2,7 +2,7 @@
 
 A solver closes the loops by Newton's method (:mod:`.closure_equations`). The implicit function
 theorem gives the derivatives of the solution. The solver returns the loop variables w and the
-derivatives of w. The generated functions have w and the derivatives of w as arguments.
+derivatives of w.
 """
 
 import math
@@ -30,23 +30,20 @@ STEPS = 8
 NEAR = 2
 """Approximate number of Newton steps from a nearby configuration to the solution."""
 FIRST = "at"
-"""The solver entry point that closes the loops from the reference."""
+"""Name of the solver function that closes the loops from the reference."""
 
 
 class Iteration:
     """The loop variables and their derivatives, as results of solver calls.
 
-    The class also provides the joint rates in the loops
-    (:class:`~chasles.derive.chain.coordinates.LoopRates`).
-
     Attributes:
         closure: The equations of the loops.
-        system: Name of the equations in C.
-        w: The variables, as results of the solver.
+        system: Name of the closure equations in the C code.
+        w: The loop variables, which the solver computes.
     """
 
     def __init__(self, closure: LoopClosure) -> None:
-        """Creates the symbols for the results of the loop solver.
+        """Create the symbols for the results of the loop solver.
 
         Args:
             closure: The equations of the loops.
@@ -66,7 +63,7 @@ class Iteration:
         self._margin = replace(self._table("square", 1), unit="1", meaning="margin")
 
     def _vector(self, name: str, unit: str) -> Argument:
-        """Returns one symbol per variable. Main-chain joints have the symbols of the main chain.
+        """Return one symbol per variable.
 
         Expressions in the symbols of the main chain therefore also apply to joint values that the
         solver returns.
@@ -85,7 +82,7 @@ class Iteration:
     # --- joint values and rates ---
 
     def named(self, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-        """Returns the values of joints, swing angles and cylinders."""
+        """Return the values of joints, swing angles and cylinders."""
         return tuple(self._values[name] for name in names)
 
     @cached_property
@@ -96,13 +93,13 @@ class Iteration:
 
     @cached_property
     def _ratios(self) -> dict[int, tuple[int, sp.Expr]]:
-        """Returns the coordinate of each input variable, and the ratio of both changes."""
+        """Return the coordinate of each input variable and the ratio variable / coordinate."""
         driven = [c.ratio for c in self.hybrid.mechanism.coordinates]
         ratios = [sp.S.One] * self._n if self._is_of_chain else driven
         return {k: (j, ratios[j]) for j, k in enumerate(self.closure.given)}
 
     def units(self) -> list[Tangent]:
-        """Returns the joint rates for each coordinate that moves alone at unit speed."""
+        """Return the joint rates for each coordinate that moves alone at unit speed."""
         return [self._unit(k) for k in range(self._n)]
 
     def _unit(self, k: int) -> Tangent:
@@ -115,12 +112,12 @@ class Iteration:
         return Tangent(self.hybrid.terms, rates | dict(zip(self._w_q.symbols, second, strict=True)))
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the joint rates for coordinate rates qd."""
+        """Return the joint rates for coordinate rates qd."""
         slopes = zip(self._w_q.symbols, self._w_q_dot.symbols, strict=True)
         return Tangent(self.hybrid.terms, self._moved(self.w, self._wd, qd) | dict(slopes))
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns joint rates and accelerations from coordinate rates qd and accelerations qdd."""
+        """Return joint rates and accelerations from coordinate rates qd and accelerations qdd."""
         first, second = self._moved(self.w, self._wd, qd), self._moved(self._wd, self._wdd, qdd)
         return Tangent(self.hybrid.terms, first | second | dict(zip(qd, qdd, strict=True)))
 
@@ -138,20 +135,20 @@ class Iteration:
     def joints(self) -> Joints:
         """All joints as functions of the coordinates."""
         passive = self.hybrid.mechanism.passive
-        interval = ", swings between -pi and pi" if self.hybrid.mechanism.swings else ""
+        interval = ", swing angles between -pi and pi" if self.hybrid.mechanism.swings else ""
         return Joints(
             self.hybrid, self._input, self.named, self, passive, interval, self.with_calls
         )
 
     def tool_functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """Returns the named functions of the tool."""
+        """Return the named functions of the tool."""
         chain = open_chain(self.hybrid)
         motion = ThroughLoops(chain.motion.values, self)
         found = replace(chain, motion=motion, arguments=self.hybrid.arguments).functions(names)
         return {name: self.with_calls(function) for name, function in found.items()}
 
     def margin(self, name: str, summary: str, identity: str) -> SymbolicFunction:
-        """Returns the function (det c_u)^2, relative to its value at the reference."""
+        """Return the function (det c_u)^2, relative to its value at the reference."""
         loops = ", ".join(loop_joint.name for loop_joint in self.hybrid.mechanism.loop_joints)
         result = Result("margin", self._margin.symbols, (1,), "1", "margin")
         made = self.hybrid.function(
@@ -160,7 +157,7 @@ class Iteration:
         return replace(self.with_calls(made), steps=(loops,))
 
     def with_calls(self, function: SymbolicFunction, seed: str = "") -> SymbolicFunction:
-        """Adds the solver calls that a function needs.
+        """Add the solver calls that a function needs.
 
         Args:
             function: The function.
@@ -185,7 +182,7 @@ class Iteration:
         return function if needed.isdisjoint(self.w.symbols) else replace(function, calls=(at,))
 
     def _derivatives(self) -> list[Call]:
-        """Returns the solver calls for derivatives, in the order of their dependencies."""
+        """Return the solver calls for derivatives, in the order of their dependencies."""
         n, unknown, x = self._n, len(self.closure.unknown), self._input
         call, system = partial(Call, self.system), 4 * unknown * unknown
         return [
@@ -199,7 +196,7 @@ class Iteration:
 
 
 def inner_makers(closure: LoopClosure) -> dict[str, Maker]:
-    """Returns the builders of the functions that the solver calls, by name."""
+    """Return the builders of the functions that the solver calls, by name."""
     return {name: partial(_inner, closure, name) for name in closure.functions}
 
 
@@ -208,7 +205,7 @@ def _inner(closure: LoopClosure, name: str, _: SolvedLoops) -> SymbolicFunction:
 
 
 def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Maker]:
-    """Returns the functions that build the maps between actuated and other joints, by name.
+    """Return the functions that build the maps between actuated and other joints, by name.
 
     Args:
         iteration: The loop variables as functions of the actuated coordinates.
@@ -219,8 +216,8 @@ def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Ma
     found["margin"] = lambda _: iteration.margin(
         "margin",
         "Square of the determinant of the loops' equations, 1 at the reference.",
-        "0 at a singularity, where the loops do not determine the unknown variables; NaN where "
-        "they do not close or a singularity is between the reference and q",
+        "0 at a singularity, where the loops do not determine the unknown variables; NaN if the "
+        "loops do not close or if a singularity is between the reference and q",
     )
     found["configuration_near"] = lambda _: _near(iteration, "configuration_near")
     found["fk_near"] = lambda _: _near(iteration, "fk_near")
@@ -232,16 +229,18 @@ def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Ma
     found["actuator_margin"] = lambda _: of_chain.margin(
         "actuator_margin",
         "Squared determinant of the closure equations with the main chain fixed.",
-        "1 at the reference, 0 at a singularity, NaN where the loops do not close",
+        "1 at the reference, 0 at a singularity, NaN if the loops do not close",
     )
     return found
 
 
 def _near(iteration: Iteration, name: str) -> SymbolicFunction:
-    """Builds the function that computes joints and pose from a nearby configuration."""
+    """Build the function that computes joints and pose from a nearby configuration."""
     h = iteration.hybrid
     z = h.arguments["z"]
-    seed = replace(z, name="seed", meaning="nearby configuration; strut swings are ignored")
+    seed = replace(
+        z, name="seed", meaning="nearby configuration; swing angles of struts are ignored"
+    )
     found = Result("z", CONFIGURATION.values(iteration.joints), z.shape, z.unit, z.meaning)
     text = "from a nearby configuration by at most eight Newton steps"
     if name == "fk_near":
@@ -253,7 +252,7 @@ def _near(iteration: Iteration, name: str) -> SymbolicFunction:
     else:
         pose = ()
         summary, identity = (
-            f"All joints, swings and cylinder lengths, {text}.",
+            f"All joints, swing angles and cylinder lengths, {text}.",
             "constraint(z) = 0; NaN if the seed is too far from q",
         )
     made = h.function(

@@ -17,7 +17,7 @@ from ...terms.vectors import added, combination, dot, named, subtracted
 def pose_of(
     mechanism: Mechanism, terms: Terms, frame: Frame, values: Mapping[str, sp.Expr]
 ) -> Pose:
-    """Returns axes and origin of a frame on a body in the base frame.
+    """Return axes and origin of a frame on a body in the base frame.
 
     Args:
         mechanism: The description.
@@ -37,7 +37,7 @@ def pose_along(
     values: Mapping[str, sp.Expr],
     base: Placement = (),
 ) -> Pose:
-    """Returns axes and origin of the frame after a sequence of joints, in the frame before them.
+    """Return axes and origin of the last frame of a joint sequence, in its first frame.
 
     Args:
         mechanism: The description with the joints.
@@ -57,7 +57,7 @@ def pose_along(
 
 
 def relative_entries(terms: Terms, A: Pose, B: Pose) -> list[sp.Expr]:
-    """Returns the sixteen entries of A^-1 B, row by row."""
+    """Return the sixteen entries of A^-1 B, row by row."""
     (axes, origin), (others, other) = A, B
     columns = [[dot(terms, axis, column) for axis in axes] for column in others]
     moved = subtracted(terms, other, origin)
@@ -96,5 +96,5 @@ def _pose_along(
 
 
 def _has_terms(mechanism: Mechanism, motion: Translation) -> bool:
-    """Whether a translation contains other symbols than parameters of the robot."""
+    """Whether a translation contains a symbol that is not a parameter of the robot."""
     return not symbols_of((motion,)) <= {parameter.symbol for parameter in mechanism.parameters}

@@ -6,10 +6,11 @@ product of all displacements along a closed loop is 1.
 
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
-Each screw is expressed at zero, in the frame of the body at which the loop starts. M is the
-displacement between the ends of the branches at zero. If the product of exponentials is 1, the
-scalar equations hold. Planar loops compare points as sums of rotated vectors. Spatial loops compare
-the poses of both branches.
+Each screw holds for zero joint values and is expressed in the frame of the body at which the loop
+starts. M is the displacement between the ends of the two branches if all joint values are zero. If
+the product of exponentials is 1, the scalar equations hold. The equations of a planar loop compare
+two points, each a sum of rotated vectors. The equations of a spatial loop compare the poses of both
+branches.
 """
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
@@ -60,15 +61,15 @@ class LoopEquations:
     """The equations of one loop in the full configuration.
 
     Attributes:
-        loop: The loop: a closure or strut, and two branches.
+        loop: The loop, which consists of a closure or strut and two branches.
         kind: The kind is ``point`` for a spatial ball closure, and ``distance`` for a strut with
             ball ends. Other loops have the kind ``planar`` or ``spatial``.
         residual: Independent expressions that are zero if the loop is closed. An expression is a
             component of the position difference of the loop ends (a minus b), a difference of
             lengths, or a direction cosine.
-        units: Unit of each residual, m or 1.
-        facing: Terms that are 1 if the loop is closed. A flipped frame may have a zero residual,
-            but makes a term of ``facing`` 0 or negative.
+        units: Unit of each residual: m for a length, 1 for a direction cosine.
+        facing: Terms that are 1 if the loop is closed. If the residual is zero but a frame is
+            flipped, a term of ``facing`` is 0 or negative.
         exponentials: Computes ``factors`` and ``home`` when they are needed.
     """
 
@@ -87,9 +88,7 @@ class LoopEquations:
     def factors(self) -> tuple[Factor, ...]:
         """The exponentials around the loop, from a body back to the same body.
 
-        If the loop is closed, the product of the exponentials is 1. The factor ``home`` comes after
-        the factors of the closure or strut.
-
+        If the loop is closed, the product of the exponentials is 1.
         """
         return self._around[0]
 
@@ -114,10 +113,10 @@ ClosureEquations = LoopEquations | CouplingEquation
 
 
 def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ...]:
-    """Returns the entries of the full configuration z.
+    """Return the entries of the full configuration z.
 
     The moving tree joints come first, then the struts, in the order of the description. A cylinder
-    has a coordinate, and a strut with pin ends has a swing angle.
+    contributes its coordinate, and a strut with pin ends contributes its swing angle.
     """
     found = [ConfigurationVariable(j.name, j.unit) for j in mechanism.joints if j.kind != "fixed"]
     for strut in mechanism.struts:
@@ -131,15 +130,13 @@ def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ..
 def constraints(
     mechanism: Mechanism, terms: Terms, z: Sequence[sp.Symbol], *, may_stay_open: bool = False
 ) -> tuple[ClosureEquations, ...]:
-    """Returns the equations of all loops in the order of the closures and struts.
+    """Return the equations of all loops in the order of the closures and struts.
 
-    The equations of couplings follow.
-
-    :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. If all
-    components of a point difference must be zero, the components are expressed in the axes of the
-    body at which the loop starts. A strut with ball ends has one equation, the distance between its
-    ends. A strut with pin ends has two equations. The two equations state that a vector with the
-    length and direction of the strut connects the strut's end points.
+    :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. If two points
+    must coincide, their difference is expressed in the axes of the body at which the loop starts. A
+    strut with ball ends has one equation, the distance between its ends. A strut with pin ends has
+    two equations. The two equations state that a vector with the length and direction of the strut
+    connects the strut's end points.
 
     Equations that hold in every configuration are omitted.
 
@@ -162,7 +159,7 @@ def constraints(
 def residuals(
     mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr], loop_joints: Container[str]
 ) -> list[tuple[sp.Expr, str]]:
-    """Returns the residuals of some closures and struts.
+    """Return the residuals of some closures and struts.
 
     Residuals that are always zero are included.
 
@@ -185,7 +182,7 @@ def residuals(
 def swing_angles(
     mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr]
 ) -> dict[str, sp.Expr]:
-    """Returns the swing angle of each pin-ended strut by name, between -pi and pi.
+    """Return the swing angle of each pin-ended strut by name, between -pi and pi.
 
     Args:
         mechanism: The description. Struts with pin ends must belong to planar loops.
@@ -205,7 +202,7 @@ def swing_angles(
 def jacobian(
     equations: Sequence[ClosureEquations], terms: Terms, z: Sequence[sp.Symbol]
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Returns the derivative of all residuals with respect to z, shape (equations, len(z)).
+    """Return the derivative of all residuals with respect to z, shape (equations, len(z)).
 
     A row has the unit of its equation per radian or meter. The matrix loses rank at a singularity,
     and if the mechanism is overconstrained.
@@ -216,7 +213,7 @@ def jacobian(
 def derivative_rows(
     entries: Sequence[sp.Expr], terms: Terms, z: Sequence[sp.Symbol]
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Returns the derivative of terms with respect to z, shape (entries, len(z))."""
+    """Return the derivative of terms with respect to z, shape (entries, len(z))."""
     columns = derivative_columns(terms, entries, z)
     return tuple(zip(*columns, strict=True)) if entries else ()
 
@@ -227,7 +224,7 @@ def jacobian_dot(
     z: Sequence[sp.Symbol],
     zd: Sequence[sp.Symbol],
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Returns the time derivative of :func:`jacobian` at the rates zd.
+    """Return the time derivative of :func:`jacobian` at the rates zd.
 
     The accelerations of the mechanism satisfy ``J zdd + J_dot zd = 0``.
     """
@@ -240,7 +237,7 @@ def rates_of(
     z: Sequence[sp.Symbol],
     zd: Sequence[sp.Symbol],
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Returns the time derivative of a matrix function of z at the rates zd."""
+    """Return the time derivative of a matrix function of z at the rates zd."""
     tangent = Tangent(terms, dict(zip(z, zd, strict=True)))
     return tuple(tuple(tangent.of_each(row)) for row in rows)
 
@@ -269,7 +266,7 @@ class _Constraints:
 
     @cached_property
     def generic(self) -> list[GenericPoint]:
-        """Two arbitrary configurations for zero tests."""
+        """Return two arbitrary configurations."""
         symbols = (*self.terms.parameters, *self.values.values())
         return [GenericPoint(self.terms, symbols, phase) for phase in (1, 2)]
 
@@ -318,8 +315,6 @@ class _Constraints:
 
 
 class _Planar:
-    """The loop equations of a planar loop, as sums of rotated vectors."""
-
     def __init__(
         self, terms: Terms, linkage: Linkage, loop: Loop, values: Mapping[str, sp.Expr]
     ) -> None:
@@ -363,7 +358,7 @@ class _Planar:
         return _Residual("planar", difference.coordinates(self.terms), ("m", "m"))
 
     def swing_of(self, strut: Strut) -> sp.Expr:
-        """Returns the direction angle of a strut, relative to the body at its first end."""
+        """Return the direction angle of a strut, relative to the body at its first end."""
         swing, end = self.edges[strut.swing_name], self.edges[f"{strut.name}.end"]
         assert isinstance(swing, PinEdge)
         assert isinstance(end, PinEdge)
@@ -386,14 +381,14 @@ class _Planar:
         return self._met(barrel.point((length, ZERO)) - far)
 
     def _turn(self, edge: SlideEdge | WeldEdge) -> Complex:
-        """Returns the cosine and sine of the angle between frame b and its closed orientation."""
+        """Return the cosine and sine of the angle between frame b and its closed orientation."""
         wanted = product(self.a.rotor, edge.rotor)
         rotor = product(self.b.rotor, conjugate(wanted))
         re, im = tidied(self.terms, sp.Matrix(rotor))
         return PhasorSum.of((re, im), self.b.angle - self.a.angle).coordinates(self.terms)
 
     def _offset(self, edge: SlideEdge) -> sp.Expr:
-        """Returns the distance of point b from the guide line, positive to the right."""
+        """Return the distance of point b from the guide line, positive to the right."""
         guide = product(edge.direction, self.a.rotor)
         difference = self.a.point(edge.at_a) - self.b.point(edge.at_b)
         _, across = difference.turned(-self.a.angle).times(conjugate(guide)).coordinates(self.terms)
@@ -452,5 +447,5 @@ class _Spatial:
         return _Residual(name, tuple(entries), tuple(units), facing)
 
     def _pose(self, path: Sequence[Joint], frame: Frame) -> Pose:
-        """Returns the pose of a frame relative to the body at which the loop starts."""
+        """Return the pose of a frame relative to the body at which the loop starts."""
         return pose_along(self.mechanism, self.terms, path, frame.placement, self.values)

@@ -26,7 +26,7 @@ class CouplingEquation:
 
     Attributes:
         coupling: The coupling.
-        residual: The difference between the joint and its value from the leaders.
+        residual: The difference between the joint coordinate and the value from its coupling.
         units: Unit of the residual, m or 1.
     """
 
@@ -41,7 +41,7 @@ class CouplingEquation:
 
     @property
     def kind(self) -> str:
-        """The kind ``coupling``, which all coupling equations have."""
+        """The text ``coupling``."""
         return "coupling"
 
     @property
@@ -53,7 +53,7 @@ class CouplingEquation:
 def coupling_equations(
     mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr]
 ) -> tuple[CouplingEquation, ...]:
-    """Returns the equations of all couplings in the order of the description.
+    """Return the equations of all couplings in the order of the description.
 
     Args:
         mechanism: The description.
@@ -67,18 +67,18 @@ def coupling_equations(
 
 
 def residual_of(coupling: Coupling, values: Mapping[str, sp.Expr]) -> sp.Expr:
-    """Returns the difference between a coupled joint and its value from the leaders."""
+    """Return the joint value minus the value that the coupling computes from the leader joints."""
     leaders = (ratio * values[name] for name, ratio in coupling.ratios)
     return sp.Add(values[coupling.joint], -coupling.offset, *(-part for part in leaders))
 
 
 def chord(terms: Terms, angle: sp.Expr) -> sp.Expr:
-    """Returns 2 sin(angle / 2), which is zero for full turns and close to a small angle."""
+    """Return 2 sin(angle / 2), which is 0 at full turns and approximates a small angle."""
     return 2 * terms.let(sp.sin(terms.let(angle / 2)))
 
 
 def unit_of(mechanism: Mechanism, coupling: Coupling) -> str:
-    """Returns the unit of the equation: m for a prismatic joint or a cylinder, otherwise 1."""
+    """Return the unit of the equation: m for a prismatic joint or a cylinder, otherwise 1."""
     return "m" if is_length(mechanism.members[coupling.joint]) else "1"
 
 
@@ -88,7 +88,9 @@ def is_length(member: Joint | Strut) -> bool:
 
 
 def joint_couplings(mechanism: Mechanism, names: Sequence[str]) -> tuple[tuple[float, ...], ...]:
-    """Returns the factors of joints in each coupling: the sum of factor * joint is constant.
+    """Return the factors of the joints in each coupling.
+
+    The sum of factor * joint value is constant in a coupling.
 
     Args:
         mechanism: The description.
@@ -104,7 +106,7 @@ def joint_couplings(mechanism: Mechanism, names: Sequence[str]) -> tuple[tuple[f
 
 
 def turning_coordinates(mechanism: Mechanism, terms: Terms) -> list[bool]:
-    """Returns whether a full turn of each actuated coordinate keeps the pose of all joints."""
+    """Return whether a full turn of each actuated coordinate keeps the pose of all joints."""
     names = [*mechanism.members]
     rows = joint_couplings(mechanism, names)
     is_angle = [not is_length(member) for member in mechanism.members.values()]
@@ -130,7 +132,7 @@ class NumericCouplings:
 
     @cached_property
     def rows(self) -> NDArray[np.float64]:
-        """The factors, shape (couplings, names)."""
+        """The factors of the joints in the couplings, shape (couplings, names)."""
         return np.reshape(joint_couplings(self.mechanism, self.names), (-1, len(self.names)))
 
     @cached_property
@@ -144,7 +146,7 @@ class NumericCouplings:
         return tuple(unit_of(self.mechanism, c) == "1" for c in self.mechanism.couplings)
 
     def errors(self, values: Mapping[str, Any]) -> NDArray[np.float64]:
-        """Returns the residuals of all couplings, shape (..., couplings).
+        """Return the residuals of all couplings, shape (..., couplings).
 
         Each entry of ``values`` is a number or an array of shape (...).
         """

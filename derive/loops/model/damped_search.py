@@ -21,7 +21,7 @@ def least(
     apart: NDArray[np.bool_],
     worthwhile: float,
 ) -> Floats:
-    """Minimizes a sum of squared residuals by the Levenberg-Marquardt method.
+    """Minimize a sum of squared residuals by the Levenberg-Marquardt method.
 
     The damping follows from the ratio of actual to predicted gain (Nielsen 1999). The damping falls
     to a third if the linear model holds. If a step does not decrease the sum of squares, the
@@ -71,7 +71,7 @@ def least(
 def _linear(
     residual: Callable[[Floats], Floats], x: Floats, apart: NDArray[np.bool_]
 ) -> tuple[Floats, Floats]:
-    """Returns the residuals (m,) at x (n,), and their Jacobian (m, n) by forward differences.
+    """Return the residuals (m,) at x (n,), and their Jacobian (m, n) by forward differences.
 
     Args:
         residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).

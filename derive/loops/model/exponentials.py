@@ -16,7 +16,7 @@ from .phasors import ZERO
 from .planes import Axes, Linkage, Loop, tidied_entry
 
 SPELLED = 64
-"""Maximum number of terms of an inline entry. Longer entries become named terms."""
+"""Maximum number of terms of an entry that is not replaced by a named term."""
 Side = Literal["a", "loop joint", "b"]
 
 
@@ -25,9 +25,9 @@ class Factor:
     """An exponential in the product of a loop.
 
     Attributes:
-        name: Name of the entry of z: a joint, a swing angle or a cylinder. The freedoms of the
-            closure itself are not in z. Closure freedoms have the names ``<closure>`` or
-            ``<strut>.end``. A ball joint has three names, which end with ``.x``, ``.y`` and ``.z``.
+        name: Name of the corresponding entry of z, which belongs to a joint, a swing angle or a
+            cylinder. The freedoms of the closure itself are not in z. A ball joint has three names,
+            which end with ``.x``, ``.y`` and ``.z``.
         screw: Joint twist (v, omega), shape (6, 1), if all joint values are zero. The twist is
             expressed in the frame of the body at which the loop starts. The twist has unit speed:
             omega has norm 1 for a revolute joint, and v has norm 1 for a slider.
@@ -43,7 +43,7 @@ class Factor:
 def around(
     terms: Terms, loop: Loop, linkage: Linkage | None
 ) -> tuple[tuple[Factor, ...], sp.ImmutableMatrix]:
-    """Returns the exponentials of a loop, and the displacement between its branches at zero.
+    """Return the exponentials of a loop, and the home pose between its two branches.
 
     Args:
         terms: The shared terms.
@@ -71,7 +71,7 @@ def around(
 
 
 def _branch(terms: Terms, path: Sequence[Joint], side: Side) -> tuple[list[Factor], sp.Matrix]:
-    """Returns the screws of a branch, and the pose of its last body at zero."""
+    """Return the screws of a branch, and the pose of the last body at zero joint values."""
     factors: list[Factor] = []
     T = sp.eye(4)
     for joint in path:
@@ -85,7 +85,7 @@ def _branch(terms: Terms, path: Sequence[Joint], side: Side) -> tuple[list[Facto
 
 
 def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
-    """Gives names to long matrix entries."""
+    """Give names to long matrix entries."""
     return matrix.applyfunc(
         lambda entry: (
             terms.let(entry)
@@ -101,7 +101,7 @@ def _is_measured(terms: Terms, entry: sp.Expr) -> bool:
 
 
 def _through(loop_joint: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.Matrix]:
-    """Returns the freedoms of a closure or strut, and the displacement to its second end."""
+    """Return the joint screws of a closure or strut, and the displacement between its ends."""
     name, turn, slide = loop_joint.name, _unit(2), _unit(2, sp.oo)
     if isinstance(loop_joint, Closure):
         freedoms = {
@@ -131,7 +131,10 @@ def _unit(k: int, pitch: sp.Expr = ZERO) -> sp.Matrix:
 
 
 def _in_plane(frame: Frame, axes: Axes) -> sp.Matrix:
-    """Returns a pose on a body: axes of the loop plane, with the origin of a frame of the body."""
+    """Return a pose on a body.
+
+    Its axes are the axes of the loop plane, and its origin is the origin of a body frame.
+    """
     return pose(sp.Matrix.hstack(*axes), placement_matrix(frame.placement)[:3, 3])
 
 

@@ -1,8 +1,8 @@
 """Equations of overconstrained loops: the gradient of the sum of squared closure errors.
 
-The closure errors c_i are in meters. Errors of directions are multiplied by a length l. The
-least-squares configuration minimizes the sum of c_i^2 / 2. In this configuration, the gradient g_u
-of the sum with respect to the unknown variables u is zero.
+The closure errors c_i are in meters. Direction errors are multiplied by a length l to convert them
+to meters. The least-squares configuration minimizes the sum of c_i^2 / 2. In this configuration,
+the gradient g_u of the sum with respect to the unknown variables u is zero.
 
     g_u = sum_i c_i dc_i/du = 0.
 
@@ -30,7 +30,7 @@ def gradient(
     is_length: Sequence[bool],
     length: float,
 ) -> tuple[sp.Expr, ...]:
-    """Returns the gradient of half the sum of squared errors, one entry per variable.
+    """Return the gradient of half the sum of squared errors, one entry per variable.
 
     Args:
         equations: The equations of all loops.

@@ -1,8 +1,9 @@
 """Closure equations of loops with variable geometry, and the wrench of each equation.
 
-An equation compares end b of a closure or strut with end a in the axes of the body at end a. If the
-body at end b moves, the rate of the residual is the power of a wrench on this body. If the body at
-end a moves, the rate is minus the power of this wrench, even for an open loop.
+Each equation compares end b of a closure or strut with end a, in the axes of the body at end a.
+Each equation has a wrench. If the body at end b moves with a twist, the rate of the residual is the
+reciprocal product of wrench and twist. If the body at end a moves, the rate has the opposite sign.
+Both relations also hold if the loop is open.
 
 :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations. A strut has one equation, the
 distance between its ends.
@@ -31,8 +32,8 @@ class Row:
     Attributes:
         residual: The residual, which is zero if the loop is closed.
         unit: Unit of the residual, m or 1.
-        powers: For each motion of both branches, the power of the wrench. On branch a, minus this
-            power.
+        powers: Pairs (power, motion) for the motions of both branches. The power is the derivative
+            of the residual with respect to the value of the motion.
         length: The strut length that is subtracted from a distance, or 0 without a strut.
     """
 
@@ -42,7 +43,7 @@ class Row:
     length: sp.Expr = sp.S.Zero
 
     def gradient(self, terms: Terms, variables: Sequence[sp.Symbol]) -> tuple[sp.Expr, ...]:
-        """Returns the derivative of the residual with respect to each variable."""
+        """Return the derivative of the residual with respect to each variable."""
         longer = sp.S.NegativeOne, ElementaryMotion(self.length, ORIGIN, None)
         return gradient(terms, [*self.powers, longer], variables)
 
@@ -53,9 +54,7 @@ def loop_rows(
     geometry: MechanismGeometry,
     bodies: Mapping[str, Reached],
 ) -> list[Row]:
-    """Returns the equations of all loops in the order of the closures and struts.
-
-    The equations of couplings follow.
+    """Return the equations of all loops in the order of the closures and struts.
 
     Args:
         mechanism: The description.
@@ -71,7 +70,7 @@ def loop_rows(
 def _coupling_rows(
     mechanism: Mechanism, terms: Terms, geometry: MechanismGeometry
 ) -> Iterator[Row]:
-    """Yields the equation of each coupling, whose factors are joint values instead of motions."""
+    """Yield the linear equation between joint values of each coupling."""
     for coupling in mechanism.couplings:
         offset = geometry.offsets[coupling.joint]
         residual = terms.let(residual_of(coupling, geometry.values) + coupling.offset - offset)
@@ -101,7 +100,7 @@ class _Ends:
         self.difference = subtracted(terms, self.b.pose[1], self.a.pose[1])
 
     def rows(self) -> list[Row]:
-        """Returns the equations of the closure or strut."""
+        """Return the equations of the closure or strut."""
         loop_joint = self.loop.loop_joint
         if isinstance(loop_joint, Strut):
             return [self._distance(loop_joint)]
@@ -126,7 +125,7 @@ class _Ends:
         return self._row(residual, "m", Wrench(direction, self.b.pose[1]), length)
 
     def _axis(self, closure: Closure, plane: Axes | None, side: str, k: int) -> Vector:
-        """Returns an axis of a loop equation in base axes. The axis is fixed to one end frame."""
+        """Return an axis of a loop equation in base axes. The axis is fixed to one end frame."""
         end = self.a if side == "a" else self.b
         if plane is None:
             return end.pose[0][k]
@@ -138,20 +137,20 @@ class _Ends:
         return self._turned(plane[k]) if side == "a" else self._of_end(end, R.T * plane[k])
 
     def _turned(self, vector: sp.Matrix) -> Vector:
-        """Converts a direction from the frame of the body at end a to base axes."""
+        """Convert a direction from the frame of the body at end a to base axes."""
         return combination(self.terms, named(self.terms, list(vector)), self.body.pose[0])
 
     def _of_end(self, end: Reached, vector: sp.Matrix) -> Vector:
-        """Converts a direction from end frame a or b of the closure to base axes."""
+        """Convert a direction from end frame a or b of the closure to base axes."""
         return combination(self.terms, named(self.terms, list(vector)), end.pose[0])
 
     def _along(self, direction: Vector) -> Row:
-        """Returns the equation for the position difference along a direction of frame a."""
+        """Return the equation for the position difference along a direction of frame a."""
         residual = dot(self.terms, direction, self.difference)
         return self._row(residual, "m", Wrench(direction, self.b.pose[1]))
 
     def _turn(self, of_a: Vector, of_b: Vector) -> Row:
-        """Returns the equation for the cosine between two directions of frames a and b."""
+        """Return the equation for the cosine between two directions of frames a and b."""
         couple = cross(self.terms, of_b, of_a)
         return self._row(dot(self.terms, of_a, of_b), "1", Wrench(ORIGIN, self.b.pose[1], couple))
 

@@ -8,9 +8,9 @@ parameter of a cylinder is its length at coordinate zero.
 A passive joint has no offset parameter, because its loop determines its value. A coupling of a
 passive joint has an offset parameter. For example, the offset of a gear pair depends on the teeth
 that mesh. The ratio of a coupling is exact. The pose of a body on six consecutive passive joints is
-arbitrary, so the axes of these joints have no parameters. Parameters of a planar loop do not move
-its parts out of the plane: a revolute axis has no tilt parameters, and the end of a closure or
-strut has no parameter along the plane normal.
+arbitrary, so the axes of these joints have no parameters. The parameters of a planar loop keep its
+parts in the plane. A revolute axis has no tilt parameters, and the end of a closure or strut has no
+parameter along the plane normal.
 """
 
 from collections.abc import Mapping, Sequence
@@ -58,13 +58,13 @@ class MechanismGeometry:
 
     Attributes:
         parameters: The parameters p in the order base, joints, loops, tool.
-        values: The value of each moving joint and cylinder, as a function of q, u and p.
+        values: Symbolic value of each moving joint and cylinder.
         steps: Motions from the frame of the parent to each body, as functions of q, u and p.
         base: Pose of the base body in the base frame, as a sequence of motions.
         tool: Pose of the tool in the frame of the last body, as a sequence of motions.
         ends: The frames of each closure and strut on both bodies.
         lengths: The length of each rod or cylinder.
-        offsets: The offset of each coupling by its joint.
+        offsets: The offset of each coupling, keyed by the joint of the coupling.
         planar: The planar linkage of each closure or strut that belongs to a planar loop.
     """
 
@@ -82,7 +82,7 @@ class MechanismGeometry:
 def mechanism_geometry(
     mechanism: Mechanism, terms: Terms, q: Sequence[sp.Symbol], unknown: Mapping[str, sp.Symbol]
 ) -> MechanismGeometry:
-    """Returns the geometry of a mechanism.
+    """Return the geometry of a mechanism.
 
     Args:
         mechanism: The description.
@@ -124,7 +124,7 @@ class _Numbered:
         )
 
     def _actuated(self, q: Sequence[sp.Symbol]) -> dict[str, sp.Expr]:
-        """Returns the values of the actuated joints and cylinders with drive corrections."""
+        """Return the values of the actuated joints and cylinders with drive corrections."""
         found = {}
         for coordinate, symbol in zip(self.mechanism.coordinates, q, strict=True):
             member = self.mechanism.members[coordinate.moves]
@@ -136,7 +136,7 @@ class _Numbered:
         return found
 
     def _offset(self, coupling: Coupling) -> sp.Expr:
-        """Returns the offset of a coupling. An actuated joint has an offset parameter already."""
+        """Return the offset of a coupling."""
         name, member = coupling.joint, self.mechanism.members[coupling.joint]
         if name in {c.moves for c in self.mechanism.coordinates}:
             return coupling.offset
@@ -155,7 +155,7 @@ class _Numbered:
         return Step(made.at_values(before), motion, made.at_values(after))
 
     def _tilts(self, joint: Joint) -> str:
-        """Returns the axes about which a joint axis may tilt."""
+        """Return the axes about which a joint axis may tilt."""
         loop = self.untilted.get(joint.name)
         if loop is None:
             return "xy"
@@ -173,7 +173,7 @@ class _Numbered:
         return self.planar[loop.loop_joint.name].axes[body].n
 
     def _end(self, loop_joint: Closure | Strut, side: str) -> Placement:
-        """Returns the frame of a closure or strut on a body.
+        """Return the frame of a closure or strut on a body.
 
         The position of the frame is a parameter.
         """
@@ -185,7 +185,7 @@ class _Numbered:
         return translation(*place) + turns + self._turned(loop_joint, side)
 
     def _turned(self, loop_joint: Closure | Strut, side: str) -> Placement:
-        """Returns the rotation parameters of a spatial closure.
+        """Return the rotation parameters of a spatial closure.
 
         The result is empty for a ball closure.
         """
@@ -209,7 +209,7 @@ class _Numbered:
     def _coordinate(
         self, loop_joint: Closure | Strut, frame: Frame, side: str, k: int, value: sp.Expr
     ) -> sp.Expr:
-        """Returns a coordinate of an end point.
+        """Return a coordinate of an end point.
 
         In a planar loop, the coordinate along the normal is constant.
         """
@@ -232,10 +232,6 @@ def _has_variable(joint: Joint) -> bool:
 
 
 def _free_joints(mechanism: Mechanism) -> set[str]:
-    """Returns the names of passive joints in sequences of six.
-
-    A body at the end of six consecutive passive joints can move freely.
-    """
     moves = {coordinate.moves for coordinate in mechanism.coordinates}
     carried = [joint.parent for joint in mechanism.joints]
     carried += [frame.body for c in mechanism.loop_joints for frame in (c.a, c.b)]

@@ -56,14 +56,14 @@ class Reached:
 
     Attributes:
         pose: The axes and the origin of the frame, in the base frame.
-        motions: The motions with variable values in order from the base.
+        motions: The motions with variable values, ordered from the base to the frame.
     """
 
     pose: Pose
     motions: tuple[ElementaryMotion, ...] = ()
 
     def moved(self, terms: Terms, placement: Placement) -> "Reached":
-        """Returns the pose of another frame, whose placement in this frame is given."""
+        """Return the pose of another frame, whose placement in this frame is given."""
         (basis, origin), motions = self.pose, list(self.motions)
         for motion in placement:
             if isinstance(motion, Rotation):
@@ -101,7 +101,7 @@ class Wrench:
     couple: Vector = ORIGIN
 
     def power(self, terms: Terms, motion: ElementaryMotion) -> sp.Expr:
-        """Returns the power of the wrench for a motion at unit speed."""
+        """Return the power of the wrench for a motion at unit speed."""
         if motion.point is None:
             return dot(terms, self.force, motion.axis)
         lever = subtracted(terms, self.point, motion.point)
@@ -112,13 +112,13 @@ class Wrench:
 def bodies(
     mechanism: Mechanism, terms: Terms, base: Placement, steps: Mapping[str, Step]
 ) -> dict[str, Reached]:
-    """Returns the frame of every body by name. The base comes first.
+    """Return the frame of every body by name.
 
     Args:
         mechanism: The description.
         terms: Receives the terms.
         base: The motions from the base frame to the base body.
-        steps: Motions from the parent to each other body.
+        steps: For each body except the base, the motions from its parent to the body.
     """
     found = {mechanism.base_frame: BASE.moved(terms, base)}
     for joint in mechanism.joints:
@@ -129,7 +129,14 @@ def bodies(
 def gradient(
     terms: Terms, powers: Iterable[tuple[sp.Expr, ElementaryMotion]], variables: Sequence[sp.Symbol]
 ) -> tuple[sp.Expr, ...]:
-    """Returns sum (power * dv/dx) over all motions with value v, for each variable x."""
+    """Return the derivative of a residual with respect to each variable.
+
+    Args:
+        terms: Table of named terms.
+        powers: One pair for each motion: the derivative of the residual with respect to the value
+            of the motion, and the motion itself.
+        variables: The variables of the motions.
+    """
     sums: dict[sp.Symbol, sp.Expr] = dict.fromkeys(variables, ZERO)
     for power, motion in powers:
         for variable in motion.value.free_symbols & sums.keys():

@@ -53,7 +53,7 @@ class NumericMechanism:
     """
 
     def __init__(self, mechanism: Mechanism, planes: Mapping[str, Floats] | None = None) -> None:
-        """Computes the reference configuration and the planes of loops.
+        """Compute the reference configuration and the planes of loops.
 
         Args:
             mechanism: The description.
@@ -92,7 +92,7 @@ class NumericMechanism:
         self._numbers = {k: x for k, x in self._numbers.items() if uses[k].isdisjoint(changed)}
 
     def number(self, expression: sp.Expr) -> float:
-        """Returns the value of an expression in the parameters."""
+        """Return the value of an expression in the parameters."""
         if expression not in self._numbers:
             function = _function(self._symbols, expression)
             self._uses[expression] = frozenset(symbol.name for symbol in expression.free_symbols)
@@ -101,7 +101,7 @@ class NumericMechanism:
         return self._numbers[expression]
 
     def matrix(self, placement: Placement) -> Floats:
-        """Returns the matrix (4, 4) of a placement at the current parameters."""
+        """Return the matrix (4, 4) of a placement at the current parameters."""
         T = np.eye(4)
         for motion in placement:
             if isinstance(motion, Rotation):
@@ -111,16 +111,16 @@ class NumericMechanism:
         return T
 
     def length(self, strut: Strut, values: Mapping[str, float]) -> float:
-        """Returns the length of a strut (meter)."""
+        """Return the length of a strut (meter)."""
         return self._retracted(strut) + (values[strut.name] if strut.is_cylinder else 0.0)
 
     def _retracted(self, strut: Strut) -> float:
-        """Returns the length of a rod or of a retracted cylinder (meter)."""
+        """Return the length of a rod or of a retracted cylinder (meter)."""
         name = length_of(strut)
         return self.constants[name] if name in self._bare else self.number(strut.length)
 
     def _lengths(self) -> dict[str, float]:
-        """Returns the strut lengths and frame offsets (meter) that do not depend on parameters."""
+        """Return the strut lengths and frame offsets (meter) that do not depend on parameters."""
         found = {
             length_of(strut): float(strut.length)
             for strut in self.mechanism.struts
@@ -139,9 +139,9 @@ class NumericMechanism:
         return found
 
     def _offset(self, name: str, placement: Placement) -> Floats:
-        """Returns the matrix of a placement.
+        """Return the matrix of a placement.
 
-        If a constant belongs to the placement, the constant is the length of the translation.
+        If `constants` contains `name`, the translation is scaled to the length `constants[name]`.
         """
         T = self._placed.get(name)
         if T is None:
@@ -170,7 +170,7 @@ class NumericMechanism:
     # --- poses and closure errors ---
 
     def poses(self, values: Mapping[str, Value]) -> dict[str, Floats]:
-        """Returns the pose of every body in the base frame, (4, 4) or (n, 4, 4)."""
+        """Return the pose of every body in the base frame, (4, 4) or (n, 4, 4)."""
         found = {self.mechanism.base_frame: np.eye(4)}
         for joint in self.mechanism.joints:
             T = found[joint.parent] @ self._offset(offset_of(joint), joint.before)
@@ -180,7 +180,7 @@ class NumericMechanism:
         return found
 
     def closure_errors(self, values: Mapping[str, float]) -> dict[str, ClosureResidual]:
-        """Returns the closure error of each loop by the name of its closure or strut.
+        """Return the closure error of each loop by the name of its closure or strut.
 
         The error of a coupling has the name of the coupled joint.
         """
@@ -200,18 +200,18 @@ class NumericMechanism:
     def ends(
         self, loop_joint: Closure | Strut, values: Mapping[str, float]
     ) -> tuple[Floats, Floats, Floats]:
-        """Returns both frames (4, 4) of a closure or strut, and the vector between them."""
+        """Return both frames (4, 4) of a closure or strut, and the vector between them."""
         poses = self.poses(values)
         A, B = self.frames(poses, loop_joint)
         return A, B, self._in_plane(loop_joint, poses, B[:3, 3] - A[:3, 3])
 
     def normal(self, loop_joint: Closure | Strut, poses: Mapping[str, Floats]) -> Floats | None:
-        """Returns the unit normal of a loop in the base frame, or None for a spatial loop."""
+        """Return the unit normal of a loop in the base frame, or None for a spatial loop."""
         plane = self.planes.get(loop_joint.name)
         return None if plane is None else poses[loop_joint.a.body][..., :3, :3] @ plane[:, 2]
 
     def swings(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Returns the swing angle (radian) of each pin-ended strut."""
+        """Return the swing angle (radian) of each pin-ended strut."""
         poses, found = self.poses(values), {}
         for strut in self.mechanism.struts:
             if strut.ends == "pin":
@@ -235,7 +235,7 @@ class NumericMechanism:
         return all(self.is_closed(closure_errors[name]) for name in names)
 
     def axes(self, poses: Mapping[str, Floats], joints: Sequence[Joint]) -> tuple[Floats, Floats]:
-        """Returns the unit axes of joints and a point on each axis (n, 3), in the base frame."""
+        """Return the unit axes of joints and a point on each axis (n, 3), in the base frame."""
         found = [poses[j.parent] @ self._offset(offset_of(j), j.before) for j in joints]
         T = np.reshape(found, (-1, 4, 4))
         return T[:, :3, 2], T[:, :3, 3]
@@ -243,7 +243,7 @@ class NumericMechanism:
     def frames(
         self, poses: Mapping[str, Floats], loop_joint: Closure | Strut
     ) -> tuple[Floats, Floats]:
-        """Returns both frames (4, 4) of a closure or strut in the base frame."""
+        """Return both frames (4, 4) of a closure or strut in the base frame."""
         A, B = (
             poses[frame.body] @ self._offset(offset_of(loop_joint, side), frame.placement)
             for side, frame in _sides(loop_joint)
@@ -262,7 +262,7 @@ class NumericMechanism:
     def _open(
         self, loop_joint: Closure | Strut, poses: Mapping[str, Floats], values: Mapping[str, Value]
     ) -> tuple[Floats, Floats]:
-        """Returns the closure errors of a loop as distances (meter) and angles (radian)."""
+        """Return the closure errors of a loop as distances (meter) and angles (radian)."""
         A, B = self.frames(poses, loop_joint)
         d = self._in_plane(loop_joint, poses, B[..., :3, 3] - A[..., :3, 3])
         nothing = d[..., :0]
@@ -291,15 +291,14 @@ class NumericMechanism:
         loops: Iterable[str],
         last: str = "",
     ) -> dict[str, float]:
-        """Minimizes the closure errors of loops over joints, cylinders and constants.
+        """Minimize the closure errors of loops over joints, cylinders and constants.
 
         The Levenberg-Marquardt method starts from the current values.
 
         Args:
-            values: Values of all joints and cylinders. Values of constants are added if ``free``
-                contains constants.
+            values: Values of all joints and cylinders.
             free: Names of the joints, cylinders or constants that may change.
-            loops: Names of the closures and struts whose errors become zero.
+            loops: Names of the closures and struts whose errors are reduced to zero.
             last: Name of the loop whose error is minimized while the other loops stay closed. If
                 ``last`` is empty, all loops have equal weights.
         """
@@ -316,13 +315,9 @@ class NumericMechanism:
     def _residual(
         self, at: dict[str, float], free: Sequence[str], loops: Iterable[str], last: str
     ) -> tuple[Callable[[Floats], Floats], Floats]:
-        """Returns the closure errors as a function of the variables, and the variables' values.
+        """Return the closure errors as a function of the variables, and the variables' values.
 
-        The errors of all couplings come first.
-
-        Lengths are divided by the size of the mechanism. The function accepts one configuration
-        (n,), or many (m, n) with the same constants. Each call of the function writes the variables
-        into ``at`` and into the constants of the model.
+        Lengths are divided by the size of the mechanism.
         """
         names = {*loops}
         scale = np.array([self.size if self.is_length(name) else 1.0 for name in free])
@@ -355,10 +350,6 @@ class NumericMechanism:
         return kinds.get(name, "length") == "length"
 
     def _apart(self, free: Sequence[str]) -> NDArray[np.bool_]:
-        """Returns a mask of the constants.
-
-        A constant must be equal in all configurations of a batch.
-        """
         return np.array([name in self.constants for name in free], bool)
 
     def _set(self, at: dict[str, Any], names: Sequence[str], x: Floats) -> None:
@@ -388,12 +379,12 @@ def _planes(mechanism: Mechanism) -> dict[str, Floats]:
 
 
 def length_of(strut: Strut) -> str:
-    """Returns the name of the constant for the length of a strut."""
+    """Return the name of the constant for the length of a strut."""
     return f"{strut.name}.length"
 
 
 def offset_of(member: Joint | Closure | Strut, side: str = "") -> str:
-    """Returns the name of the constant for the distance from a body origin to a frame."""
+    """Return the name of the constant for the distance from a body origin to a frame."""
     return f"{member.name}.xyz" if not side else f"{member.name}.{side}.xyz"
 
 
@@ -404,7 +395,7 @@ def _sides(loop_joint: Closure | Strut) -> tuple[tuple[str, Frame], tuple[str, F
 def _motion(
     joint: Joint, values: Mapping[str, Value], number: Callable[[sp.Expr], float]
 ) -> Floats:
-    """Returns the displacement of a moving joint, (4, 4) or (n, 4, 4)."""
+    """Return the displacement of a moving joint, (4, 4) or (n, 4, 4)."""
     value = joint.direction * values[joint.name]
     T = _turn(2, 0.0 * value if joint.kind == "prismatic" else value)
     if joint.kind != "revolute":
@@ -427,20 +418,20 @@ def _norm(vector: Floats) -> Floats:
 
 
 def _tilt(axis: Floats) -> Floats:
-    """Returns the tilt angles (radian) about x and y from z to an axis."""
+    """Return the tilt angles (radian) about x and y from z to an axis."""
     across = np.stack([-axis[..., 1], axis[..., 0]], axis=-1)
     return _scaled(across, axis[..., 2])
 
 
 def _rotation_vector(R: Floats) -> Floats:
-    """Returns the rotation vector (radian) of a rotation matrix."""
+    """Return the rotation vector (radian) of a rotation matrix."""
     pairs = ((2, 1), (0, 2), (1, 0))
     v = np.stack([R[..., i, j] - R[..., j, i] for i, j in pairs], axis=-1) / 2
     return _scaled(v, (np.trace(R, axis1=-2, axis2=-1) - 1) / 2)
 
 
 def _scaled(sine: Floats, cosine: Floats) -> Floats:
-    """Scales a vector of length sin(angle) to the length angle (radian).
+    """Scale a vector of length sin(angle) to the length angle (radian).
 
     For a zero vector, the result points along the first axis.
     """

@@ -1,7 +1,8 @@
 """Closure equations in double precision, and their Jacobian.
 
-If the body at end b moves, the rate of an equation is the power of a wrench on this body. If the
-body at end a moves, the rate is minus the power of this wrench.
+Each equation has a wrench. If only the body at end b moves, the rate of the residual is the power
+of the wrench on that body. If only the body at end a moves, the rate of the residual is the
+negative of this power.
 """
 
 from collections.abc import Iterator, Mapping
@@ -28,14 +29,14 @@ class NumericRows:
     Attributes:
         bodies: Bodies and frames as numbers.
         names: Names of the joints and cylinders.
-        owners: The closure or strut of each equation. The owner of a coupling is its joint.
-        is_turn: Whether each equation compares directions.
-        facing_owners: Names of closures, one for each cosine. A negative cosine shows that a frame
-            is flipped.
+        owners: The closure or strut of each equation. The owner of a coupling equation is the
+            coupled joint.
+        is_turn: Whether each equation relates directions or angles instead of lengths.
+        facing_owners: For each direction cosine, the name of its closure. If the cosine is
+            negative, two frame axes of this closure point in opposite directions.
     """
 
     def __init__(self, bodies: NumericMechanism) -> None:
-        """Prepares the axes of all frames, and the branch (a or b) of each joint."""
         self.bodies, self.names = bodies, [*bodies.values]
         self.owners: list[str] = []
         self.is_turn: list[bool] = []
@@ -64,7 +65,7 @@ class NumericRows:
         return closure.kind, "plane" if closure.name in self.bodies.planes else "space"
 
     def _axes_of(self, closure: Closure) -> Floats:
-        """Returns the axes (3, 3) for the equations of a closure, in the frame of its first end."""
+        """Return the axes (3, 3) for the equations of a closure, in the frame of its first end."""
         plane = self.bodies.planes.get(closure.name)
         if plane is None:
             return np.eye(3)
@@ -75,14 +76,14 @@ class NumericRows:
         return axes
 
     def at(self, w: Floats) -> tuple[Floats, Floats, Floats]:
-        """Returns the equations at values of the joints and cylinders.
+        """Return the equations at values of the joints and cylinders.
 
         Args:
             w: Values (n,) in the order of ``names`` (radian or meter).
 
         Returns:
             The residuals (m,), their Jacobian (m, n), and cosines between the axes of the two end
-            frames of each closure. A cosine is negative if an end frame is flipped.
+            frames of each closure.
         """
         values = dict(zip(self.names, w, strict=True))
         poses = self.bodies.poses(values)
@@ -103,7 +104,7 @@ class NumericRows:
                 facing += [a[:, k] @ b[:, k] for k in FACING[self._kind(loop_joint)]]
             # If all components of a difference vector must be 0, the axes of the components are
             # arbitrary. Newton's method converges better if these axes do not rotate with frame a.
-            # The wrench on the body at end a must act at the point of end a.
+            # For these components, the wrench on the body at end a acts at the origin of frame a.
             is_whole = not isinstance(loop_joint, Strut) and loop_joint.kind != "slider"
             for row, force, couple in rows:
                 residual.append(row)
@@ -122,13 +123,13 @@ class NumericRows:
         return np.array(residual), J, np.array(facing)
 
     def relative(self, values: Mapping[str, float]) -> Floats:
-        """Returns the Jacobian (m, n). Lengths are divided by the size of the mechanism."""
+        """Return the Jacobian (m, n). Lengths are divided by the size of the mechanism."""
         J = self.at(np.array([values[name] for name in self.names]))[1]
         columns = [self.bodies.size if self.bodies.is_length(n) else 1.0 for n in self.names]
         return J * columns / np.where(self.is_turn, 1.0, self.bodies.size)[:, None]
 
     def polished(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Closes nearly closed loops up to rounding errors.
+        """Close nearly closed loops up to rounding errors.
 
         Newton steps with a constant Jacobian move the passive joints and cylinders. If the loops
         cannot close, the steps minimize the closure errors.
@@ -142,7 +143,7 @@ class NumericRows:
 
 
 def _rows(kind: Kind, a: Floats, b: Floats, d: Floats) -> Iterator[tuple[float, Floats, Floats]]:
-    """Yields the tuple (residual, force, couple) of each equation."""
+    """Yield the tuple (residual, force, couple) of each equation."""
     for row in ROWS[kind]:
         if isinstance(row, Along):
             yield float(a[row.axis] @ d), a[row.axis], _NONE
@@ -151,7 +152,7 @@ def _rows(kind: Kind, a: Floats, b: Floats, d: Floats) -> Iterator[tuple[float, 
 
 
 def _crosses(a: Floats, b: Floats) -> Floats:
-    """Returns the cross products of vectors (..., 3), faster than np.cross."""
+    """Return the cross products of vectors (..., 3), faster than np.cross."""
     found = np.empty(np.broadcast_shapes(a.shape, b.shape))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         found[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
@@ -159,6 +160,6 @@ def _crosses(a: Floats, b: Floats) -> Floats:
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
-    """Returns the cross product of two vectors (3,), faster than np.cross."""
+    """Return the cross product of two vectors (3,), faster than np.cross."""
     (a1, a2, a3), (b1, b2, b3) = a.tolist(), b.tolist()
     return np.array([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])

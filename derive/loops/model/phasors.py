@@ -25,22 +25,22 @@ REAL: Complex = (ONE, ZERO)
 
 
 def product(a: Complex, b: Complex) -> Complex:
-    """Returns the product a b."""
+    """Return the product a b."""
     return a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]
 
 
 def conjugate(a: Complex) -> Complex:
-    """Returns the conjugate of a."""
+    """Return the complex conjugate of a number."""
     return a[0], -a[1]
 
 
 def dot(a: Complex, b: Complex) -> sp.Expr:
-    """Returns the scalar product of two planar vectors."""
+    """Return the scalar product of two planar vectors."""
     return a[0] * b[0] + a[1] * b[1]
 
 
 def cross(a: Complex, b: Complex) -> sp.Expr:
-    """Returns the cross product of two planar vectors.
+    """Return the cross product of two planar vectors.
 
     The cross product is positive if b is to the left of a.
     """
@@ -48,7 +48,7 @@ def cross(a: Complex, b: Complex) -> sp.Expr:
 
 
 def minus(a: Complex, b: Complex) -> Complex:
-    """Returns the difference a - b."""
+    """Return the difference a - b."""
     return a[0] - b[0], a[1] - b[1]
 
 
@@ -57,15 +57,14 @@ class PhasorSum:
     """A planar point or vector, as a sum of rotated vectors.
 
     Attributes:
-        terms: The vectors by their rotation angle. An angle is 0 or a linear expression in symbols
-            without a constant.
+        terms: Mapping from each rotation angle to the vector that is rotated by this angle.
     """
 
     terms: Mapping[sp.Expr, Complex] = field(default_factory=dict)
 
     @staticmethod
     def of(vector: Complex, angle: sp.Expr = ZERO) -> "PhasorSum":
-        """Returns a vector rotated by an angle."""
+        """Return a vector rotated by an angle."""
         return _collected(((angle, vector),))
 
     def __add__(self, other: "PhasorSum") -> "PhasorSum":
@@ -78,20 +77,20 @@ class PhasorSum:
         return self + -other
 
     def times(self, factor: Complex) -> "PhasorSum":
-        """Returns the sum, multiplied by a complex number."""
+        """Return this phasor sum, multiplied by a complex number."""
         return _collected(tuple((angle, product(c, factor)) for angle, c in self.terms.items()))
 
     def turned(self, angle: sp.Expr) -> "PhasorSum":
-        """Returns the sum, rotated by an angle."""
+        """Return the sum, rotated by an angle."""
         return _collected(tuple((psi + angle, c) for psi, c in self.terms.items()))
 
     def common_angle(self) -> sp.Expr:
-        """Returns the angle of all terms, or 0 if the angles differ."""
+        """Return the angle if all terms have one angle, otherwise 0."""
         angles = list(self.terms)
         return angles[0] if len(angles) == 1 else ZERO
 
     def coordinates(self, terms: Terms) -> Complex:
-        """Returns the coordinates x and y in the plane as terms."""
+        """Return the coordinates x and y in the plane as terms."""
         x, y = ZERO, ZERO
         for angle, vector in self.terms.items():
             re, im = terms.let(vector[0]), terms.let(vector[1])
@@ -102,7 +101,7 @@ class PhasorSum:
     def reduced(
         self, relations: "Sequence[PhasorSum]", cost: "Callable[[PhasorSum], int]"
     ) -> "PhasorSum":
-        """Returns a sum with a lower cost that has the same value in closed loops.
+        """Return an equivalent sum with a lower cost, using the loop equations.
 
         Args:
             relations: One sum for each loop, which is zero if the loop is closed.
@@ -127,15 +126,15 @@ class PlanarPose:
     origin: PhasorSum = field(default_factory=PhasorSum)
 
     def point(self, at: Complex) -> PhasorSum:
-        """Returns the position of a body point in the plane."""
+        """Return the position of a body point in the plane."""
         return self.origin + self.vector(at)
 
     def vector(self, along: Complex) -> PhasorSum:
-        """Returns a direction of the body in the plane."""
+        """Return a direction of the body in the plane."""
         return PhasorSum.of(product(self.rotor, along), self.angle)
 
     def carried(self, other: "PlanarPose") -> "PlanarPose":
-        """Returns the product of two planar poses.
+        """Return the product of two planar poses.
 
         If ``self`` is the pose of a first body, ``other`` is the pose of a second body relative to
         the first body.
@@ -148,7 +147,7 @@ class PlanarPose:
 
 
 def quotient(a: Complex, b: Complex) -> Complex:
-    """Returns the quotient a / b."""
+    """Return the quotient a / b."""
     re, im = product(a, conjugate(b))
     square = dot(b, b)
     return re / square, im / square
@@ -184,7 +183,7 @@ def _order(angle: sp.Expr) -> tuple[int, str]:
 
 @cache
 def _plain(expression: sp.Expr) -> sp.Expr:
-    """Returns an expression after cancellation of its terms."""
+    """Return an expression after cancellation of its terms."""
     if expression.is_Rational or expression.is_Symbol:
         return expression
     if not expression.free_symbols:
@@ -193,8 +192,6 @@ def _plain(expression: sp.Expr) -> sp.Expr:
     # cancellation.
     if expression.is_polynomial(*expression.free_symbols):
         return sp.expand(expression)
-    # For a general expression, SymPy first extracts common factors, which takes twice as long as
-    # for a fraction.
     numerator, denominator = expression.as_numer_denom()
     if denominator.is_Number:
         return sp.expand(expression)

@@ -26,7 +26,7 @@ from .phasors import ONE, REAL, ZERO, Complex
 Vector = NDArray[np.float64]
 
 MECHANISMS = 64
-"""Cache size for linkages, which exceeds the number of variants of a mechanism in a derivation."""
+"""Maximum number of linkages in the cache."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class PinEdge:
         at_b: The common point in the frame of body b.
         rotor: The orientation of body b in the axes of body a at joint value zero, as a unit
             complex number.
-        sense: 1, or -1 if the joint axis is opposite to the normal of the plane.
+        sense: 1 if the joint axis has the direction of the plane normal, otherwise -1.
     """
 
     name: str
@@ -63,7 +63,8 @@ class SlideEdge:
         at_a: A point of the guide in the axes of body a.
         direction: The unit direction of the guide in the frame of body a.
         b: The other body.
-        at_b: The point of b that lies at ``at_a + value * direction`` on a.
+        at_b: The point of body b that lies on the guide, at ``at_a + value * direction`` in the
+            frame of body a.
         rotor: The orientation of body b in the axes of body a.
     """
 
@@ -123,7 +124,7 @@ class Axes(NamedTuple):
 
 
 class Loop(NamedTuple):
-    """A closure or strut, and the joints of both branches of its loop."""
+    """A loop: its closure or strut, and the joints of its two branches."""
 
     loop_joint: Closure | Strut
     meeting: str
@@ -137,7 +138,7 @@ class Loop(NamedTuple):
 
 
 def loops(mechanism: Mechanism) -> list[Loop]:
-    """Returns the loop of each closure and strut, in the order of the description."""
+    """Return the loop of each closure and strut, in the order of the description."""
     return [_loop(mechanism, loop_joint) for loop_joint in mechanism.loop_joints]
 
 
@@ -151,12 +152,12 @@ def _loop(mechanism: Mechanism, loop_joint: Closure | Strut) -> Loop:
 
 
 def planar_loop_joints(mechanism: Mechanism) -> dict[str, Linkage]:
-    """Returns the linkages of planar loops by closure or strut."""
+    """Return the linkages of planar loops by closure or strut."""
     return {name: linkage for linkage in _linkages(mechanism)[0] for name in linkage.loop_joints}
 
 
 def linkages(mechanism: Mechanism) -> tuple[list[Linkage], list[Loop]]:
-    """Returns the planar linkages and the spatial loops of a mechanism."""
+    """Return the planar linkages and the spatial loops of a mechanism."""
     planar, spatial = _linkages(mechanism)
     return [*planar], [*spatial]
 
@@ -176,20 +177,23 @@ def _linkages(mechanism: Mechanism) -> tuple[list[Linkage], list[Loop]]:
 
 
 class _PlanarLoop(NamedTuple):
-    """A planar loop with the numerical normal of its plane in the frame of the base body."""
+    """A planar loop.
+
+    The normal of the plane is numeric and expressed in the frame of the base body.
+    """
 
     loop: Loop
     normal: sp.Matrix
 
     def shares_with(self, other: "_PlanarLoop") -> bool:
-        """Whether two loops share a joint and a plane. A slider may belong to two planes."""
+        """Whether two loops share a joint and a plane."""
         names = {joint.name for joint in self.loop.joints}
         shared = any(joint.name in names for joint in other.loop.joints)
         return shared and _is_small(self.normal.cross(other.normal))
 
 
 def _sharing(planar: Sequence[_PlanarLoop]) -> list[list[Loop]]:
-    """Groups loops that share joints, in the order of the description."""
+    """Group loops that share joints, in the order of the description."""
     groups: list[list[_PlanarLoop]] = []
     for loop in planar:
         joined = [group for group in groups if any(loop.shares_with(other) for other in group)]
@@ -206,13 +210,13 @@ class _Pose(NamedTuple):
     p: sp.Matrix
 
     def onward(self, terms: Terms, placement: Placement) -> "_Pose":
-        """Multiplies the pose by a placement on the right."""
+        """Return the pose multiplied from the right by the matrix of a placement."""
         M = placement_matrix(placement).applyfunc(terms.value)
         return _Pose(self.R * M[:3, :3], self.p + self.R * M[:3, 3])
 
 
 class _Branch:
-    """The joints from the base to one end of a loop, with numerical axes at zero."""
+    """The joints from the base to one end of a loop."""
 
     def __init__(
         self, mechanism: Mechanism, terms: Terms, frame: Frame, path: Sequence[Joint]
@@ -233,7 +237,7 @@ class _Branch:
 
 
 def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
-    """Returns the normal of a planar loop in the frame of the base body, or None."""
+    """Return the normal of a planar loop in the frame of the base body, or None."""
     loop_joint = loop.loop_joint
     a = _Branch(mechanism, terms, loop_joint.a, loop.to_a)
     b = _Branch(mechanism, terms, loop_joint.b, loop.to_b)
@@ -255,7 +259,7 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
 def axes_in_numbers(
     mechanism: Mechanism, terms: Terms, loop: Loop
 ) -> tuple[list[str], list[Vector], tuple[Vector, Vector]]:
-    """Returns the revolute joints of a loop, their axes and the two ends, all at zero.
+    """Return names and axes of a loop's revolute and helical joints, and the two loop ends.
 
     All vectors are in the frame of the base body (meter).
     """
@@ -282,7 +286,7 @@ def holds(n: sp.Matrix, turning: Iterable[sp.Matrix], sliding: Iterable[sp.Matri
 
 
 def across(sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr]) -> sp.Matrix | None:
-    """Returns the unit normal of the plane of two sliders, or None if all sliders are parallel.
+    """Return the unit normal of the plane of two sliders, or None if all sliders are parallel.
 
     Args:
         sliding: Directions of the sliders.
@@ -296,7 +300,7 @@ def across(sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr]) ->
 
 
 def _at(mechanism: Mechanism, terms: Terms, body: str) -> _Pose:
-    """Returns the pose of a body with all joints at zero."""
+    """Return the pose of a body with all joints at zero."""
     if body == mechanism.base_frame:
         return _Pose(sp.eye(3), sp.zeros(3, 1))
     joint = mechanism.joint_of[body]
@@ -307,7 +311,7 @@ def _at(mechanism: Mechanism, terms: Terms, body: str) -> _Pose:
 
 
 def _before(mechanism: Mechanism, terms: Terms, joint: Joint) -> _Pose:
-    """Returns the pose of a joint's axes with all joints at zero."""
+    """Return the pose of a joint's axes with all joints at zero."""
     return terms.memoize(
         ("before joint at zero", mechanism, joint),
         lambda: _at(mechanism, terms, joint.parent).onward(terms, joint.before),
@@ -349,7 +353,7 @@ def _linkage(mechanism: Mechanism, terms: Terms, group: Sequence[Loop]) -> Linka
 
 
 def piston(cylinder: Strut) -> str:
-    """Returns the name of the piston body of a cylinder."""
+    """Return the name of the piston body of a cylinder."""
     return f"{cylinder.name}.piston"
 
 
@@ -373,7 +377,7 @@ class _Plane:
             self.axes[joint.link] = self._chosen(normal)
 
     def _normal_at_root(self, order: Sequence[Joint], group: Sequence[Loop]) -> sp.Matrix:
-        """Returns the first revolute axis, or the normal of the sliders if there is none."""
+        """Return the first revolute axis, or the normal of the sliders if there is none."""
         for joint in order:
             if joint.kind == "revolute":
                 return self._at_root(joint.parent, _rotation(joint.before)[:, 2], order)
@@ -396,7 +400,7 @@ class _Plane:
         return n
 
     def _at_root(self, body: str, direction: sp.Matrix, order: Sequence[Joint]) -> sp.Matrix:
-        """Returns a direction of a body in the frame of the root, at zero."""
+        """Return a direction of a body in the root frame, with all joint values zero."""
         for joint in joints_to_root({joint.link: joint for joint in order}, body):
             direction = _rotation(joint.before) * _rotation(joint.after) * direction
         return direction
@@ -411,14 +415,14 @@ class _Plane:
         return Axes(x, tidied(self.terms, n.cross(x)), n)
 
     def point(self, body: str, position: sp.Matrix) -> Complex:
-        """Returns a point or direction of a body in its planar axes."""
+        """Return a point or direction of a body in its planar axes."""
         axes = self.axes[body]
         sums = (sp.Add(*(axis[k] * position[k] for k in range(3))) for axis in (axes.x, axes.y))
         x, y = (tidied_entry(self.terms, sp.expand(component)) for component in sums)
         return x, y
 
     def edge(self, joint: Joint) -> Edge:
-        """Returns a tree joint as an edge."""
+        """Return a tree joint as an edge."""
         before, after = placement_matrix(joint.before), placement_matrix(joint.after)
         R, p = after[:3, :3], after[:3, 3]
         a, b = joint.parent, joint.link
@@ -434,7 +438,7 @@ class _Plane:
         return PinEdge(joint.name, a, at_a, b, at_b, rotor, sense)
 
     def closure(self, closure: Closure) -> Edge:
-        """Returns a closure as an edge."""
+        """Return a closure as an edge."""
         (a, M), (b, N) = self._placed(closure.a), self._placed(closure.b)
         at_a, at_b = self.point(a, M[:3, 3]), self.point(b, N[:3, 3])
         rotor = self.point(a, M[:3, :3] * N[:3, :3].T * self.axes[b].x)
@@ -446,7 +450,10 @@ class _Plane:
         return PinEdge(closure.name, a, at_a, b, at_b)
 
     def strut(self, strut: Strut) -> list[Edge]:
-        """Returns the edges of a strut. A cylinder has a slide between its two pins."""
+        """Return the edges of a strut.
+
+        A cylinder adds a sliding edge between its two pins.
+        """
         (a, M), (b, N) = self._placed(strut.a), self._placed(strut.b)
         barrel = strut.name
         swing = PinEdge(strut.swing_name, a, self.point(a, M[:3, 3]), barrel, (ZERO, ZERO))
@@ -474,7 +481,7 @@ def _axis(frame: Frame) -> sp.Matrix:
 
 
 def tidied(terms: Terms, vector: sp.Matrix) -> sp.Matrix:
-    """Returns a vector after rounding entries that are 0, 1 or -1 up to rounding errors.
+    """Return a vector after rounding entries that are 0, 1 or -1 up to rounding errors.
 
     Entries with parameters stay as they are.
     """
@@ -482,7 +489,7 @@ def tidied(terms: Terms, vector: sp.Matrix) -> sp.Matrix:
 
 
 def tidied_entry(terms: Terms, entry: sp.Expr) -> sp.Expr:
-    """Returns an entry, or the exact integer if it is 0, 1 or -1 up to rounding errors."""
+    """Return an entry, or the exact integer if it is 0, 1 or -1 up to rounding errors."""
     if entry.is_Rational or entry.free_symbols:
         return entry
     value = terms.value(entry)

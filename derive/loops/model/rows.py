@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 
 
 class Along(NamedTuple):
-    """The difference of both origins along an axis of frame a."""
+    """The component of the vector between both origins along an axis of frame a."""
 
     axis: int
 
@@ -35,9 +35,7 @@ ROWS: Mapping[Kind, tuple[Row, ...]] = {
     ("slider", "space"): (*_MET[:2], *_HELD),
     ("weld", "space"): (*_MET, *_HELD),
 }
-"""The equations by the kind of closure. In a plane, the equations use the axes x and y of the
-plane. The x axis of a slider is its guide. A strut has a single equation: the distance between
-its ends."""
+"""The equations of each kind of closure, in the plane and in space."""
 FACING: Mapping[Kind, tuple[int, ...]] = {
     ("ball", "plane"): (),
     ("pin", "plane"): (),
@@ -48,6 +46,6 @@ FACING: Mapping[Kind, tuple[int, ...]] = {
     ("slider", "space"): (0, 1),
     ("weld", "space"): (0, 1),
 }
-"""The axes that have equal directions in the two frames of a closure. The equations also hold if
-two axes have opposite directions, so the directions are tested.
-"""
+"""Indices of the axes that must have the same direction in both frames of a closure. The closure
+equations also hold if the axes have opposite directions. A separate test therefore compares the
+directions."""

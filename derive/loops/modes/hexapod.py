@@ -20,7 +20,7 @@ from .soma import RODS, SOMA, Array, SixRods
 PAIR = 2
 FREE = ["prismatic"] * 3 + ["revolute"] * 3
 SAMPLES = 60
-"""Number of sample configurations that span the space of all rods. The space has at most 24
+"""Number of sample configurations that determine the space of all rods. The space has at most 24
 dimensions."""
 OPERATIONS = 2_000_000
 """Approximate number of operations for forty paths with thirty steps each."""
@@ -29,11 +29,10 @@ CALLED = "rod_ends"
 
 @dataclass(frozen=True)
 class Hexapod:
-    """Six rods between actuated points and a platform.
+    """Six rods that connect actuated points to a platform.
 
-    The main chain does not constrain the platform. Points are expressed in the axes of the first
-    three joints of the main chain. The origin is the point in which the last three axes intersect
-    at zero.
+    Points are expressed in the axes of the first three joints of the main chain. The origin is the
+    intersection of the last three axes of the main chain at zero coordinates.
 
     Attributes:
         a: The endpoints of the rods on the actuated bodies.
@@ -55,7 +54,7 @@ class DoubleJoints(NamedTuple):
     Attributes:
         side: 1 if the rods of each pair share an end on the platform, 2 if they share an end on the
             actuated side, 0 if no rods share an end.
-        rods: The rods, pair by pair.
+        rods: The rods. Two consecutive rods form a pair.
     """
 
     side: int
@@ -66,13 +65,16 @@ NO_JOINTS = DoubleJoints(0, (0,) * RODS)
 
 
 def double_joints(a: Sequence[Sequence[object]], b: Sequence[Sequence[object]]) -> DoubleJoints:
-    """Returns the pairs of rods that share an end. Shared ends on the platform are preferred."""
+    """Return the pairs of rods that share an end point.
+
+    If both platform and base have shared rod ends, the result contains the pairs on the platform.
+    """
     sides = ((side, _paired(ends)) for side, ends in ((1, b), (2, a)))
     return next((DoubleJoints(side, rods) for side, rods in sides if rods), NO_JOINTS)
 
 
 def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
-    """Returns the rods in pairs that share an end, or () if there are not three pairs."""
+    """Return the rods in pairs that share an end, or () if there are not three pairs."""
     joints: dict[tuple[object, ...], list[int]] = {}
     for rod, end in enumerate(ends):
         joints.setdefault(tuple(end), []).append(rod)
@@ -81,7 +83,7 @@ def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
 
 
 def hexapod_of(h: SolvedLoops) -> Hexapod | None:
-    """Returns the six rods of a spatial platform, or None for other robots."""
+    """Return the six rods of a spatial platform, or None for other robots."""
     platform = free_platform(h, FREE)
     if platform is None:
         return None
@@ -97,7 +99,7 @@ def hexapod_of(h: SolvedLoops) -> Hexapod | None:
 
 
 def rod_ends(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the function for the rod lengths and the rod ends on the actuated side."""
+    """Build the function for the rod lengths and the rod ends on the actuated side."""
     found = hexapod_of(h)
     assert found is not None
     a = tuple(h.terms.let(entry) for point in found.a for entry in point)
@@ -115,7 +117,7 @@ def rod_ends(h: SolvedLoops) -> SymbolicFunction:
 
 
 def modes(h: SolvedLoops) -> NativeSolverFunction | None:
-    """Returns the function ``modes``, or None if the rod lengths do not determine the pose."""
+    """Return the function ``modes``, or None if the rod lengths do not determine the pose."""
     found = hexapod_of(h)
     assert found is not None
     rods = _rods(h, found)
@@ -125,8 +127,8 @@ def modes(h: SolvedLoops) -> NativeSolverFunction | None:
         return None
     return NativeSolverFunction(
         "modes",
-        f"Every assembly mode of the platform, up to {n}, the highest first.",
-        "|b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite",
+        f"Every assembly mode of the platform, up to {n}, from the highest to the lowest.",
+        "|b_i(theta[k]) - a_i(q)| = l_i if theta[k] is finite",
         (h.arguments["q"],),
         (
             Result("theta", (), (n, len(FREE)), "m, rad", "main-chain joints, one mode per row"),
@@ -136,7 +138,7 @@ def modes(h: SolvedLoops) -> NativeSolverFunction | None:
                 (n,),
                 "1",
                 "|det J_x| over the product of its row norms: 0 if the "
-                "platform is singular and two modes meet",
+                "platform is singular and two modes coincide",
             ),
             Result(
                 "unsure",
@@ -144,7 +146,7 @@ def modes(h: SolvedLoops) -> NativeSolverFunction | None:
                 (1,),
                 "1",
                 "number of complex solutions that were not found for "
-                "certain; 0 where no mode is missing",
+                "certain; 0 if no mode is missing",
             ),
         ),
         "hexapod",
@@ -163,12 +165,12 @@ class RodNumbers:
         size: The size of the platform (meter).
         origin: The centroid of the rod ends on the actuated side, divided by `size`.
         middle: The centroid of the rod ends on the platform, divided by `size`.
-        family: The rods at all configurations. Rod ends are relative to the centroids of the ends
-            on each side.
+        family: The rods at all configurations. On the actuated side and on the platform, the origin
+            is the centroid of the rod ends.
     """
 
     def __init__(self, a: Array, b: Array, lengths: Array) -> None:
-        """Scales the rods.
+        """Scale the rods.
 
         Args:
             a: (n, 6, 3) rod ends on the actuated side at n configurations, meter.
@@ -190,7 +192,8 @@ class RodNumbers:
 class HexapodTables(Tables):
     """Fields of the C struct ``chasles_hexapod_platform``.
 
-    Lengths are divided by the platform size. A complex number is a pair of numbers.
+    Lengths are divided by the platform size. Each complex number is stored as a pair: its real and
+    imaginary parts.
 
     Attributes:
         size: The platform size (meter).
@@ -198,13 +201,14 @@ class HexapodTables(Tables):
         middle: The centroid of the rod ends on the platform.
         axis: Index (0 to 2) of the axis of each angle of the platform.
         moves: Whether the actuators move the rod ends.
-        paths: Number of complex poses, and number of solutions in the output.
+        paths: Number of complex poses, which is also the number of solutions in the results.
         joined: The side on which rods share joints, see :class:`DoubleJoints`.
         pairs: Indices of the rods (0 to 5), pair by pair. The rods of a pair share an end.
         b: The rod ends on the platform.
         a: The ends of the generic rods on the actuated side.
-        c: The constants of the generic rods.
-        starts: All complex poses of the generic rods. Unused rows are zero.
+        c: The constants |a|^2 + |b|^2 - l^2 of the generic rods, where l is the rod length.
+        starts: All complex poses that satisfy the equations of the generic rods. Unused rows are
+            zero.
     """
 
     size: float
@@ -229,14 +233,15 @@ class HexapodTables(Tables):
         own: SixRods,
         poses: Array,
     ) -> "HexapodTables":
-        """Returns the numerical data of a platform.
+        """Return the numerical data of a platform.
 
         Args:
             rods: The rods.
             axes: Index (0 to 2) of the axis of each angle of the platform.
             joints: The double joints.
-            own: Generic rods from the family of the platform.
-            poses: (n, 8) all complex poses of the platform on the rods ``own``.
+            own: Six rods with generic dimensions for the platform.
+            poses: (n, 8) all complex poses of the platform at which each rod in ``own`` has its
+                given length.
         """
         slots = np.zeros((MAX_POSES, SOMA), np.complex128)
         slots[: len(poses)] = poses
@@ -266,12 +271,12 @@ def _rods(h: SolvedLoops, found: Hexapod) -> RodNumbers:
 
 
 def _short(x: float) -> float:
-    """Rounds a number to three digits if the other digits are zero."""
+    """Round a number to three significant digits, or to 0 if it is a rounding error."""
     return float(f"{x:.3g}") if abs(x) > NO_FRAME else 0.0
 
 
 def _samples(h: SolvedLoops) -> Array:
-    """Returns fixed generic actuated coordinates within their limits."""
+    """Return deterministic sample values of the actuated coordinates within their limits."""
     coordinates = h.mechanism.coordinates
     parts = np.sqrt(np.arange(2, SAMPLES * len(coordinates) + 2) * 3) % 1
     rows = parts.reshape(SAMPLES, len(coordinates))

@@ -1,11 +1,11 @@
 """Finds all complex poses of a platform on six rods.
 
-The search uses rods with generic complex coordinates from the affine space that the platform's rods
-span. A generic platform has forty complex poses. A table lists the poses of one generic platform. A
-special platform may be flat or have shared rod ends. For generic rod lengths, some of the forty
-paths lead to all poses of a special platform. The other paths diverge to infinity. By Sard's
-theorem, almost all values of a smooth function are regular. So no pose is singular for generic rod
-lengths, and singular end poses are not used as starts.
+The coordinates of the rods in all configurations span an affine space. The search selects rods with
+generic complex coordinates from this space. A generic platform has forty complex poses. A table
+lists the poses of one generic platform. A special platform may be flat or have shared rod ends. For
+generic rod lengths, some of the forty paths lead to all poses of a special platform. The other
+paths diverge to infinity. By Sard's theorem, almost all values of a smooth function are regular. So
+no pose is singular for generic rod lengths, and singular end poses are not used as starts.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7
@@ -34,24 +34,26 @@ FIRST_STEP = 0.05
 MAX_STEPS = 3000
 MAX_POSES = len(POSES)
 LOOPS_WITHOUT_A_NEW_POSE = 3
-"""The search moves the rods along closed paths. The search ends after this number of consecutive
-paths that reach no new pose."""
+"""The search ends after this number of consecutive closed paths that reach no new pose."""
 REFINEMENTS = 3
 GENERIC_DIGITS = 12
 """Number of decimal places of the random numbers."""
 
 
 def generic(count: int, phase: int) -> Array:
-    """Returns fixed complex numbers on the unit circle for a phase."""
+    """Return pseudo-random complex numbers on the unit circle; `phase` acts as the seed."""
     k = np.arange(1, count + 1) + 100 * phase
     return np.asarray(np.exp(2j * np.pi * ((k * np.sqrt(2)) % 1 + (k * k * np.sqrt(3)) % 1)))
 
 
 class RodFamily:
-    """The affine space that the rods of all configurations span, and its generic members."""
+    """The affine space spanned by a platform's rods in all configurations.
+
+    The start poses for path tracking are the solutions for generic complex rods from this space.
+    """
 
     def __init__(self, a: Array, b: Array, lengths: Array) -> None:
-        """Computes the space.
+        """Compute the space.
 
         Args:
             a: (n, 6, 3) rod ends on the actuated side at n configurations, divided by the size.
@@ -67,7 +69,7 @@ class RodFamily:
         self.moves = bool(np.ptp(a, axis=0).max() > RODS_SPAN)
 
     def member(self, phase: int) -> SixRods:
-        """Returns six rods of the family with generic complex coordinates."""
+        """Return six rods of the family with generic complex coordinates."""
         # The singular vectors of a subspace are not unique, but the projector on the subspace is
         # unique.
         away = self.directions.T @ (self.directions @ generic(len(self.middle), phase))
@@ -78,7 +80,7 @@ class RodFamily:
 
 
 def starts(family: RodFamily) -> tuple[SixRods, Array]:
-    """Returns generic rods of a family, and all their complex unit poses (n, 8).
+    """Return generic rods of a family, and all complex poses (n, 8) that fit these rods.
 
     The poses are computed in high precision, rounded and sorted.
     """
@@ -98,7 +100,7 @@ def starts(family: RodFamily) -> tuple[SixRods, Array]:
 
 
 def _around(family: RodFamily, own: SixRods, known: Array, phase: int) -> Array:
-    """Returns the known poses, and poses found by moving the rods along a closed path."""
+    """Return the known poses, and poses found by moving the rods along a closed path."""
     stations = [own, family.member(phase), family.member(phase + 1), own]
     x = known
     for start, end in pairwise(stations):
@@ -110,7 +112,7 @@ def _around(family: RodFamily, own: SixRods, known: Array, phase: int) -> Array:
 
 
 def _regular(rods: SixRods, x: Array) -> Array:
-    """Returns the finite and nonsingular poses without duplicates."""
+    """Return the finite and nonsingular poses without duplicates."""
     x = x[(finite(x) > POSE_AT_INFINITY) & (condition(rods, x) < SINGULAR_POSE)]
     apart = 1 - np.abs(x.conj() @ x.T) > POSES_ARE_ONE
     kept = [k for k in range(len(x)) if apart[k, :k].all()]
@@ -118,7 +120,7 @@ def _regular(rods: SixRods, x: Array) -> Array:
 
 
 def _exact(rods: SixRods, x: Array) -> Array:
-    """Refines the poses in high precision and sorts them."""
+    """Refine the poses in high precision and sort them."""
     # Arithmetic in double precision would round differently on different machines.
     scale = generic(SOMA, 0)
     x = x / (x @ scale)[:, None]
@@ -147,17 +149,18 @@ def _exact(rods: SixRods, x: Array) -> Array:
 
 
 def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
-    """Tracks poses while the rods change from start to end.
+    """Track poses while the rods change from start to end.
 
-    The rods may change their ends a or their ends b, but not both. The coefficients change along a
-    straight line with t from 0 to 1. A Runge-Kutta step and two Newton steps update each pose. If
-    the coefficients at the start and at the end are generic complex numbers, all paths are regular.
-    If the final rods are not generic, a path may end at a singularity or at infinity.
+    Between the start and the end, either the rod ends a or the rod ends b may change, but not both.
+    The coefficients change along a straight line with t from 0 to 1. A Runge-Kutta step and two
+    Newton steps update each pose. If the coefficients at the start and at the end are generic
+    complex numbers, all paths are regular. If the final rods are not generic, a path may end at a
+    singularity or at infinity.
 
     Args:
         start: Rods whose poses are known.
-        end: Rods at the end of the path.
-        x: (n, 8) poses of the start rods.
+        end: The final rods, which are reached at t = 1.
+        x: (n, 8) poses of the platform with the rods ``start``.
 
     Returns:
         (n, 8) unit poses, and (n,) flags for the paths that reached the end.
@@ -183,7 +186,7 @@ def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
 
 
 def _stepped(H: Array, change: Array, x: Array, t: Array, h: Array) -> tuple[Array, Array, Array]:
-    """Returns the poses after a tracking step, and the norms of both Newton corrections."""
+    """Return the poses after a tracking step, and the norms of both Newton corrections."""
 
     def slope(part: float, y: Array) -> Array:
         _, J = _linear(H, change, t + part * h, y, x)
@@ -205,10 +208,7 @@ def _stepped(H: Array, change: Array, x: Array, t: Array, h: Array) -> tuple[Arr
 
 
 def _linear(H: Array, change: Array, t: Array, y: Array, of: Array) -> tuple[Array, Array]:
-    """Returns H(t) y and the Jacobian.
-
-    The last row of the Jacobian makes steps orthogonal to the vector `of`.
-    """
+    """Return H(t) y and the Jacobian."""
     Hy = np.einsum("kij,nj->nki", H, y) + t[:, None, None] * np.einsum("kij,nj->nki", change, y)
     J = np.empty((len(y), SOMA, SOMA), np.complex128)
     J[:, :-1] = 2 * Hy
@@ -226,6 +226,6 @@ def _solved(J: Array, right: Array) -> Array:
 
 
 def condition(rods: SixRods, x: Array) -> Array:
-    """Returns the condition numbers (n,) of the Jacobian at unit poses."""
+    """Return the condition numbers (n,) of the Jacobian at unit poses."""
     _, J = _linear(quadrics(rods), np.zeros((7, SOMA, SOMA)), np.zeros(len(x)), x, x)
     return np.asarray(np.linalg.cond(J))

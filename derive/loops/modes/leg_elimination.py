@@ -19,14 +19,13 @@ Named = tuple[sp.Symbol, sp.Expr]
 Name = Callable[[str, str], sp.Symbol]
 """Returns the symbol of a letter (``w``, ``u``, ``n``, ``|u|``, ``k``, ``l``, ``J``) and an index.
 
-The index consists of a leg number, an axis, or a leg number and an axis. For the distances ``|a|``
-and ``|b|`` between points of two legs, the index consists of the two leg numbers.
+The index is a leg number, an axis, or both.
 """
 
 
 @dataclass(frozen=True)
 class LegElimination:
-    """The equations of three legs without the position of the platform.
+    """The leg equations of a planar platform after elimination of the platform position.
 
     Attributes:
         u: Components of u_2 and u_3 with their symbols.
@@ -37,10 +36,11 @@ class LegElimination:
             to the point b_1.
         position: x and y of the platform in terms of w.
         linear: The left-hand sides of both linear equations.
-        solution: The vector w. For three lines, w follows from the first two lines.
+        solution: The vector w. If the ends of all three legs move on lines, w follows from the
+            first two lines.
         polynomial: Both sides of the equation for the platform angle.
-        distances: Distances between the points b_i and between the points a_i of lines, with
-            symbols.
+        distances: The distances between the platform points b_i. For legs whose ends move on lines,
+            also the distances from a_1 to their base points a_i. Each distance has a symbol.
         scale: The square of the length that normalizes the polynomial, as a function of the
             distances.
         power: The exponent of the normalizing length.
@@ -63,7 +63,7 @@ class LegElimination:
 
 
 def leg_elimination(legs: Triad, phi: sp.Expr, name: Name) -> LegElimination:
-    """Returns the equations of three legs in given symbols.
+    """Return the equations of three legs in given symbols.
 
     Args:
         legs: The legs. Legs whose ends move on circles come before legs with ends on lines.
@@ -121,9 +121,9 @@ def _right_side(legs: Triad, i: int, norms: dict[int, Named], name: Name) -> sp.
 
 
 def _radius(legs: Triad, i: int, name: Name) -> sp.Expr:
-    """Returns the radius of a circle.
+    """Return the radius of a circle.
 
-    The radius is a symbol unless an actuator coordinate is the radius.
+    If the radius is an expression that contains symbols, a new symbol replaces the expression.
     """
     L = legs.L[i - 1]
     return L if L.is_Atom or not L.free_symbols else name("l", f"{i}")
@@ -154,10 +154,7 @@ def _polynomial(
 def _distances(
     legs: Triad, sides: list[Complex], base_vectors: list[Complex], name: Name
 ) -> list[Named]:
-    """Returns the lengths of the platform sides.
-
-    Also returns distances between points of the lines on which leg ends move.
-    """
+    """Return the lengths of the platform sides."""
     vectors = [("|b|", "21", sides[0]), ("|b|", "31", sides[1])]
     vectors.append(("|b|", "32", minus(sides[1], sides[0])))
     others = max(0, len(legs.L) - 1)
@@ -166,10 +163,10 @@ def _distances(
 
 
 def _harmonics(legs: Triad) -> int:
-    """Returns the degree of the polynomial in the cosine and sine of the platform angle.
+    """Return the degree of the polynomial in the cosine and sine of the platform angle.
 
     The scalar k_i has degree 1. The products of k_i with u_i have degree 1 too. The product of two
-    line normals has degree 0 if both rotate with the same body.
+    line normals is independent of the platform angle if both lines lie on one body.
     """
     kinds: list[LegLine | None] = [*([None] * len(legs.L)), *legs.lines]
 

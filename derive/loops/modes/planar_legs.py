@@ -4,8 +4,8 @@ With a fixed actuator, a leg with three joints is a body between two passive joi
 equation for the position p and the rotation R of the platform. A is a fixed point, and b is a point
 of the platform. A leg with two revolute joints is a rod of length L with the equation |p + R b - A|
 = L. With a prismatic joint on the fixed side, b moves on a fixed line with the equation n . (p + R
-b - A) = 0. With a prismatic joint on the platform, a line of the platform contains A. The equation
-is R n . (p + R b - A) = 0.
+b - A) = 0. With a prismatic joint on the platform, A lies on a line that is fixed to the platform.
+The equation is R n . (p + R b - A) = 0.
 
 A leg with two passive prismatic joints determines only the platform angle, and is not supported.
 """
@@ -32,7 +32,7 @@ from .rods import joint_frame, joint_values, tool_position
 from .triad import LEGS, LegLine, Triad, leg_residuals
 
 VIRTUAL = ["prismatic", "prismatic", "revolute"]
-"""The joint kinds of the main chain: x, y and phi of the platform."""
+"""The types of the main-chain joints, whose values are x, y and phi of the platform."""
 QUARTER: Complex = (sp.S.Zero, sp.S.One)
 
 
@@ -44,7 +44,7 @@ class ChainAxes(NamedTuple):
         x: The direction of the x axis.
         side: 1 if the y axis is to the left of x, otherwise -1.
         rotor: The orientation of the platform at phi = 0.
-        pin: The rotation center of phi in platform axes.
+        pin: Point about which the angle phi rotates the platform, in platform axes.
     """
 
     origin: Complex
@@ -55,7 +55,7 @@ class ChainAxes(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """The equation of a leg, which is a rod with a length or a line with a normal."""
+    """The equation of a leg: a rod with a length, or a line with a normal."""
 
     A: Complex
     b: Complex
@@ -64,7 +64,7 @@ class Leg(NamedTuple):
 
 
 def legs_of(h: SolvedLoops) -> Triad | None:
-    """Returns the legs of a planar platform with three legs, or None. Rods come first."""
+    """Return the legs of a planar platform with three legs, or None. Rods come first."""
     linkage = _linkage(h)
     axes = None if linkage is None else _axes(h, linkage)
     if linkage is None or axes is None:
@@ -89,7 +89,7 @@ def _virtual(h: SolvedLoops) -> list[Joint]:
 
 
 def _linkage(h: SolvedLoops) -> Linkage | None:
-    """Returns the linkage of a platform that a virtual chain x, y, phi connects to the base."""
+    """Return the linkage of a platform that a virtual chain x, y, phi connects to the base."""
     mechanism, moving = h.mechanism, _virtual(h)
     if [joint.kind for joint in moving] != VIRTUAL or h.loops.spatial or len(h.loops.planar) != 1:
         return None
@@ -102,7 +102,7 @@ def _linkage(h: SolvedLoops) -> Linkage | None:
 
 
 def _joined(h: SolvedLoops, linkage: Linkage, known: Mapping[str, sp.Expr]) -> Clusters:
-    """Returns the rigid groups of bodies if some joint values are known."""
+    """Return the groups of bodies that become rigid when some joints are fixed."""
     clusters = Clusters(h.terms, linkage, known, h.forward.reference)
     while clusters.join_known():
         pass
@@ -110,7 +110,7 @@ def _joined(h: SolvedLoops, linkage: Linkage, known: Mapping[str, sp.Expr]) -> C
 
 
 def _axes(h: SolvedLoops, linkage: Linkage) -> ChainAxes | None:
-    """Returns the axes of x and y, or None if x, y, phi are not the coordinates of the platform."""
+    """Return the axes of x and y, or None if x, y, phi are not the coordinates of the platform."""
     moving = _virtual(h)
     x, y, phi = h.theta
     clusters = _joined(h, linkage, {j.name: s for j, s in zip(moving, h.theta, strict=True)})
@@ -132,17 +132,17 @@ def _axes(h: SolvedLoops, linkage: Linkage) -> ChainAxes | None:
 
 
 def _seen(point: PhasorSum, body: PlanarPose) -> PhasorSum:
-    """Returns a point in the axes of another body in its rigid group."""
+    """Return a point of a rigid group in the frame of a body of this group."""
     return _along(point - body.origin, body)
 
 
 def _along(vector: PhasorSum, body: PlanarPose) -> PhasorSum:
-    """Returns a vector in the axes of another body in its rigid group."""
+    """Return a vector of a rigid group in the axes of a body of this group."""
     return vector.turned(-body.angle).times(conjugate(body.rotor))
 
 
 def _legs(h: SolvedLoops, clusters: Clusters, axes: ChainAxes) -> list[Leg | None]:
-    """Returns the legs. An entry is None if the part between base and platform is not a leg."""
+    """Return the legs. An entry is None if the part between base and platform is not a leg."""
     moving = _virtual(h)
     base = clusters.cluster(clusters.linkage.root)
     platform = clusters.cluster(moving[2].link)
@@ -168,7 +168,7 @@ class _Reader:
         self.root, self.body = clusters.linkage.root, _virtual(h)[2].link
 
     def leg(self, middle: Cluster, edges: Sequence[Edge]) -> Leg | None:
-        """Returns the equation of a leg with a middle body between two joints."""
+        """Return the equation of a leg with a middle body between two joints."""
         clusters, base, platform = self.clusters, self.base, self.platform
         near = [edge for edge in edges if clusters.holds(edge, base, middle)]
         far = [edge for edge in edges if clusters.holds(edge, platform, middle)]
@@ -193,14 +193,14 @@ class _Reader:
     def _line(
         self, slide: SlideEdge, carrier: Cluster, middle: Cluster, pin: PinEdge
     ) -> tuple[PhasorSum, PhasorSum]:
-        """Returns a point and the normal of the line on which a pin slides."""
+        """Return a point and the normal of the line on which a pin slides."""
         guide = self.clusters.guide(slide, carrier, middle)
         mount = guide.mounted(sp.S.Zero)
         offset = self.clusters.pin(middle, pin).times(mount.rotor).turned(mount.angle)
         return mount.origin + offset, guide.along.times(QUARTER)
 
     def _length(self, middle: Cluster, one: PinEdge, other: PinEdge) -> sp.Expr:
-        """Returns the distance between two pins.
+        """Return the distance between two pins.
 
         The distance is negative if the length of a cylinder is negative.
         """
@@ -211,12 +211,12 @@ class _Reader:
         return self.terms.let(sp.sqrt(arm(self.terms, span).square))
 
     def _apart(self, point: PhasorSum) -> Complex:
-        """Returns the coordinates x and y of a fixed point."""
+        """Return the coordinates x and y of a fixed point."""
         seen = _seen(point, self.base[self.root])
         return self._coordinates(seen - PhasorSum.of(self.axes.origin))
 
     def _on(self, point: PhasorSum) -> Complex:
-        """Returns x and y of a platform point at phi = 0, from the rotation center of phi."""
+        """Return x and y of a platform point at phi = 0, from the rotation center of phi."""
         seen = _seen(point, self.platform[self.body]) - PhasorSum.of(self.axes.pin)
         return self._coordinates(seen.times(self.axes.rotor))
 
@@ -229,7 +229,7 @@ class _Reader:
 
 
 def legs(h: SolvedLoops, triad: Triad) -> SymbolicFunction:
-    """Builds the function for the residual of each leg equation."""
+    """Build the function for the residual of each leg equation."""
     residuals = tuple(leg_residuals(h.terms, triad, h.theta))
     return h.function(
         "legs",
@@ -242,7 +242,7 @@ def legs(h: SolvedLoops, triad: Triad) -> SymbolicFunction:
 
 
 def legs_D_chain(h: SolvedLoops, triad: Triad) -> SymbolicFunction:
-    """Builds the Jacobian of the leg residuals with respect to the main chain."""
+    """Build the Jacobian of the leg residuals with respect to the main chain."""
     columns = derivative_columns(h.terms, leg_residuals(h.terms, triad, h.theta), h.theta)
     return h.function(
         "legs_D_chain",
@@ -255,7 +255,7 @@ def legs_D_chain(h: SolvedLoops, triad: Triad) -> SymbolicFunction:
 
 
 def relation(h: SolvedLoops, triad: Triad) -> tuple[list[Vector], tuple[sp.Expr, ...]]:
-    """Returns the rows of J_x and the entries of J_q.
+    """Return the rows of J_x and the entries of J_q.
 
     A row contains force and moment about the tool in base axes.
     """

@@ -48,7 +48,7 @@ name of a serial robot.
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Returns the builders of the functions of a platform, or {} for a robot without a platform."""
+    """Return the builders of the functions of a platform, or {} for a robot without a platform."""
     found: dict[str, Maker] = {}
     if h.forward.open:
         found |= {name: partial(of_open_chain, called) for name, called in OF_CHAIN.items()}
@@ -78,7 +78,7 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
 
 
 def written_makers(h: SolvedLoops) -> dict[str, WrittenMaker]:
-    """Returns the builders of the functions with handwritten C code."""
+    """Return the builders of the functions with handwritten C code."""
     if is_platform(h.mechanism) and hexapod_of(h) is not None:
         return {"modes": hexapod.modes}
     triad = triad_of(h) if h.forward.open else None
@@ -112,7 +112,7 @@ def _residuals(h: SolvedLoops, found: Sequence[Rod]) -> list[sp.Expr]:
 
 
 def rods(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the function for the difference between end distance and length of each rod."""
+    """Build the function ``rods``: the distance between the rod ends, minus the rod length."""
     entries = tuple(_residuals(h, rods_of(h)))
     names = ", ".join(strut.name for strut in h.mechanism.struts)
     return h.function(
@@ -126,7 +126,7 @@ def rods(h: SolvedLoops) -> SymbolicFunction:
 
 
 def rods_D_chain(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the Jacobian of the rod residuals with respect to the main chain."""
+    """Build the Jacobian of the rod residuals with respect to the main chain."""
     residuals = _residuals(h, rods_of(h))
     columns = derivative_columns(h.terms, residuals, h.theta)
     return h.function(
@@ -146,7 +146,7 @@ def rods_D_chain(h: SolvedLoops) -> SymbolicFunction:
 
 
 def velocity_relation(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the function for the matrices J_x and J_q of the velocity relation."""
+    """Build the function for the matrices J_x and J_q of the velocity relation."""
     if is_platform(h.mechanism):
         rows, J_q = _relation_of_rods(h)
     else:
@@ -168,7 +168,7 @@ def velocity_relation(h: SolvedLoops) -> SymbolicFunction:
 
 
 def _relation_of_rods(h: SolvedLoops) -> tuple[list[tuple[sp.Expr, ...]], tuple[sp.Expr, ...]]:
-    """Returns the rows of J_x for a twist in base axes, and the entries of J_q."""
+    """Return the rows of J_x for a twist in base axes, and the entries of J_q."""
     found = rods_of(h)
     tool = tool_position(h)
     rows = []
@@ -181,14 +181,14 @@ def _relation_of_rods(h: SolvedLoops) -> tuple[list[tuple[sp.Expr, ...]], tuple[
 
 
 def free_directions(h: SolvedLoops) -> list[int]:
-    """Returns the components of the tool twist (base axes) that the main chain can move."""
+    """Return the components of the tool twist (base axes) that the main chain can move."""
     (J,) = of_open_chain("jacobian_mixed", h).outputs
     _, n = J.shape
     return [k for k in range(6) if any(J.entries[k * n + j] != 0 for j in range(n))]
 
 
 def of_open_chain(name: str, h: SolvedLoops) -> SymbolicFunction:
-    """Builds a function of the main-chain joints theta."""
+    """Build a function of the main-chain joints theta."""
     function = open_chain(h).function(name)
     return SymbolicFunction(
         f"chain_{name}",
@@ -205,12 +205,12 @@ def of_open_chain(name: str, h: SolvedLoops) -> SymbolicFunction:
 
 
 def triad_of(h: SolvedLoops) -> Triad | None:
-    """Returns the three legs of a planar platform, or None for other robots."""
+    """Return the three legs of a planar platform, or None for other robots."""
     return _rods_in_plane(h) if is_platform(h.mechanism) else planar_legs.legs_of(h)
 
 
 def _rods_in_plane(h: SolvedLoops) -> Triad | None:
-    """Returns the rods of a planar platform on struts, or None."""
+    """Return the rods of a planar platform on struts, or None."""
     platform = free_platform(h, planar_legs.VIRTUAL)
     if platform is None or not is_right_handed(h.terms, platform.directions):
         return None
@@ -222,7 +222,7 @@ def _rods_in_plane(h: SolvedLoops) -> Triad | None:
 
 
 def assembly_polynomial(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the function for the polynomial of all assembly modes."""
+    """Build the function for the polynomial of all assembly modes."""
     triad = triad_of(h)
     assert triad is not None
     entries = triad_polynomial(h.terms, triad)
@@ -237,7 +237,7 @@ def assembly_polynomial(h: SolvedLoops) -> SymbolicFunction:
 
 
 def _assembly(name: str, h: SolvedLoops) -> SymbolicFunction:
-    """Builds the function for the platform pose at a zero of the polynomial."""
+    """Build the function for the platform pose at a zero of the polynomial."""
     triad = triad_of(h)
     assert triad is not None
     phi = sp.Symbol("_phi", real=True)
@@ -249,7 +249,7 @@ def _assembly(name: str, h: SolvedLoops) -> SymbolicFunction:
         name,
         "Platform pose at an angle phi that solves the assembly polynomial"
         + (", mirrored about the line of two centers." if name == "assembly_mirror" else "."),
-        f"{residuals}((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)",
+        f"{residuals}((x, y, phi), q) = 0 if phi is a zero of assembly_polynomial(q)",
         (h.arguments["q"], argument),
         (Result("theta", (x, y, phi), (TRIAD,), "m, rad", "pose of the platform"),),
         h.terms,

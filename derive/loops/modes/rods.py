@@ -44,7 +44,7 @@ class Rod:
     def actuator_row(
         self, terms: Terms, n: Sequence[sp.Expr], q: Sequence[sp.Symbol]
     ) -> list[sp.Expr]:
-        """Returns the row of J_q: the speed of end a along the rod per actuator rate.
+        """Return the row of J_q: the speed of end a along the rod per actuator rate.
 
         Args:
             terms: Receives the terms.
@@ -66,12 +66,12 @@ def is_right_handed(terms: Terms, axes: Sequence[Vector]) -> bool:
 
 
 def line_coordinates(n: Sequence[sp.Expr], r: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-    """Returns the row of J_x, which is the direction n and the moment r x n about the tool."""
+    """Return the direction n of a rod and its moment r x n."""
     return (*n, *(r[k - 2] * n[k - 1] - r[k - 1] * n[k - 2] for k in range(3)))
 
 
 def rods_of(h: SolvedLoops) -> list[Rod]:
-    """Returns the rods of a platform in the order of the description."""
+    """Return the rods of a platform in the order of the description."""
     values = joint_values(h)
     found = []
     for strut in h.mechanism.struts:
@@ -83,7 +83,7 @@ def rods_of(h: SolvedLoops) -> list[Rod]:
 
 
 def pins_in_tool(h: SolvedLoops) -> list[Vector]:
-    """Returns the platform ends of the rods in the tool frame (meter)."""
+    """Return the platform ends of the rods in the tool frame (meter)."""
     still = joint_values(h) | {joint.name: ZERO for joint in h.robot.moving}
     axes, tool = pose_of(h.mechanism, h.terms, h.mechanism.tool_mounting, still)
     pins = []
@@ -97,13 +97,13 @@ def pins_in_tool(h: SolvedLoops) -> list[Vector]:
 
 
 def tool_position(h: SolvedLoops) -> Vector:
-    """Returns the position of the tool in the base frame at theta (meter)."""
+    """Return the position of the tool in the base frame at theta (meter)."""
     return pose_of(h.mechanism, h.terms, h.mechanism.tool_mounting, joint_values(h))[1]
 
 
 @dataclass(frozen=True)
 class FreePlatform:
-    """The virtual joints of a free platform at zero, and the ends of its struts.
+    """Virtual joints of a free platform and both ends of each strut, all at zero joint values.
 
     Attributes:
         directions: The positive direction of each joint, in the base frame.
@@ -118,7 +118,9 @@ class FreePlatform:
 
 
 def free_platform(h: SolvedLoops, kinds: Sequence[str]) -> FreePlatform | None:
-    """Returns the platform on a virtual chain whose joints have the kinds ``kinds``, or None.
+    """Return the platform with a chain of virtual joints of the given kinds.
+
+    Return None if there is no such platform.
 
     Args:
         h: The robot.
@@ -147,7 +149,7 @@ def free_platform(h: SolvedLoops, kinds: Sequence[str]) -> FreePlatform | None:
 
 
 def joint_values(h: SolvedLoops) -> dict[str, sp.Expr]:
-    """Returns joint values by name.
+    """Return joint values by name.
 
     Chain joints depend on theta, and actuated joints and cylinders on q.
     """
@@ -157,12 +159,12 @@ def joint_values(h: SolvedLoops) -> dict[str, sp.Expr]:
 
 
 def from_base(h: SolvedLoops, strut: Strut) -> tuple[Frame, Frame]:
-    """Returns the ends of a rod. The platform end comes second."""
+    """Return the ends of a rod. The platform end comes second."""
     chain = {joint.name for joint in h.robot.moving}
     at_end = any(joint.name in chain for joint in h.mechanism.path_to(strut.b.body))
     return (strut.a, strut.b) if at_end else (strut.b, strut.a)
 
 
 def joint_frame(joint: Joint) -> Frame:
-    """Returns the frame of a joint before its motion."""
+    """Return the frame of a joint before its motion."""
     return Frame(joint.parent, joint.before)

@@ -42,12 +42,12 @@ class SixRods:
 
 
 def left(v: Array) -> Array:
-    """Returns matrices (n, 4, 4) of the products v x of vectors v (n, 3) with quaternions x."""
+    """Return matrices (n, 4, 4) of the products v x of vectors v (n, 3) with quaternions x."""
     return _matrices(v, 1)
 
 
 def right(v: Array) -> Array:
-    """Returns the matrices (n, 4, 4) that multiply a quaternion x by v from the right."""
+    """Return the matrices (n, 4, 4) that multiply a quaternion x by v from the right."""
     return _matrices(v, -1)
 
 
@@ -61,7 +61,7 @@ def _matrices(v: Array, side: int) -> Array:
 
 
 def quadrics(rods: SixRods) -> Array:
-    """Returns symmetric matrices H (7, 8, 8) of the equations x.H x = 0 with x = (e, g).
+    """Return symmetric matrices H (7, 8, 8) of the equations x.H x = 0 with x = (e, g).
 
     The equation of the last rod is subtracted from the others, which removes g.g. The seventh
     equation is ``e . g = 0``.
@@ -78,12 +78,12 @@ def quadrics(rods: SixRods) -> Array:
 
 
 def finite(x: Array) -> Array:
-    """Returns |e.e| of unit poses, which is 0 at infinity."""
+    """Return |e.e| for poses of unit norm; the value is 0 for a pose at infinity."""
     return np.asarray(np.abs((x[:, :4] ** 2).sum(1)))
 
 
 def residuals(rods: SixRods, x: Array) -> Array:
-    """Returns the residuals (n, 7) of the equations at poses x (n, 8), in the number type of x."""
+    """Return the residuals (n, 7) of the equations at poses x (n, 8), in the number type of x."""
     e, g = x[:, :4], x[:, 4:]
     L, R = left(rods.a), right(rods.b)
     values = []

@@ -71,8 +71,7 @@ class Triad:
     Attributes:
         A: Fixed points (x, y), meter. The fixed points are rod ends, points of fixed lines, or
             points on platform lines.
-        b: Points in platform axes, meter. The platform points are rod ends, points on fixed lines,
-            or points of platform lines.
+        b: Points in platform axes, meter.
         L: The rod lengths, meter.
         lines: The lines.
     """
@@ -85,7 +84,7 @@ class Triad:
 
 @dataclass(frozen=True)
 class Elimination:
-    """Equations that eliminate the position of the platform, for the article.
+    """Equations in the article that eliminate the position of the platform.
 
     Attributes:
         u: Components of u_2 and u_3 with their symbols.
@@ -117,7 +116,7 @@ def elimination(
     phi: sp.Expr,
     name: Callable[[str, str], sp.Symbol],
 ) -> Elimination:
-    """Returns the equations of the triad in given symbols.
+    """Return the equations of the triad in given symbols.
 
     Args:
         A: Three fixed points (x, y), meter.
@@ -125,7 +124,7 @@ def elimination(
         L: Three rod lengths, meter.
         phi: The platform's angle.
         name: Returns the symbol of a letter (``w``, ``u``, ``|u|``, ``k``, ``l`` or ``J``) and an
-            index. The index consists of a rod number, an axis, or a rod number and an axis.
+            index.
     """
     turn = sp.cos(phi), sp.sin(phi)
     sides = [minus(other, b[0]) for other in b[1:]]
@@ -160,12 +159,13 @@ def elimination(
 
 
 def triad_polynomial(terms: Terms, triad: Triad) -> tuple[sp.Expr, ...]:
-    """Returns the trigonometric polynomial whose zeros are the platform angles of all modes.
+    """Return the trigonometric polynomial whose zeros are the platform angles of all modes.
 
     a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3. Squared lengths are divided by a
-    mean square length, so the coefficients are about 1. The mean is over the rods and the platform
-    sides. For leg ends that move on lines, the mean is also over the distances between given points
-    of these lines. The polynomial is zero at all angles if the three rods can stay parallel.
+    mean square length, so the coefficients are about 1. The mean length is taken over the rods and
+    the platform sides. If leg ends move on lines, the mean also includes the distances between
+    given points on the lines. The polynomial is zero at all angles if the three rods can stay
+    parallel.
 
     Args:
         terms: Receives the terms.
@@ -185,15 +185,16 @@ def triad_polynomial(terms: Terms, triad: Triad) -> tuple[sp.Expr, ...]:
 
 
 def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
-    """Returns the position of the platform at an angle that is a zero of the polynomial.
+    """Return the position of the platform at an angle that is a zero of the polynomial.
+
+    If the centers coincide, the position is NaN.
 
     Let u be the longer of u_2 and u_3. The component of the first rod along u is k / |u|. The
     component of the first rod orthogonal to u follows from the rod length. Both components of the
     first rod are accurate even if u_2 and u_3 are parallel. The third circle determines the sign of
-    the orthogonal component. If the three centers are collinear, both signs are solutions. The
-    function returns the first solution, and :func:`triad_mirror` returns the second solution. If
-    the centers coincide, the position is NaN. Legs whose ends move on lines come first. If there
-    are three lines, the two lines that are closest to perpendicular determine the position.
+    the orthogonal component. If the three centers are collinear, both signs are solutions. If leg
+    ends move on lines, u is the normal of the last line. If there are three lines, the two lines
+    that are closest to perpendicular determine the position.
 
     Args:
         terms: Receives the terms.
@@ -209,16 +210,15 @@ def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Comple
 
 
 def triad_mirror(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
-    """Returns :func:`triad_position`, mirrored at the line through two circle centers.
+    """Reflect the result of :func:`triad_position` in the line through two circle centers.
 
-    If the centers of the circles are collinear, the mirror image is a second solution. Near a
-    double zero of the polynomial, the mirrored position is a start value for an iteration.
+    If the centers of the circles are collinear, the mirror image is a second solution.
     """
     return _Factors(terms, triad).position(c, s, sp.S.NegativeOne)
 
 
 def leg_residuals(terms: Terms, triad: Triad, theta: Sequence[sp.Expr]) -> list[sp.Expr]:
-    """Returns the residual (meter) of the circle or line of each leg at x, y, phi."""
+    """Return the residual (meter) of the circle or line of each leg at x, y, phi."""
     x, y, phi = theta
     turn = terms.cos_sin(phi)
     rods = len(triad.L)
@@ -237,8 +237,8 @@ def leg_residuals(terms: Terms, triad: Triad, theta: Sequence[sp.Expr]) -> list[
 class _Factors:
     """The factors of the polynomial of a triad.
 
-    The vector w_i is the vector u of a rod, or the normal of a line. A vector R t - f is stored as
-    the pair (t, f). The part t rotates with the platform, and f is fixed.
+    A vector R t - f is stored as the pair (t, f). The vector t rotates with the platform, and the
+    vector f is constant.
     """
 
     def __init__(self, terms: Terms, triad: Triad) -> None:
@@ -274,11 +274,11 @@ class _Factors:
 
     @property
     def degree(self) -> int:
-        """The degree of the polynomial in lengths."""
+        """Return the degree of the polynomial if lengths are variables."""
         return 2 * self.rods if self.rods else 1
 
     def of_circle(self) -> list[Harmonics]:
-        """Returns the summands of the polynomial if the first leg gives a circle."""
+        """Return the polynomial's terms if the first leg keeps its platform joint on a circle."""
         terms, (k2, k3), (s2, s3) = self.terms, self.half_constants, self.squares
         k2k2, k2k3, k3k3 = (_times(terms, *pair) for pair in ((k2, k2), (k2, k3), (k3, k3)))
         return [
@@ -289,7 +289,7 @@ class _Factors:
         ]
 
     def of_lines(self) -> list[Harmonics]:
-        """Returns the summands of the polynomial for three lines."""
+        """Return the summands of the polynomial for three lines."""
         assert self.first is not None
         (k2, k3), (n2, n3) = self.half_constants, self.w
         return [
@@ -320,7 +320,7 @@ class _Factors:
     def _on_circle(
         self, w: Sequence[Complex], n: Sequence[sp.Expr], k: Sequence[sp.Expr], side: sp.Expr
     ) -> Complex:
-        """Returns the first rod from its length and its component along a vector."""
+        """Return the first rod from its length and its component along a vector."""
         terms = self.terms
         longer = sp.Ge(n[0], n[1]) if len(self.rises) == len(w) else sp.false
         n1 = self._chosen(longer, *n)
@@ -337,7 +337,11 @@ class _Factors:
     def _crossing(
         self, c: sp.Expr, s: sp.Expr, w: Sequence[Complex], k: Sequence[sp.Expr]
     ) -> Complex:
-        """Returns the intersection of the two lines that are closest to perpendicular."""
+        """Return the intersection of two of the three lines.
+
+        Of the three pairs of lines, the function selects the pair whose normals have the largest
+        cross product (in magnitude).
+        """
         terms = self.terms
         assert self.first is not None
         n = [self._at(self.first, (c, s)), *w]
@@ -362,11 +366,12 @@ class _Factors:
         return i < len(self.rises)
 
     def _at(self, pair: tuple[Complex, Complex], turn: Complex) -> Complex:
-        """Returns a vector after the rotation of the platform."""
+        """Return a vector after the rotation of the platform."""
         return self._named(minus(self._named(product(pair[0], turn)), pair[1]))
 
     def _area(self, w: tuple[Complex, Complex], v: tuple[Complex, Complex]) -> Harmonics:
-        # The cross product w x v is (J w) . v, and J commutes with R.
+        # Let J be the rotation by 90 degrees. The cross product w x v is (J w) . v, and J commutes
+        # with R.
         return self._product(_quarter_turned(w[0]), _quarter_turned(w[1]), *v)
 
     def _chosen(self, condition: sp.Expr, one: sp.Expr, other: sp.Expr) -> sp.Expr:
@@ -385,7 +390,7 @@ class _Factors:
 
 
 def _as_pair(line: LegLine) -> tuple[Complex, Complex]:
-    """Returns the normal of a line as a pair of a rotating and a fixed part."""
+    """Return (normal, 0) if the line rotates with the platform, otherwise (0, -normal)."""
     x, y = line.normal
     return ((x, y), (ZERO, ZERO)) if line.turns else ((ZERO, ZERO), (-x, -y))
 

@@ -26,7 +26,7 @@ class TriadTables(Tables):
 
 
 def modes(h: SolvedLoops, triad: Triad) -> NativeSolverFunction:
-    """Returns the function ``modes`` of a platform on three planar legs."""
+    """Return the function ``modes`` of a platform on three planar legs."""
     if h.mechanism.closures:
         size = float(f"{h.numbers.size:.3g}")
         return written_modes(h.arguments["q"], size, "legs")
@@ -34,7 +34,7 @@ def modes(h: SolvedLoops, triad: Triad) -> NativeSolverFunction:
 
 
 def written_modes(q: Argument, size: float, legs: str = "rods") -> NativeSolverFunction:
-    """Returns the function ``modes`` of a triad.
+    """Return the function ``modes`` of a triad.
 
     Args:
         q: The actuated coordinates.
@@ -44,9 +44,9 @@ def written_modes(q: Argument, size: float, legs: str = "rods") -> NativeSolverF
     return NativeSolverFunction(
         "modes",
         f"Every assembly mode of the platform, up to {SLOTS}, sorted by phi.",
-        "|b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite"
+        "|b_i(theta[k]) - a_i(q)| = l_i if theta[k] is finite"
         if legs == "rods"
-        else f"{legs}(theta[k], q) = 0 wherever theta[k] is finite",
+        else f"{legs}(theta[k], q) = 0 if theta[k] is finite",
         (q,),
         (
             Result("theta", (), (SLOTS, CHAIN), "m, rad", "main-chain joints, one mode per row"),
@@ -56,7 +56,7 @@ def written_modes(q: Argument, size: float, legs: str = "rods") -> NativeSolverF
                 (SLOTS,),
                 "1",
                 "|det J_x| over the product of its row norms: 0 if the platform is singular and "
-                "two modes meet",
+                "two modes coincide",
             ),
             Result("unsure", (), (1,), "1", "0 if certainly no mode is missing"),
         ),
@@ -70,7 +70,7 @@ def written_modes(q: Argument, size: float, legs: str = "rods") -> NativeSolverF
 
 
 def _size(h: SolvedLoops, triad: Triad) -> float:
-    """Returns the largest rod length or distance between platform pins (meter)."""
+    """Return the largest rod length or distance between platform pins (meter)."""
     pins = [[float(h.terms.value(x)) for x in point] for point in triad.b]
     sizes = [math.dist(one, other) for one in pins for other in pins]
     sizes += [float(h.terms.value(length)) for length in triad.L if h.terms.is_constant(length)]

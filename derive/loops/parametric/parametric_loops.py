@@ -40,20 +40,20 @@ from ..model.motions import BASE, ElementaryMotion, Reached, bodies, gradient
 from ..solve.solved_loops import SolvedLoops
 
 SYSTEM = "loops_p"
-"""Name of the equations in C."""
+"""Name of the closure equations in the C code."""
 START = "configuration"
 """The function that returns the start of Newton's method."""
 PARTS = "parts_p"
 """The function that returns the frames and lengths of a robot file."""
 OPERATIONS = 4000
-"""Approximate number of operations: three Newton steps with six unknowns."""
+"""Approximate number of operations of three Newton steps with six unknowns."""
 
 
 class ParametricLoops:
     """The parametric functions of one mechanism."""
 
     def __init__(self, hybrid: SolvedLoops) -> None:
-        """Names the variables and parameters.
+        """Name the variables and parameters.
 
         Args:
             hybrid: The robot.
@@ -101,11 +101,11 @@ class ParametricLoops:
         return {function.name: function for function in found}
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """Returns parametric functions by name, in the order of :data:`PARAMETRIC`."""
+        """Return parametric functions by name, in the order of :data:`PARAMETRIC`."""
         return {name: self._parametric(name) for name in PARAMETRIC if name in names}
 
     def called(self, name: str) -> list[str]:
-        """Returns the names of the functions that a parametric function needs."""
+        """Return the names of the functions that a parametric function needs."""
         return [START, "closure_p", *(c.entry for c in self._calls(name) if not c.system)]
 
     @cached_property
@@ -139,7 +139,7 @@ class ParametricLoops:
         count = len(entries)
         return self._function(
             "closure_p",
-            "Closure equations for any geometry, zero where the loops are closed.",
+            "Closure equations for any geometry, zero if the loops are closed.",
             "closure_p(w, p) = 0",
             Result("residual", entries, (count,), "m or 1", "residuals"),
             Result(
@@ -174,7 +174,6 @@ class ParametricLoops:
         )
 
     def _tool_by(self, name: str) -> SymbolicFunction:
-        """Builds the mixed Jacobian of the tool with respect to w or p."""
         symbols = self.arguments[name].symbols
         twists = [(self._twist(motion), motion) for motion in self._end.motions]
         rows = [
@@ -191,7 +190,7 @@ class ParametricLoops:
         )
 
     def _parts(self) -> SymbolicFunction:
-        """Builds the function for the frames of a robot file, in file order."""
+        """Build the function for the frames of a robot file, in file order."""
         w = self.arguments["w"].symbols
         placements = file_parts(self.hybrid.mechanism, self.geometry, w)
         frames = [BASE.moved(self.terms, placement).pose for placement in placements]
@@ -207,7 +206,7 @@ class ParametricLoops:
         )
 
     def _twist(self, motion: ElementaryMotion) -> tuple[sp.Expr, ...]:
-        """Returns the mixed twist of the tool for a motion at unit speed."""
+        """Return the mixed twist of the tool for a motion at unit speed."""
         if motion.point is None:
             return (*motion.axis, *ORIGIN)
         lever = subtracted(self.terms, self._end.pose[1], motion.point)
@@ -221,32 +220,32 @@ class ParametricLoops:
         return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=role)
 
     def _parametric(self, name: str) -> SymbolicFunction:
-        """Builds a parametric function from the results of its solver calls."""
+        """Build a parametric function from the results of its solver calls."""
         h = self.hybrid.robot
         if name == "fk_p":
             pose = f"T_{h.base_frame}_{h.tool_frame}"
-            summary = "Pose of the tool in the base frame, of any geometry."
+            summary = "Pose of the tool in the base frame for any geometry."
             identity = f"{pose}(q, p); fk_p(q, nominal p) = fk(q)"
             entries = self._table("T", 4, 4).symbols
             result = Result(pose, entries, (4, 4), "1, m", "pose of the tool")
         elif name == "jacobian_p":
-            summary = "Mixed Jacobian, of any geometry."
+            summary = "Mixed Jacobian for any geometry."
             identity = "V = jacobian_p(q, p) qd; jacobian_p(q, nominal p) = jacobian_mixed(q)"
             result = self._result(len(self.hybrid.q), "derivative by q")
         else:
             summary = (
                 f"Twist (v, omega) {OBSERVED[REPRESENTATION[name]]}, for each parameter's rate."
             )
-            identity = f"V = {name}(q, p) pd with q at rest"
+            identity = f"V = {name}(q, p) pd with constant q"
             result = self._result(self.arguments["p"].size, "derivative by p")
-        # Only the solver call has q as an input. All statements after the solver call use w, which
-        # is NaN if the loops do not close.
+        # Only the call of the loop solver has q as an input. All statements after the solver call
+        # use w, which is NaN if the loops do not close.
         q = self.arguments["q"]
         q = replace(q, symbols=coordinates("_given", q.size))
         return SymbolicFunction(
             name,
             summary,
-            f"{identity}; NaN where the loops do not close near the nominal configuration",
+            f"{identity}; NaN if the loops do not close near the nominal configuration",
             (q, self.arguments["p"]),
             (result,),
             self.terms,
@@ -255,7 +254,7 @@ class ParametricLoops:
         )
 
     def _calls(self, name: str) -> tuple[Call, ...]:
-        """Returns the function calls with which the code of a parametric function starts."""
+        """Return the function calls with which the code of a parametric function starts."""
         closed = Call(SYSTEM, "at", ("q", "p"), (self.arguments["w"],), OPERATIONS)
         if name == "fk_p":
             return (closed, self._called("tool_p", "T"))
@@ -277,12 +276,12 @@ class ParametricLoops:
         return (*calls, self._called("tool_p", "T"), by_p, turned)
 
     def _called(self, name: str, array: str) -> Call:
-        """Returns the call of a function of w and p."""
+        """Return the expression that calls a function of w and p."""
         shape = self.inner[name].outputs[0].shape
         return Call("", name, ("w", "p"), (self._table(array, *shape),), 0)
 
     def _result(self, columns: int, meaning: str) -> Result:
-        """Returns a Jacobian that is the result of the last solver call."""
+        """Return the declaration of the result J, whose entries the last solver call computes."""
         entries = self._table("J_mixed", 6, columns).symbols
         return Result("J", entries, (6, columns), "m, 1", meaning)
 
@@ -298,10 +297,11 @@ def _flat(rows: Sequence[Sequence[sp.Expr]]) -> tuple[sp.Expr, ...]:
 def file_parts(
     mechanism: Mechanism, geometry: MechanismGeometry, coordinates: Collection[sp.Symbol]
 ) -> list[Placement]:
-    """Returns the frames and lengths of a robot file at zero.
+    """Return the frames and lengths of a robot file at zero.
 
     A robot file contains no body frames, so the frame of a body is the frame of its parent joint.
-    The placement after a joint is therefore part of all placements on its child body.
+    The constant transform after a joint is therefore included in all placements on the child body
+    of the joint.
 
     Args:
         mechanism: The description.
@@ -310,10 +310,8 @@ def file_parts(
 
     Returns:
         The frames in the order of the file: the base body in the base frame, each joint in its
-        parent body, both ends of each closure or strut, and the tool. Then follow the frames of the
-        struts: the frame at the second end of a strut, relative to the frame at its first end. The
-        next frames are the positions of the link masses in their link frames. The last frames
-        contain the offset of each coupling as x coordinate (degree or meter).
+        parent body, both ends of each closure or strut, and the tool.
+        struts: the frame at the second end of a strut, relative to the frame at its first end.
     """
     zero: dict[sp.Symbol, sp.Expr] = dict.fromkeys(coordinates, sp.S.Zero)
     behind: dict[str, Placement] = {mechanism.base_frame: ()}
@@ -345,6 +343,6 @@ def file_parts(
 
 
 def masses_of_links(mechanism: Mechanism) -> list[PointMass]:
-    """Returns the masses on links, without the masses on sections of struts."""
+    """Return the masses on links, without the masses on sections of struts."""
     masses = mechanism.load.masses if mechanism.load else ()
     return [mass for mass in masses if mass.link in mechanism.joint_of]

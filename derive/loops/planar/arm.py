@@ -15,7 +15,7 @@ class Arm:
 
     Attributes:
         vector: Components of the vector at angle zero, as named terms.
-        angle: Angle of the rotation relative to the body.
+        angle: Angle by which `vector` is rotated to the actual direction of the vector.
         square: The squared length.
     """
 
@@ -25,7 +25,7 @@ class Arm:
 
 
 def arm(terms: Terms, total: PhasorSum) -> Arm:
-    """Combines a sum of vectors with the same angle into one vector."""
+    """Combine a sum of vectors with the same angle into one vector."""
     angle = total.common_angle()
     still = total.turned(-angle)
     x, y = still.coordinates(terms)
@@ -37,13 +37,13 @@ def arm(terms: Terms, total: PhasorSum) -> Arm:
 
 
 def turn_of(terms: Terms, there: Complex, here: Arm) -> tuple[sp.Expr, sp.Expr]:
-    """Returns the cosine and sine of the rotation from a vector on a body to another vector."""
+    """Return the cosine and sine of the rotation from a vector on a body to another vector."""
     re, im = product(there, conjugate(here.vector))
     return terms.let(_over(terms, re, here.square)), terms.let(_over(terms, im, here.square))
 
 
 def rates_of(tangent: Tangent, vector: Complex) -> Complex:
-    """Returns the rates of the components of a vector."""
+    """Return the rates of the components of a vector."""
     return tangent.of(vector[0]), tangent.of(vector[1])
 
 

@@ -65,7 +65,7 @@ def assemble(
     reference: AtReference,
     branch: Branch | None = None,
 ) -> Assembly:
-    """Solves a linkage for known values of some joints.
+    """Solve a linkage for known values of some joints.
 
     Args:
         terms: Receives the terms.
@@ -90,7 +90,7 @@ def assemblies(
     reference: AtReference,
     elsewhere: Sequence[AtReference] = (),
 ) -> Iterator[Assembly]:
-    """Yields the assemblies on all branches. The branch of the reference comes first.
+    """Yield the assemblies on all branches.
 
     The branch of the last step varies fastest. Two branches share the expressions of all steps
     before their first different sign.
@@ -116,7 +116,7 @@ def assemblies(
 
 
 def _join(clusters: Clusters) -> bool:
-    """Joins the first rigid groups that a step can join.
+    """Join rigid groups with the first loop step that can join any of them.
 
     Returns False if no step can join rigid groups.
     """
@@ -135,7 +135,7 @@ def _assembly(clusters: Clusters) -> Assembly:
 
 
 def _fits(clusters: Clusters, elsewhere: Sequence[AtReference]) -> bool:
-    """Whether all redundant joints of a branch close, and no two pins coincide."""
+    """Whether all redundant joints close their loops, and no two pins coincide."""
     is_open = any(
         closure_error > OFF_BRANCH for closure_error in clusters.closure_errors(elsewhere)
     )

@@ -30,16 +30,17 @@ Turned = tuple[sp.Expr, Complex]
 Cluster = dict[str, PlanarPose]
 """The bodies of a rigid group with their poses in the axes of the group."""
 RING = 3
-"""Number of rigid groups that a step joins. Each group is connected to the other two."""
+"""Number of rigid groups that one solution step joins. The groups form a ring: each group is
+connected to the other two."""
 
 
 class PlanarStep(LoopStep):
-    """A construction step that joins rigid groups of a planar linkage into one group."""
+    """A solution step that joins several rigid groups of bodies into one rigid group."""
 
     @classmethod
     @abstractmethod
     def join(cls, clusters: "Clusters") -> bool:
-        """Joins the first rigid groups to which the step applies.
+        """Join the first rigid groups to which the step applies.
 
         Args:
             clusters: The partially solved linkage.
@@ -58,11 +59,11 @@ class Guide:
     """The guide on which a rigid group slides, in the axes of the base group.
 
     Attributes:
-        angle: The rotation angle of the sliding group, without the constant part.
+        angle: The rotation angle of the group that slides on the guide, without the constant part.
         rotor: The constant part of the rotation.
-        at: The point of the guide at travel 0.
-        at_other: The point of the sliding group that coincides with the point ``at`` at travel 0,
-            in the axes of the sliding group.
+        at: The point of the guide at which the travel is 0.
+        at_other: The point of the sliding group that coincides with ``at`` at travel 0, in the axes
+            of the sliding group.
         along: The direction of travel.
     """
 
@@ -73,7 +74,7 @@ class Guide:
     along: PhasorSum
 
     def mounted(self, travel: sp.Expr) -> PlanarPose:
-        """Returns the pose of the sliding bodies for a known travel."""
+        """Return the pose of the sliding bodies for a known travel."""
         at = self.at + self.along.times((travel, ZERO))
         origin = at - self.at_other.times(self.rotor).turned(self.angle)
         return PlanarPose(self.angle, self.rotor, origin)
@@ -92,7 +93,7 @@ class Clusters:
         steps: The solution steps that are already found.
         loops: Rates of all solved angles.
         relations: Sums of rotated vectors that are zero.
-        travels: Solved travels of slides by name.
+        travels: Solved displacements of prismatic joints and cylinders, keyed by name.
         bases: Vectors between the two base pins of each solved dyad.
     """
 
@@ -104,7 +105,7 @@ class Clusters:
         reference: AtReference,
         branch: Branch | None = None,
     ) -> None:
-        """Creates one rigid group per body."""
+        """Create one rigid group per body."""
         self.terms, self.linkage, self.known = terms, linkage, known
         self.reference, self.branch = reference, branch
         self.edges = (*linkage.edges, *_implied(linkage.edges))
@@ -116,7 +117,7 @@ class Clusters:
         self.bases: list[PhasorSum] = []
 
     def on(self, branch: Branch) -> "Clusters":
-        """Returns a copy of the rigid groups for another branch."""
+        """Return a copy of the rigid groups for another branch."""
         other = copy(self)
         other.branch, other.all = branch, [dict(cluster) for cluster in self.all]
         other.steps, other.relations = [*self.steps], [*self.relations]
@@ -126,11 +127,11 @@ class Clusters:
     # --- selection of rigid groups ---
 
     def cluster(self, body: str) -> Cluster:
-        """Returns the rigid group of a body."""
+        """Return the rigid group of a body."""
         return next(cluster for cluster in self.all if body in cluster)
 
     def between(self) -> list[Edge]:
-        """Returns the joints between different rigid groups."""
+        """Return the joints between different rigid groups."""
         return [e for e in self.edges if self.cluster(e.a) is not self.cluster(e.b)]
 
     def holds(self, edge: Edge, one: Cluster, other: Cluster) -> bool:
@@ -138,20 +139,20 @@ class Clusters:
         return {self._id(edge.a), self._id(edge.b)} == {id(one), id(other)}
 
     def shared(self, pins: Sequence[PinEdge], one: Cluster, other: Cluster) -> PinEdge:
-        """Returns the pin between two rigid groups."""
+        """Return the pin between two rigid groups."""
         return next(pin for pin in pins if self.holds(pin, one, other))
 
     def first(self, *clusters: Cluster) -> list[Cluster]:
-        """Sorts rigid groups by decreasing number of bodies.
+        """Sort rigid groups by decreasing number of bodies.
 
         The group of the root body comes first.
         """
         return sorted(clusters, key=lambda c: (self.linkage.root not in c, -len(c)))
 
     def rings(self, slides: int) -> Iterator[tuple[Edge, ...]]:
-        """Yields rings of three rigid groups with a given number of slides.
+        """Yield rings of three rigid groups that contain a given number of prismatic joints.
 
-        All joints of the ring that are not slides are pins.
+        The other joints of the ring are pins.
         """
         for edges in combinations(self.between(), RING):
             count = sum(isinstance(edge, SlideEdge) for edge in edges)
@@ -159,7 +160,7 @@ class Clusters:
                 yield edges
 
     def ring(self, slides: int) -> tuple[Edge, ...] | None:
-        """Returns the first ring of :meth:`rings`, or None."""
+        """Return the first ring that :meth:`rings` yields, or None."""
         return next(self.rings(slides), None)
 
     def _is_ring(self, edges: tuple[Edge, ...]) -> bool:
@@ -183,17 +184,17 @@ class Clusters:
     # --- pins and slides of a rigid group ---
 
     def pin(self, cluster: Cluster, pin: PinEdge) -> PhasorSum:
-        """Returns the position of a pin in a rigid group."""
+        """Return the position of a pin in a rigid group."""
         if pin.a in cluster:
             return cluster[pin.a].point(pin.at_a)
         return cluster[pin.b].point(pin.at_b)
 
     def span(self, cluster: Cluster, first: PinEdge, second: PinEdge) -> PhasorSum:
-        """Returns the vector between two pins of a rigid group."""
+        """Return the vector between two pins of a rigid group."""
         return self.pin(cluster, second) - self.pin(cluster, first)
 
     def guide(self, slide: SlideEdge, base: Cluster, other: Cluster) -> Guide:
-        """Returns the guide of the prismatic joint between the groups ``base`` and ``other``."""
+        """Return the guide of a slide between the rigid groups ``base`` and ``other``."""
         forward = slide.a in base
         a, b = (base, other) if forward else (other, base)
         on_a, on_b = a[slide.a], b[slide.b]
@@ -209,7 +210,7 @@ class Clusters:
     # --- joining of rigid groups ---
 
     def join(self, base: Cluster, other: Cluster, pose: PlanarPose) -> None:
-        """Merges the group ``other`` into the group ``base``.
+        """Merge the group ``other`` into the group ``base``.
 
         ``pose`` is the pose of ``other`` in ``base``.
         """
@@ -219,13 +220,16 @@ class Clusters:
     def mount(
         self, base: Cluster, other: Cluster, turn: Turned, at: PhasorSum, at_other: PhasorSum
     ) -> None:
-        """Merges a rotated group into the base group. The two groups share a point."""
+        """Merge a group into the base group.
+
+        The relative rotation and a shared point determine the pose of the merged group.
+        """
         angle, rotor = sp.expand(turn[0]), turn[1]
         origin = at - at_other.times(rotor).turned(angle)
         self.join(base, other, PlanarPose(angle, rotor, origin))
 
     def join_known(self) -> bool:
-        """Joins the first two groups between which there is a weld or a known joint."""
+        """Join the first two rigid groups with a weld or a known joint between them."""
         for edge in self.between():
             a, b = self.cluster(edge.a), self.cluster(edge.b)
             on_a, on_b = a[edge.a], b[edge.b]
@@ -249,13 +253,13 @@ class Clusters:
         return False
 
     def solved(self, c: sp.Expr, s: sp.Expr, rate: LoopRate) -> sp.Symbol:
-        """Names a solved angle and records its rate."""
+        """Name a solved angle and record its rate."""
         angle = self.terms.solved_angle(c, s)
         self.loops.setdefault(angle, rate)
         return angle
 
     def while_long(self, square: sp.Expr, parts: Sequence[Cluster]) -> sp.Expr:
-        """Returns the radicand, or -1 if the length of a cylinder is negative.
+        """Return the radicand, or -1 if the length of a cylinder is negative.
 
         Args:
             square: The radicand of a square root.
@@ -279,7 +283,7 @@ class Clusters:
     # --- branches ---
 
     def sign(self, at_reference: int, edges: Sequence[Edge]) -> sp.Expr:
-        """Returns the sign of the branch for a step.
+        """Return the sign of the branch for a step.
 
         Args:
             at_reference: The sign at the reference, or 0 if ambiguous.
@@ -302,7 +306,7 @@ class Clusters:
         return at_reference
 
     def figure(self, at_reference: int, edges: Sequence[Edge]) -> int:
-        """Returns the assembly mode of a dyad: 1 for a parallelogram, -1 for a crossed one.
+        """Return the assembly mode of a dyad: 1 for a parallelogram, -1 for a crossed one.
 
         Args:
             at_reference: 1 for the parallelogram, -1 for the crossed one, or 0 if ambiguous.
@@ -318,7 +322,7 @@ class Clusters:
     def distance(
         self, edges: Sequence[Edge], turns: Mapping[int, float], travel: float = 0.0
     ) -> float:
-        """Returns the distance between joint values and their reference values.
+        """Return the distance between joint values and their reference values.
 
         Travels of slides are divided by the size of the mechanism.
 
@@ -343,7 +347,7 @@ class Clusters:
         return math.sqrt(total)
 
     def _hints(self, names: Sequence[str]) -> dict[str, float]:
-        """Returns the reference values of joints."""
+        """Return the reference values of joints."""
         stated, assumed = self.reference.given, self.reference.assumed
         for known in (stated, assumed | stated):
             for hints in (known, described_joints(self.linkage.edges, self.reference, known)):
@@ -353,13 +357,13 @@ class Clusters:
         return {}
 
     def nearer(self, distances: Mapping[int, float]) -> int:
-        """Returns the sign with the smaller distance, or 0 if both distances are equal."""
+        """Return the sign with the smaller distance, or 0 if both distances are nearly equal."""
         if abs(distances[1] - distances[-1]) < BRANCHES_APART:
             return 0
         return min(distances, key=distances.__getitem__)
 
     def closure_errors(self, everywhere: Sequence[AtReference]) -> list[float]:
-        """Returns the largest closure error of redundant joints at each configuration.
+        """Return the largest closure error of redundant joints at each configuration.
 
         On a branch other than the reference branch, the equation of a redundant joint may not hold.
 
@@ -377,9 +381,6 @@ class Clusters:
     def coincide(self, everywhere: Sequence[AtReference]) -> bool:
         """Whether the two base pins of a dyad coincide at every closed configuration.
 
-        Bodies on coincident pins rotate together freely. Only rounding errors would determine the
-        angle of bodies on coincident pins.
-
         Args:
             everywhere: The configurations. Open configurations are ignored.
         """
@@ -388,7 +389,7 @@ class Clusters:
         return any(of and max(of) < OFF_BRANCH for of in closed)
 
     def _closure_error(self, edge: Edge) -> Callable[[AtReference], float] | None:
-        """Returns a function for the closure error of a joint inside a rigid group, else None."""
+        """Return a function for the closure error of a joint, or None outside rigid groups."""
         cluster = self.cluster(edge.a)
         if edge.b not in cluster:
             return None
@@ -412,7 +413,7 @@ class Clusters:
     # --- values of joints ---
 
     def values(self) -> dict[str, sp.Expr]:
-        """Returns the values of all joints that connect bodies of one rigid group."""
+        """Return the values of all joints that connect bodies of one rigid group."""
         found = dict(self.known)
         for edge in self.linkage.edges:
             cluster = self.cluster(edge.a)
@@ -446,7 +447,7 @@ class Clusters:
 
 
 def _implied(edges: Sequence[Edge]) -> list[PinEdge]:
-    """Returns pins between two bodies that rotate about the same point of a third body."""
+    """Return a pin for each pair of bodies that rotate about the same point of a third body."""
     turns = [edge for edge in edges if isinstance(edge, PinEdge)]
     found = []
     for one, other in combinations(turns, 2):
@@ -458,7 +459,7 @@ def _implied(edges: Sequence[Edge]) -> list[PinEdge]:
 
 
 def _seen_from(turn: PinEdge, body: str) -> tuple[str, Complex, Complex]:
-    """Returns the other body of a pin, and the positions of the pin on both bodies."""
+    """Return the other body of a pin, and the positions of the pin on both bodies."""
     if turn.a == body:
         return turn.b, turn.at_b, turn.at_a
     return turn.a, turn.at_a, turn.at_b

@@ -1,7 +1,9 @@
-"""Joint values of a linkage at the reference, with values that the description omits.
+"""Joint values of a linkage at the reference.
 
-The values of the tree joints determine the poses of the bodies. From these poses follow the joint
-values in closures, and the swing angles of struts that the description omits.
+Values that the description omits are included.
+
+The values of the tree joints determine the poses of the bodies. These poses determine the values
+that the description omits: the joint values in closures, and the swing angles of struts.
 """
 
 import cmath
@@ -14,8 +16,6 @@ from .reference import AtReference
 
 
 class _Pose(NamedTuple):
-    """Angle and origin of a body, relative to the first body of its group."""
-
     first: str
     angle: float
     origin: complex
@@ -24,7 +24,7 @@ class _Pose(NamedTuple):
 def described_joints(
     edges: Sequence[Edge], reference: AtReference, given: Mapping[str, float]
 ) -> dict[str, float]:
-    """Returns the values of joints between bodies whose poses are known (radian or meter).
+    """Return the values of joints between bodies whose poses are known (radian or meter).
 
     Args:
         edges: The joints of a linkage: tree joints first, then closures and struts.
@@ -49,7 +49,7 @@ class _Bodies:
         self._poses: dict[str, _Pose] = {}
 
     def place(self, edge: Edge) -> None:
-        """Places the second body of a joint. An unconnected body starts a new group."""
+        """Place the second body of a joint. An unconnected body starts a new group."""
         a = self._poses.setdefault(edge.a, _Pose(edge.a, 0.0, 0j))
         if edge.b in self._poses:
             return
@@ -69,7 +69,7 @@ class _Bodies:
         self._poses[edge.b] = _Pose(a.first, angle, origin)
 
     def value(self, edge: Edge) -> float | None:
-        """Returns the value of a joint, or None if its bodies are in different groups."""
+        """Return the value of a joint, or None if its bodies are in different groups."""
         a, b = self._poses[edge.a], self._poses[edge.b]
         if a.first != b.first or isinstance(edge, WeldEdge):
             return None
@@ -80,7 +80,7 @@ class _Bodies:
         return (along.conjugate() * between).real
 
     def _toward_far_end(self, edge: Edge) -> float | None:
-        """Returns the angle or travel that points a strut to its other end."""
+        """Return the joint angle or travel at which a strut points to its other end, or None."""
         a = self._poses[edge.a]
         far = self._far.get(edge.b) or self._far.get(f"{edge.b}.piston")
         end = self._poses.get(far.b) if far else None

@@ -1,4 +1,4 @@
-"""Dyads of pins: two arms rotate on a base, and a pin connects both arms."""
+"""Dyads with three pins: two arms rotate on a base, and a pin connects the arms."""
 
 import cmath
 import math
@@ -13,19 +13,21 @@ from ..model.planes import Edge, PinEdge
 from .clusters import Cluster, Clusters, Turned
 
 SIDES = {1: "left", -1: "right"}
-"""Name of the side of the base on which the pin between the arms lies."""
+"""Side of the base on which the pin between the two arms lies, keyed by the branch sign."""
 
 
 @dataclass(frozen=True)
 class Dyad:
-    """A ring of three rigid groups and three pins: a base, and two arms of lengths V and W.
+    """A ring of three rigid groups and three pins.
+
+    The arms with vectors V and W meet at a pin.
 
     Attributes:
         clusters: The rigid groups: the base, X and Y.
         pins: The pins between base and X, between X and Y, and between base and Y.
-        V: Vector on X, from its pin on the base to its pin on Y.
-        W: Vector on Y, from its pin on the base to its pin on X.
-        D: Vector on the base, from the pin of X to the pin of Y.
+        V: Vector on X, from the pin between base and X to the pin between X and Y.
+        W: Vector on Y, from the pin between base and Y to the pin between X and Y.
+        D: Vector on the base, from the pin between base and X to the pin between base and Y.
     """
 
     clusters: tuple[Cluster, Cluster, Cluster]
@@ -36,7 +38,7 @@ class Dyad:
 
 
 def dyad_of(clusters: Clusters, edges: Sequence[Edge]) -> Dyad:
-    """Returns the dyad of three bodies that three pins connect in a ring."""
+    """Return the dyad of three bodies that are connected pairwise by three pins."""
     pins = [edge for edge in edges if isinstance(edge, PinEdge)]
     corners = {id(c): c for pin in pins for c in map(clusters.cluster, (pin.a, pin.b))}
     base, X, Y = clusters.first(*corners.values())
@@ -53,7 +55,7 @@ def dyad_of(clusters: Clusters, edges: Sequence[Edge]) -> Dyad:
 def join_dyad(
     clusters: Clusters, dyad: Dyad, turn_X: Turned, turn_Y: Turned
 ) -> tuple[tuple[str, ...], str, PhasorSum]:
-    """Joins the rigid groups of a dyad after their rotations are solved.
+    """Join the rigid groups of a dyad after their rotations are solved.
 
     Returns:
         The names of the pins, the name of the reference body, and the loop equation.
@@ -73,11 +75,11 @@ def join_dyad(
 
 
 def side_of(clusters: Clusters, dyad: Dyad) -> int:
-    """Returns on which side of the base the pin between the two arms lies at the reference.
+    """Return the side of the base on which the middle pin lies at the reference configuration.
 
     Returns 0 if ambiguous.
 
-    If a branch is requested, the side of the pin is not needed and the result is 0.
+    Returns 0 if a branch is requested.
     """
     if clusters.branch is not None:
         return 0
@@ -94,7 +96,7 @@ def side_of(clusters: Clusters, dyad: Dyad) -> int:
 
 
 def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
-    """Returns an intersection of two circles about the ends of the vector d, or None."""
+    """Return an intersection of two circles about the ends of the vector d, or None."""
     p = (abs(d) ** 2 + v**2 - w**2) / 2
     square = abs(d) ** 2 * v**2 - p**2
     if not square >= 0 or d == 0:
@@ -103,7 +105,10 @@ def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
 
 
 def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
-    """Returns the rotation between vectors of equal length without a square root, or None."""
+    """Return the rotation from ``here`` to ``there``, or None.
+
+    The result is None unless both vectors have a single term and their lengths are equal.
+    """
     if len(here.terms) != 1 or len(there.terms) != 1:
         return None
     ((angle, a),) = here.terms.items()
@@ -114,7 +119,7 @@ def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
 
 
 def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
-    """Returns the first loop with three pins that is not near a dead point.
+    """Return the first loop with three pins that is not near a dead point.
 
     If all loops with three pins are near a dead point, the first loop is returned. If there is no
     loop with three pins, None is returned.
@@ -125,7 +130,7 @@ def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
 
 
 def _margin(clusters: Clusters, dyad: Dyad) -> float:
-    """Returns sin^2 of the angle between the arms.
+    """Return sin^2 of the angle between the arms.
 
     The value is negative if the arms cannot meet.
     """
@@ -167,7 +172,7 @@ def may_be_parallelogram(clusters: Clusters, dyad: Dyad) -> bool:
 def _less(
     total: dict[sp.Expr, complex], relation: dict[sp.Expr, complex], factor: complex
 ) -> dict[sp.Expr, complex]:
-    """Subtracts a multiple of a vector sum, and removes rounding errors."""
+    """Subtract a multiple of ``relation`` from ``total``, and drop rounding errors."""
     size = max(map(abs, total.values()))
     rest = {
         angle: total.get(angle, 0j) - factor * relation.get(angle, 0j)

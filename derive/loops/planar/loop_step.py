@@ -1,9 +1,10 @@
 """Steps that solve loops. Each class solves, differentiates and explains one kind of step.
 
-A step determines some joints of a loop from known joints. The class of a step finds bodies or
-struts to which the step applies, and solves them. An instance stores the vectors of one solution.
-The equations of a step are SymPy expressions in its quantities (:func:`quantity`). An article
-prints the expressions with the symbols of the robot. A test evaluates the expressions numerically.
+A step determines some joints of a loop from known joints. The class of a step finds the bodies or
+struts to which the step applies, and solves for their joints. An instance stores the vectors of one
+solution. The equations of a step are SymPy expressions in its quantities (:func:`quantity`). An
+article prints the expressions with the symbols of the robot. A test evaluates the expressions
+numerically.
 """
 
 from abc import ABC, abstractmethod
@@ -21,27 +22,27 @@ PLANE, SPACE = "xy", "xyz"
 """Axis letters of planar and of spatial vectors."""
 Quantities = tuple[sp.Symbol, ...]
 Weighted = tuple[tuple[sp.Expr, sp.Expr], ...]
-"""A pair (quantity, factor). The factor multiplies the time derivative in a rate equation."""
+"""A pair (quantity, factor)."""
 
 
 def quantity(letter: str, axis: str = "") -> sp.Symbol:
-    """Returns the symbol of a quantity, which is a scalar, a vector or a component of a vector."""
+    """Return the symbol of a quantity, which is a scalar, a vector or a component of a vector."""
     return sp.Symbol(f"{letter}_{axis}" if axis else letter, real=True)
 
 
 def letter_and_axis(symbol: sp.Symbol) -> tuple[str, str]:
-    """Returns the letter and the axis of a symbol."""
+    """Split the name of a symbol, such as "B_x", at the underscore."""
     letter, _, axis = symbol.name.partition("_")
     return letter, axis
 
 
 def components(letter: str, axes: str = PLANE) -> Quantities:
-    """Returns the symbols of the components of a vector."""
+    """Return the symbols of the components of a vector."""
     return tuple(quantity(letter, axis) for axis in axes)
 
 
 def length_of(letter: str) -> sp.Symbol:
-    """Returns the symbol of the length of a vector."""
+    """Return the symbol of the length of a vector."""
     return sp.Symbol(f"|{letter}|", real=True)
 
 
@@ -63,8 +64,8 @@ class AngleEquation:
 
     Attributes:
         angle: The symbol of the angle.
-        here: The letter of the vector that the angle rotates.
-        there: Components of the vector ``here`` after the rotation by the angle.
+        here: One-letter name of the vector before the rotation by the angle.
+        there: Components of the rotated vector.
     """
 
     angle: sp.Symbol
@@ -76,11 +77,8 @@ class AngleEquation:
 class RateEquation:
     """A linear equation for the time derivatives of the unknowns of a step.
 
-    Each side of the equation is a sum of ``weight * rate``. The left side contains the unknowns,
-    and the right side contains the known quantities.
-
     Attributes:
-        left: Pairs (unknown, weight). The weight of a single unknown is zero at a dead point.
+        left: Pairs (unknown, weight).
         right: Pairs (quantity, weight). The quantity may be an expression.
         projected: Two vectors. The left side is the scalar product of the first vector with the
             derivative of the second. The tuple is empty if the left side is printed as a sum.
@@ -93,16 +91,17 @@ class RateEquation:
 
 @dataclass(frozen=True)
 class StepEquations:
-    """The equations that solve one loop step in closed form, in vectors and scalars of the step.
+    """The closed-form equations of one loop step.
 
     Attributes:
-        vectors: Components of the given vectors by letter, as named terms.
+        vectors: Components of each known vector as named terms, keyed by the letter of the vector.
         lengths: Letters of the vectors whose lengths occur in the equations.
-        scalars: Known scalars without printed symbols, as named terms.
-        unknowns: Symbols of the solved travels of slides, and of the solved position components.
+        scalars: Known scalars, such as a squared length, as named terms, keyed by their symbol.
+        unknowns: Symbols of the solved slider displacements, and of the solved position components.
         results: Definitions in order. A definition uses only earlier quantities.
         angles: The solved angles.
-        margin: The distance of the step from its dead point, or None if the loop always closes.
+        margin: The distance of the step from its dead point. None if the loop closes for all
+            coordinates.
         rates: Rate equations of unknowns and angles.
     """
 
@@ -124,16 +123,19 @@ class LoopStep(ABC):
         joints: Names of the pins, slides and struts of the group.
         axes: The body in whose axes the equations are written.
         relation: The loop equation: a sum of rotated vectors that is zero.
-        turned: The angle from the axes of the body ``axes`` to the axes of the equations.
+        turned: The angle by which the axes of the equations are rotated relative to the axes of the
+            body ``axes``.
         solved: The solved angles, as named terms.
         margin: The margin is zero at a dead point and negative if the loop cannot be closed. The
             value is None if the loop can always be closed.
-        root: A term, up to its sign, that is NaN if the step cannot close the loop.
+        root: A term that is NaN if the step cannot close the loop. The sign of the term is
+            arbitrary.
         sign: The sign of the branch, or zero for a unique solution.
-        title: Name of the kind of step.
-        branches: The name of each branch by its sign. The name states on which side of the mirror
-            line of the mechanism the solved bodies lie.
-        opening: Text printed before the equations if the equations are not in the axes of a body.
+        title: Name of the solution method.
+        branches: Names of the branches, keyed by sign. Each name states on which side of the
+            mechanism's mirror line the solved bodies lie.
+        opening: Text that precedes the printed equations if these equations are not expressed in
+            the axes of a body.
         reason: A sentence that is printed if the step has no equations.
         dead_point: Text that describes the configurations with margin 0. Letters of quantities are
             in braces.
@@ -156,16 +158,19 @@ class LoopStep(ABC):
 
     @abstractmethod
     def equations(self) -> StepEquations:
-        """Returns the equations that solve the step in closed form."""
+        """Return the equations that solve the step in closed form."""
 
     @property
     def remark(self) -> str:
-        """A sentence on the sign of the root. Letters of quantities are in braces."""
+        """A sentence about the sign of the root in this step, or empty text.
+
+        The article prints the letter of a quantity in place of its name in braces.
+        """
         return ""
 
     @property
     def continues(self) -> bool:
-        """Whether the step belongs to the preceding step, so that an article prints it there."""
+        """Whether the article prints the step as a part of the preceding step."""
         return False
 
     @property
@@ -179,7 +184,10 @@ class LoopStep(ABC):
         return self.sign != 0
 
     def name(self, mechanism: Mechanism) -> str:
-        """Returns the names of the closures and struts that the step closes, or of its joints."""
+        """Return the names of the closures and struts that the step closes.
+
+        If the step closes neither closures nor struts, return the names of its joints.
+        """
         swings = {strut.swing_name: strut.name for strut in mechanism.struts}
         names = [swings.get(name, name.split(".")[0]) for name in self.joints]
         loop_joints = {loop_joint.name for loop_joint in mechanism.loop_joints}
@@ -188,10 +196,10 @@ class LoopStep(ABC):
 
 
 def weighted(vector: Quantities, weights: tuple[sp.Expr, ...], factor: sp.Expr = ONE) -> Weighted:
-    """Returns the rates of vector components, with their factors in a rate equation."""
+    """Pair each component of a vector with the factor of its rate in a rate equation."""
     return tuple((part, factor * w) for part, w in zip(vector, weights, strict=True))
 
 
 def half(total: sp.Expr) -> sp.Expr:
-    """Returns half of a sum, which is printed as one fraction."""
+    """Return half of a sum as an unevaluated product."""
     return sp.Mul(HALF, total, evaluate=False)

@@ -1,7 +1,7 @@
 """Solves parallelograms: three bodies and three pins.
 
 The base vector is the sum of two vectors with the lengths of the arms. A parallelogram has two
-assembly modes, which are computed without a square root. In the parallelogram, the arms stay
+assembly modes, which are computed without a square root. In the parallelogram mode, the arms stay
 parallel to the two vectors. In the crossed mode, the vector C of an arm is mirrored about the base
 D:
 
@@ -32,10 +32,8 @@ from .loop_step import (
 
 SIDES_OF_THE_BASE = 2
 FIGURES = {1: "parallel", -1: "crossed"}
-"""Names of the two assembly modes. The base vector is the sum of two vectors. In the parallel mode,
-the arms are parallel to these two vectors. In the crossed mode, the arms are mirrored about the
-base.
-"""
+"""Names of the two assembly modes. In the parallel mode, the arms are parallel to these two
+vectors. In the crossed mode, the arms are mirrored about the base."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +42,10 @@ class Sides:
 
     Attributes:
         dyad: The ring.
-        first: The side that is parallel to V in the parallelogram.
-        turns: The rotations of X and Y in the parallelogram.
-        crossed: The rotations in the crossed mode of a rhombus, or None for unequal sides. The
-            crossed mode exchanges the two sides.
-        base: The base vector as the sum of the two sides.
+        first: The vector that is parallel to the arm vector V in the parallelogram mode.
+        turns: The rotations of the two arms in the parallelogram mode.
+        crossed: The rotations in the crossed mode of a rhombus, or None for unequal sides.
+        base: The base vector.
     """
 
     dyad: Dyad
@@ -65,13 +62,13 @@ class Parallelogram(PlanarStep):
     title: ClassVar[str] = "a parallelogram"
     branches: ClassVar[Mapping[int, str]] = FIGURES
     reason: ClassVar[str] = (
-        "Opposite sides are of equal length and stay parallel; the crossed figure with these sides"
-        " is another branch."
+        "Opposite sides have equal lengths and stay parallel; the crossed parallelogram with these"
+        " sides is another branch."
     )
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first ring of three pins that forms a parallelogram in one of its modes.
+        """Join the first ring of three pins that forms a parallelogram or a crossed parallelogram.
 
         Raises:
             DescriptionError: The parallelogram is stretched at the reference, where both modes
@@ -93,7 +90,7 @@ class Parallelogram(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """Returns no equations. The solved bodies rotate together with known bodies."""
+        """Return no equations."""
         return StepEquations()
 
 
@@ -111,7 +108,7 @@ class CrossedParallelogram(LoopStep):
     branches: ClassVar[Mapping[int, str]] = FIGURES
 
     def equations(self) -> StepEquations:
-        """Returns the equation for the angle from the vector (x, -y) to the base vector (x, y)."""
+        """Return the equation for the angle from the vector (x, -y) to the base vector (x, y)."""
         (angle,) = self.solved
         D, d = components("D"), length_of("D")
         x, y = self.base
@@ -149,7 +146,7 @@ def _mirrored(clusters: Clusters, sides: Sides) -> CrossedParallelogram:
 
 
 def _sides(clusters: Clusters, dyad: Dyad) -> Sides | None:
-    """Returns the two sides whose sum is the base, or None if no such sides exist."""
+    """Return two vectors whose sum is the base vector, or None if there are no such vectors."""
     if not may_be_parallelogram(clusters, dyad):
         return None
     D = dyad.D.reduced(clusters.relations, lambda total: len(total.terms))
@@ -168,7 +165,7 @@ def _sides(clusters: Clusters, dyad: Dyad) -> Sides | None:
 
 
 def _figure(clusters: Clusters, sides: Sides) -> int:
-    """Returns the assembly mode at the reference: 1 parallelogram, -1 crossed, 0 ambiguous."""
+    """Return the assembly mode at the reference: 1 parallelogram, -1 crossed, 0 ambiguous."""
     if clusters.branch is not None:
         return 0
     c, d = (clusters.reference.vector(total) for total in (sides.first, sides.base))
@@ -176,7 +173,7 @@ def _figure(clusters: Clusters, sides: Sides) -> int:
 
 
 def _mirror(arm: PhasorSum, turn: Turned, mirrored: sp.Expr) -> Turned:
-    """Returns the rotation from an arm to its mirror image about the base.
+    """Return the rotation from an arm to its mirror image about the base.
 
     Let C = e^(i alpha) r V and V = v e^(i beta). Then e^(i psi) conj(C) = e^(i (psi - alpha - 2
     beta)) conj(r v) / v V.
@@ -187,8 +184,6 @@ def _mirror(arm: PhasorSum, turn: Turned, mirrored: sp.Expr) -> Turned:
 
 
 def _rate_of_mirror(D: Complex, square: sp.Expr) -> LoopRate:
-    """Returns the rate of the rotation from conj(D) to D, which is twice the rate of D."""
-
     def rate(tangent: Tangent) -> sp.Expr:
         let = tangent.terms.let
         return let(2 * let(cross(D, rates_of(tangent, D))) / square)

@@ -31,7 +31,7 @@ from .loop_step import (
 )
 
 TRAVELS = {1: "far", -1: "near"}
-"""Names of the branches with the larger and the smaller travel."""
+"""Names of the branch with the larger travel and of the branch with the smaller travel."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class CircleAndLine:
     """A point on a line at a known distance from a second point.
 
     Attributes:
-        offset: The vector between both pins at zero travel, in the axes of the line.
+        offset: Vector from the first to the second pin at zero travel, in the frame of the line.
         direction: Unit vector along the line.
         r: The vector between both pins on the third body.
         travel: Travel along the line (meter).
@@ -67,7 +67,7 @@ def circle_and_line(
     sign: int,
     gate: Callable[[sp.Expr], sp.Expr] = lambda square: square,
 ) -> CircleAndLine:
-    """Solves ``|offset + t direction| = |r|`` for the travel t.
+    """Solve ``|offset + t direction| = |r|`` for the travel t.
 
     With n = direction x offset and m = direction . offset: t = -m + sign sqrt((|r| - n)(|r| + n)).
 
@@ -91,7 +91,7 @@ def circle_and_line(
 
 
 def rate_of_third(line: CircleAndLine) -> LoopRate:
-    """Returns the rate phi' of the third body: |r|^2 phi' = u x u' - r x r'."""
+    """Return the rate phi' of the third body: |r|^2 phi' = u x u' - r x r'."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         let = tangent.terms.let
@@ -105,9 +105,9 @@ def rate_of_third(line: CircleAndLine) -> LoopRate:
 
 
 def travel_remark(sign: int) -> str:
-    """Returns a sentence that states which of the two solutions for the travel is used."""
+    """Return a sentence that states which of the two solutions for the travel is used."""
     size = "greater" if sign > 0 else "smaller"
-    return f"The sign of the root selects the {size} of two travels."
+    return f"The sign of the root selects the {size} of two displacements."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,13 +123,13 @@ class TwoPinsAndSlide(PlanarStep):
     line: CircleAndLine
     is_length: bool = False
 
-    title: ClassVar[str] = "two pins and a slide"
+    title: ClassVar[str] = "two pins and a prismatic joint"
     branches: ClassVar[Mapping[int, str]] = TRAVELS
-    dead_point: ClassVar[str] = "the line through the pins is at right angles to the slide"
+    dead_point: ClassVar[str] = "the line through the pins is perpendicular to the prismatic joint"
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first ring of two pins and a slide."""
+        """Join the first three rigid groups that two pins and a slide connect."""
         edges = clusters.ring(slides=1)
         if edges is None:
             return False
@@ -186,7 +186,7 @@ class TwoPinsAndSlide(PlanarStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equations for the travel t and for the rotation of A to C."""
+        """Return the equations for the travel t, and for the rotation that maps A to C."""
         D, A, B, C = (components(letter) for letter in "DABC")
         a = length_of("A")
         n, m, t = map(quantity, "nmt")
@@ -226,7 +226,7 @@ class TwoPinsAndSlide(PlanarStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that states which of the two travels is used, or "" if only one exists."""
+        """A sentence that states which of two travel solutions is used, or "" for one solution."""
         return travel_remark(self.sign) if self.branch else ""
 
 
@@ -239,7 +239,11 @@ def _reach(
     edges: tuple[Edge, ...],
     parts: tuple[Cluster, Cluster, Cluster],
 ) -> int:
-    """Returns 1 if the travel at the reference is the larger root, -1 if the smaller, or 0."""
+    """Return 1 if the travel at the reference is the larger root, or -1 if it is the smaller root.
+
+    The result is 0 if the branch is given, no root exists, or both roots are equally near the
+    reference.
+    """
     if clusters.branch is not None:
         return 0
     reference = clusters.reference

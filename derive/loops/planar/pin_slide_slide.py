@@ -1,4 +1,6 @@
-"""A ring of three bodies with one pin and two slides: two lines intersect.
+"""A ring of three bodies with one pin and two prismatic joints.
+
+The solution is the intersection of two lines.
 
 Source:
     Assur groups of class II (dyad PRP and its inversions).
@@ -17,7 +19,7 @@ from .loop_step import RateEquation, StepEquations, components, quantity, weight
 
 
 def two_lines(terms: Terms, offset: Complex, e: Complex, f: Complex) -> tuple[sp.Expr, sp.Expr]:
-    """Solves ``t e + u f = offset`` for the travels t and u."""
+    """Solve ``t e + u f = offset`` for the travels t and u."""
     area = terms.let(sp.expand(cross(e, f)))
     t = terms.let(sp.expand(cross(offset, f))) / area
     u = terms.let(sp.expand(cross(e, offset))) / area
@@ -29,8 +31,7 @@ class PinAndTwoSlides(PlanarStep):
     """Two consecutive slides whose outer bodies share a pin.
 
     Attributes:
-        offset: Difference between the two positions of the pin at zero travel, as a point of either
-            outer body.
+        offset: Vector between the two positions of the pin if both slides are at 0.
         first: Direction of the first slide.
         second: Direction of the second slide.
         travels: Travels along the first and the second slide (meter).
@@ -41,11 +42,11 @@ class PinAndTwoSlides(PlanarStep):
     second: Complex
     travels: tuple[sp.Expr, sp.Expr]
 
-    title: ClassVar[str] = "one pin and two slides"
+    title: ClassVar[str] = "one pin and two prismatic joints"
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins three rigid groups that one pin and two slides connect in a loop."""
+        """Join three rigid groups that one pin and two slides connect in a loop."""
         edges = clusters.ring(slides=2)
         if edges is None:
             return False
@@ -88,7 +89,7 @@ class PinAndTwoSlides(PlanarStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equation t A + u B = D for the travels t and u."""
+        """Return the equation t A + u B = D for the travels t and u."""
         D, A, B = (components(letter) for letter in "DAB")
         n, t, u = map(quantity, "ntu")
         rates = []

@@ -21,7 +21,7 @@ Solved = TypeVar("Solved")
 
 
 class Branch:
-    """Branch signs. After the requested signs, the signs of the reference are used.
+    """Branch signs.
 
     Attributes:
         requested: The signs of the first steps with two branches. 1 is the sign at the reference,
@@ -35,14 +35,14 @@ class Branch:
     def __init__(
         self, requested: Sequence[int] = (), own: Mapping[Joined, int] | None = None
     ) -> None:
-        """Creates a branch without chosen signs."""
         self.requested, self.own = tuple(requested), own or {}
         self.taken: list[int] = []
 
     def others_since(self, taken: int) -> "list[Branch]":
-        """Returns a branch for each sign after the first ``taken`` signs.
+        """Return a new branch for each solved step k >= ``taken`` that has no requested sign.
 
-        Branch k has the first k signs of this branch, then the opposite sign.
+        Before the first different step, the signs are equal. At the first different step, the sign
+        of the returned branch is -1.
         """
         found = []
         for k in range(max(taken, len(self.requested)), len(self.taken)):
@@ -52,20 +52,20 @@ class Branch:
         return found
 
     def side(self, joined: Joined) -> sp.Expr:
-        """Returns the branch sign of the next step."""
+        """Return the branch sign of the next step."""
         k = len(self.taken)
         self.taken.append(self.requested[k] if k < len(self.requested) else 1)
         return self.taken[-1] * self.own.get(joined, 1)
 
     def length(self, joined: Joined) -> sp.Expr:
-        """Returns the sign of the length of the next leg.
+        """Return the sign of the next leg's length.
 
-        A leg with negative length is inverted.
+        This sign selects the branch.
         """
         return self.side(joined)
 
     def figure(self, joined: Joined) -> int:
-        """Returns the mode of the next parallelogram. 1 means that its sides are parallel."""
+        """Return the mode of the next parallelogram: 1 for parallel sides, -1 for crossed."""
         return int(self.side(joined))
 
 
@@ -73,41 +73,34 @@ class FreeSides(Branch):
     """Branch signs as symbols. Each step with two branches has a sign symbol.
 
     A parallelogram stays in the mode of the reference, because its modes differ in more than a
-    sign. The length of a leg has a fixed sign, because an inverted leg is not a solution.
+    sign. The length of a leg always has the same sign as at the reference, because an inverted leg
+    is not a solution.
     """
 
     def __init__(
         self, own: Mapping[Joined, int], reference: "AtReference", sign: Callable[[], sp.Expr]
     ) -> None:
-        """Creates a branch without chosen signs.
-
-        Args:
-            own: The branch signs at the reference.
-            reference: The reference values. Each sign symbol of a branch is recorded with the value
-                1.
-            sign: Returns a new symbol for a branch.
-        """
         super().__init__((), own)
         self._reference, self._sign = reference, sign
 
     def side(self, joined: Joined) -> sp.Expr:
-        """Returns the branch sign of the next step: the sign at the reference times a symbol."""
+        """Return the branch sign of the next step: the sign at the reference times a symbol."""
         symbol = self._sign()
         if symbol.is_Symbol:
             self._reference.know(symbol, 1.0)
         return symbol * self.own.get(joined, 1)
 
     def length(self, joined: Joined) -> sp.Expr:
-        """Returns the sign of a length at the reference configuration."""
+        """Return the sign of a length at the reference configuration."""
         return sp.Integer(self.own.get(joined, 1))
 
     def figure(self, joined: Joined) -> int:
-        """Returns the assembly mode of a step at the reference configuration."""
+        """Return the assembly mode of a step at the reference configuration."""
         return self.own.get(joined, 1)
 
 
 def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -> Iterator[Solved]:
-    """Yields the results on all branches. The branch of the reference comes first.
+    """Yield the results of all branches, beginning with the reference branch.
 
     The sign of the last step varies fastest. Whether a solution step exists may depend on the signs
     of the steps before it.
@@ -129,7 +122,8 @@ class AtReference:
 
     Attributes:
         size: The longest length of the mechanism (meter), by which lengths are divided.
-        sides: The branch sign of each step with two branches, by the joints or struts of the step.
+        sides: The branch sign of each step with two branches, keyed by the joints or struts of the
+            step.
     """
 
     def __init__(
@@ -140,7 +134,7 @@ class AtReference:
         joints: Iterable[str] = (),
         size: float = 1.0,
     ) -> None:
-        """Sets the configuration.
+        """Set the configuration.
 
         Args:
             terms: Receives the terms.
@@ -159,13 +153,13 @@ class AtReference:
         self._parts = Values()
 
     def know(self, symbol: sp.Symbol, value: float) -> None:
-        """Records the value of a symbol."""
+        """Record the value of a symbol."""
         self._known[symbol] = value
         self._values.clear()
         self._parts = Values()
 
     def hints_of(self, names: Sequence[str]) -> dict[str, float]:
-        """Returns values of joints near the reference, keyed by joint name.
+        """Return joint values near the reference configuration, keyed by joint name.
 
         If a value is given for any of the joints, only the given values are returned. If no value
         is given, default values are returned.
@@ -177,7 +171,7 @@ class AtReference:
         return {}
 
     def of(self, expression: sp.Expr) -> float:
-        """Returns the value of an expression, or NaN if a loop does not close."""
+        """Return the value of an expression, or NaN if a loop does not close."""
         if expression not in self._values:
             self._values[expression] = self._evaluated(expression)
         return self._values[expression]
@@ -197,18 +191,18 @@ class AtReference:
             return value.real if value.imag == 0 else math.nan
 
     def number(self, value: Complex) -> complex:
-        """Returns a symbolic complex number as a Python number."""
+        """Return a symbolic complex number as a Python number."""
         return complex(self.of(value[0]), self.of(value[1]))
 
     def vector(self, total: PhasorSum) -> complex:
-        """Returns the value of a sum of rotated vectors."""
+        """Return the value of a sum of rotated vectors."""
         return sum(
             (self.number(c) * cmath.exp(1j * self.of(angle)) for angle, c in total.terms.items()),
             0j,
         )
 
     def turn(self, angle: sp.Expr, rotor: Complex) -> float:
-        """Returns an angle plus the angle of a constant rotation."""
+        """Return the sum of an angle and the angle of a constant rotation."""
         return self.of(angle) + cmath.phase(self.number(rotor))
 
     def _of_symbol(self, symbol: sp.Symbol) -> float:
@@ -221,5 +215,5 @@ class AtReference:
 
 
 def wrapped(angle: float) -> float:
-    """Returns the equivalent angle between -pi and pi."""
+    """Return the equivalent angle between -pi and pi."""
     return math.remainder(angle, math.tau)

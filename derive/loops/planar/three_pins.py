@@ -1,4 +1,4 @@
-"""Solves a ring of three pins: two circles intersect in the pin between two bodies.
+"""Solves a loop of three pins by intersecting two circles.
 
 Source:
     Assur groups of class II (dyad RRR); Myszka, Machines and Mechanisms, ch. 4. The closed form
@@ -35,7 +35,7 @@ from .loop_step import (
 class TwoCircles:
     """Two circles about the ends of the base vector D.
 
-    Their intersection C is relative to the first end of D.
+    The circles intersect at the shared pin.
 
     Attributes:
         C: The vector from the first end of D to the shared pin, in the axes of D.
@@ -43,10 +43,8 @@ class TwoCircles:
         D: The base.
         v: The vector C in the frame of the body that contains it.
         w: The vector W in the frame of the body that contains it.
-        height: Twice the signed area of the triangle. The area is positive if C is to the left of
-            D.
-        margin: sin^2 of the transmission angle. The margin is zero at a dead point. The margin is
-            negative if the circles do not intersect.
+        height: Twice the signed area of the triangle.
+        margin: sin^2 of the transmission angle. The margin is zero at a dead point.
     """
 
     C: Complex
@@ -66,17 +64,19 @@ def two_circles(
     sign: int,
     gate: Callable[[sp.Expr], sp.Expr] = lambda square: square,
 ) -> TwoCircles:
-    """Intersects two circles about the ends of the vector D, with the radii |v| and |w|.
+    """Intersect two circles about the ends of the vector D, with the radii |v| and |w|.
 
     Let d be the length of D, p = (d^2 + v^2 - w^2) / 2, and 4 h^2 = ((d + w)^2 - v^2)(v^2 - (d -
-    w)^2). C is the vector from the first end of D to the intersection, and W from the second end.
+    w)^2). C and W are the vectors from the first and second end of D to the intersection.
 
         C = D (p + i h) / d^2,   W = C - D
 
     Args:
         terms: Names of all terms.
-        v: The arm at the first end of the base D.
-        w: The arm at the second end of the base D.
+        v: The arm that rotates about the first end of the base D. Its length is the radius of the
+            first circle.
+        w: The arm that rotates about the second end of the base D. Its length is the radius of the
+            second circle.
         D: The base.
         sign: 1 if C is to the left of D, -1 if C is to the right of D.
         gate: Makes the radicand negative if an arm length is invalid.
@@ -98,7 +98,7 @@ def two_circles(
 
 
 def _heron(terms: Terms, *squares: sp.Expr) -> sp.Expr:
-    """Returns 16 area^2 by Heron's formula, without cancellation."""
+    """Return 16 area^2 by Heron's formula, without cancellation."""
     varying = sorted(squares, key=terms.is_constant)
     alone, a, b = varying
     side_a, side_b = (terms.let(sp.sqrt(square)) for square in (a, b))
@@ -107,7 +107,7 @@ def _heron(terms: Terms, *squares: sp.Expr) -> sp.Expr:
 
 
 def rate_of_first(triangle: TwoCircles, c: sp.Expr, s: sp.Expr) -> LoopRate:
-    """Returns the rate of the rotation of v: h phi' = D'.W - (e^(i phi) v').W + w'.w."""
+    """Return the rate of the rotation angle phi of the vector v."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         D, v, w = (rates_of(tangent, vector) for vector in _moving(triangle))
@@ -119,7 +119,7 @@ def rate_of_first(triangle: TwoCircles, c: sp.Expr, s: sp.Expr) -> LoopRate:
 
 
 def rate_of_second(triangle: TwoCircles, c: sp.Expr, s: sp.Expr) -> LoopRate:
-    """Returns the rate of the rotation of w: h psi' = D'.C - v'.v + (e^(i psi) w').C."""
+    """Return the rate of the rotation angle psi of the vector w."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         D, v, w = (rates_of(tangent, vector) for vector in _moving(triangle))
@@ -135,9 +135,9 @@ def _moving(triangle: TwoCircles) -> tuple[Complex, Complex, Complex]:
 
 
 def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> StepEquations:
-    """Returns the equations of two intersecting circles.
+    """Return the equations of two intersecting circles.
 
-    The equations contain A and B instead of v and w.
+    In the equations, the vectors v and w are called A and B.
 
     Args:
         triangle: The triangle.
@@ -178,7 +178,7 @@ def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> Ste
 
 
 def side_remark(sign: int) -> str:
-    """Returns a sentence that names the used intersection of the two circles."""
+    """Return a sentence that states which intersection of the two circles is used."""
     sense = "positive" if sign > 0 else "negative"
     return (
         f"With ${{h}}$ {sense}, the vector ${{C}}$ points to the {SIDES[sign]} of ${{D}}$; the"
@@ -188,7 +188,7 @@ def side_remark(sign: int) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class ThreePins(PlanarStep):
-    """Three bodies in a ring of pins.
+    """Three rigid groups of bodies, connected in a ring by three pins.
 
     Attributes:
         triangle: The triangle of the pins.
@@ -202,7 +202,7 @@ class ThreePins(PlanarStep):
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first ring of three pins."""
+        """Join three rigid groups that are connected pairwise by three pins."""
         pins = clear_ring(clusters)
         if pins is None:
             return False
@@ -234,7 +234,7 @@ class ThreePins(PlanarStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the intersection of the circles about the two base pins."""
+        """Return the intersection of the circles about the two base pins."""
         return circle_equations(self.triangle, self.sign, *self.solved)
 
     @property

@@ -30,18 +30,18 @@ class TwoPins(PlanarStep):
     """The rotation that aligns the vector between two pins of a body with a vector of the base.
 
     Attributes:
-        vectors: Components of the vectors on the base (C) and on the rotated body (A), by letter.
+        vectors: Vectors between the two pins, on the base (key C) and on the rotated body (key A).
             The value is empty if the rotation is exact.
     """
 
     vectors: dict[str, Complex] = field(default_factory=dict)
 
     title: ClassVar[str] = "two pins"
-    reason: ClassVar[str] = "Both vectors between the pins turn with bodies whose turn is known."
+    reason: ClassVar[str] = "The rotations of both vectors between the pins are known."
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first two rigid groups that share two different pins."""
+        """Join the first two rigid groups that share two different pins."""
         pins = [edge for edge in clusters.between() if isinstance(edge, PinEdge)]
         for first, second in combinations(pins, 2):
             pair = clusters.cluster(first.a), clusters.cluster(first.b)
@@ -71,7 +71,7 @@ class TwoPins(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """Returns the equations for the rotation of A to C.
+        """Return the equations for the rotation angle from vector A to vector C.
 
         The result has no equations if the rotation is exact.
         """
@@ -82,11 +82,11 @@ class TwoPins(PlanarStep):
 
 
 def direction_equations(angle: sp.Symbol, vectors: Mapping[str, Complex]) -> StepEquations:
-    """Returns the equations for the rotation from a vector A to a vector C.
+    """Return the equations for the rotation from a vector A to a vector C.
 
     Args:
         angle: The rotation angle.
-        vectors: Components of the vectors A and C by letter.
+        vectors: Components of the vectors A and C, keyed by letter.
     """
     C, A = components("C"), components("A")
     c, a = length_of("C"), length_of("A")
@@ -116,7 +116,7 @@ def _turn_between(
 
 
 def rate_of_direction(there: Complex, here: Arm) -> LoopRate:
-    """Returns the rate of the rotation between two vectors: a x a' / a^2 - b x b' / b^2."""
+    """Return the rate of the rotation between two vectors: a x a' / a^2 - b x b' / b^2."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         let = tangent.terms.let
@@ -129,11 +129,10 @@ def rate_of_direction(there: Complex, here: Arm) -> LoopRate:
 
 @dataclass(frozen=True, kw_only=True)
 class PinAndSlide(PlanarStep):
-    """The travel of a slide that moves a pin to its position on the base.
+    """The displacement of a prismatic joint that moves a pin to its position on the base.
 
     Attributes:
-        offset: The vector from the position of the pin at zero travel to its required position on
-            the base.
+        offset: The required displacement of the pin from its position at zero travel.
         direction: Unit vector along the slide.
         travel: Travel along the slide (meter).
     """
@@ -142,11 +141,11 @@ class PinAndSlide(PlanarStep):
     direction: Complex
     travel: sp.Expr
 
-    title: ClassVar[str] = "a pin and a slide"
+    title: ClassVar[str] = "a pin and a prismatic joint"
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first two rigid groups that share a pin and a slide."""
+        """Join the first two rigid groups that share a pin and a slide."""
         edges = clusters.between()
         pairs = product_of(
             [edge for edge in edges if isinstance(edge, SlideEdge)],
@@ -180,7 +179,7 @@ class PinAndSlide(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """Returns the equation for the travel t, the component of D along B."""
+        """Return the equation for the travel t, the component of D along B."""
         D, B = components("D"), components("B")
         t = quantity("t")
         return StepEquations(

@@ -17,7 +17,7 @@ from .solution import Solution, factors_of, reported
 
 
 def allowed(solutions: Sequence[Solution]) -> sp.Basic:
-    """Returns the condition that the known loops close for at least one solution.
+    """Return the condition that the known loops close for at least one solution.
 
     Args:
         solutions: The solutions on different branches, computed from the main chain.
@@ -38,10 +38,7 @@ def _closes(solution: Solution) -> sp.Basic:
 
 
 def _couplings(solution: Solution) -> Iterator[tuple[sp.Expr, str]]:
-    """Yields the residual and the unit of each coupling that determines no joint.
-
-    The chord of an angle is zero for full turns of the joints.
-    """
+    """Yield (residual, unit) for each coupling that is not used to solve a joint."""
     terms, mechanism = solution.reference.terms, solution.mechanism
     for coupling in mechanism.couplings:
         names = factors_of(coupling)
@@ -52,10 +49,6 @@ def _couplings(solution: Solution) -> Iterator[tuple[sp.Expr, str]]:
 
 
 def _unread(solution: Solution) -> set[str]:
-    """Returns closures and struts with known joints that no step with a margin closes.
-
-    A cylinder is never returned, because it can have any length.
-    """
     closed = {name for step in solution.steps if step.margin is not None for name in step.joints}
     return {
         loop.loop_joint.name
@@ -67,7 +60,7 @@ def _unread(solution: Solution) -> set[str]:
 
 
 def _edges(loop_joint: Closure | Strut) -> set[str]:
-    """Returns the joints of a step that solves all equations of a closure or strut."""
+    """Return the joint names that identify a step for all equations of a closure or strut."""
     if isinstance(loop_joint, Strut):
         return {loop_joint.name, loop_joint.swing_name, f"{loop_joint.name}.end"}
     # If a step contains the ball joint of a rod, the step solves only the equation of the rod
@@ -76,7 +69,7 @@ def _edges(loop_joint: Closure | Strut) -> set[str]:
 
 
 def _members(loop: Loop) -> set[str]:
-    """Returns the names of the joints in the equations of a loop."""
+    """Return the names of the joints in the equations of a loop."""
     names = {joint.name for joint in loop.joints}
     if isinstance(loop.loop_joint, Strut):
         names |= {loop.loop_joint.swing_name} if loop.loop_joint.ends == "pin" else set()

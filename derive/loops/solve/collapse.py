@@ -1,8 +1,8 @@
 """Replaces chain segments whose rotations cancel by a translation.
 
 If loops keep the angle sum of consecutive parallel axes constant, the bodies after these axes only
-translate. The translation is a sum of planar vectors. Solved angles are eliminated from this sum by
-the loop equations. The elimination often leaves a sum of few vectors. For example, a pantograph arm
+translate. The translation is a sum of planar vectors. The loop equations then eliminate the known
+angles from this sum. The remaining sum often has only a few vectors. For example, a pantograph arm
 moves its wrist along a line and a circle.
 """
 
@@ -26,7 +26,7 @@ def collapsed(
     relations: Sequence[PhasorSum],
     count: int,
 ) -> tuple[tuple[Group, ...], tuple[sp.Expr, ...]]:
-    """Returns the chain without the joints whose rotations cancel.
+    """Return the chain without the joints whose rotations cancel.
 
     Args:
         terms: Names of all terms.
@@ -35,8 +35,8 @@ def collapsed(
         count: Number of moving joints in the chain.
 
     Returns:
-        The chain of the tool, without the joints whose rotations cancel. The translations (meter)
-        have the joint indices ``count``, ``count + 1`` and so on.
+        The chain, and the translations (meter) with the joint indices ``count``, ``count + 1`` and
+        so on.
     """
     translations: list[sp.Expr] = []
     found = []
@@ -55,7 +55,7 @@ def _collapsed(
     count: int,
     translations: list[sp.Expr],
 ) -> Group:
-    """Replaces at most one segment of a chain by a translation."""
+    """Replace at most one segment of a chain by a translation."""
     stations = group.stations
     for first in range(1, len(stations)):
         for last in range(len(stations) - 1, first, -1):
@@ -81,7 +81,7 @@ def _collapsed(
 
 
 def _sum(terms: Terms, stations: Sequence[Station]) -> PhasorSum:
-    """Returns the sum of the link offsets, rotated by the angles of the links."""
+    """Return the sum of the link offsets, rotated by the angles of the links."""
     total = PhasorSum()
     for station in stations:
         angle, constant = _parted(station.angle)
@@ -99,7 +99,7 @@ def _solved_angles(terms: Terms, total: PhasorSum) -> int:
 
 
 def _parted(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """Splits an angle into a variable and a constant part."""
+    """Split an angle into a variable and a constant part."""
     constant, moving = sp.expand(angle).as_independent(*angle.free_symbols, as_Add=True)
     return moving, constant
 
@@ -107,7 +107,7 @@ def _parted(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 def _merged(
     terms: Terms, before: Station, after: Station, turn: sp.Expr, moved: tuple[sp.Expr, ...]
 ) -> Station:
-    """Returns the frame after a segment in the axes of the frame before it."""
+    """Return the frame after a segment in the axes of the frame before it."""
     c, s = terms.cos_sin(turn)
     translation = terms.let(moved[0]), terms.let(moved[1]), terms.let(moved[2])
     reach = added(terms, before.reach, translation)

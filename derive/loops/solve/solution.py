@@ -25,7 +25,8 @@ from ..spatial.legs import LastStep, assemble_in_space
 from ..spatial.struts import Known
 
 OFF_THE_REFERENCE = (0.05, -0.08)
-"""Offsets from the reference that test a branch (radian, or relative to the size)."""
+"""Offsets from the reference coordinates (radian, or relative to the size of the robot). Each
+branch is also tested at these offsets."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Solution:
 
     @property
     def margins(self) -> tuple[tuple[str, sp.Expr], ...]:
-        """A pair (loop name, margin) for each step that may fail."""
+        """For each step with a margin, the name of the step and its margin."""
         return tuple(
             (step.name(self.mechanism), step.margin)
             for step in self.steps
@@ -80,7 +81,7 @@ class Loops:
 
 
 def sorted_loops(mechanism: Mechanism) -> Loops:
-    """Returns the loops of a mechanism by kind."""
+    """Return the loops of a mechanism by kind."""
     planar, spatial = linkages(mechanism)
     return Loops(mechanism, tuple(planar), tuple(spatial))
 
@@ -92,7 +93,7 @@ def from_actuators(
     *,
     closed: Mapping[str, float] | None = None,
 ) -> Solution:
-    """Returns all joints as functions of the actuated coordinates.
+    """Return all joints as functions of the actuated coordinates.
 
     Args:
         loops: The mechanism and its loops.
@@ -120,7 +121,7 @@ def from_chain(
     closed: Mapping[str, float],
     locked: Mapping[str, sp.Expr] | None = None,
 ) -> Solution:
-    """Returns all joints and actuators as functions of the main chain.
+    """Return all joint values and actuator values as functions of the main-chain joints.
 
     Args:
         loops: The mechanism and its loops.
@@ -146,7 +147,7 @@ def _begun(
     at: Mapping[sp.Symbol, float],
     closed: Mapping[str, float],
 ) -> Solution:
-    """Returns the solution before the first step."""
+    """Return the initial solution, which contains no solution steps."""
     mechanism = loops.mechanism
     joints = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
     size = NumericMechanism(mechanism).size
@@ -155,7 +156,7 @@ def _begun(
 
 
 def _near(own: Solution, known: Mapping[str, sp.Expr]) -> list[AtReference]:
-    """Returns the reference and configurations near it."""
+    """Return the reference configuration and configurations near it."""
     terms, members, size = own.reference.terms, own.mechanism.members, own.reference.size
     found = []
     for part in (0.0, *OFF_THE_REFERENCE):
@@ -169,7 +170,7 @@ def _near(own: Solution, known: Mapping[str, sp.Expr]) -> list[AtReference]:
 
 
 def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solution:
-    """Returns the solution on a branch.
+    """Return the solution on a branch.
 
     If ``branch`` is None, the solution is on the branch of the reference.
     """
@@ -189,7 +190,7 @@ def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solu
 
 
 def _goes_on(loops: Loops, before: Solution, planar: Solution, after: Solution) -> bool:
-    """Whether repeating all solution steps can solve more joints.
+    """Whether another pass through the solution steps can solve more joints.
 
     A coupling may connect different loops.
     """
@@ -199,7 +200,7 @@ def _goes_on(loops: Loops, before: Solution, planar: Solution, after: Solution) 
 
 
 def _left(loops: Loops, solution: Solution) -> list[Linkage]:
-    """Returns the planar linkages with unknown joints."""
+    """Return the planar linkages with unknown joints."""
     return [
         linkage
         for linkage in loops.planar
@@ -210,7 +211,7 @@ def _left(loops: Loops, solution: Solution) -> list[Linkage]:
 def every_solution(
     loops: Loops, own: Solution, given: Sequence[str], most: int
 ) -> tuple[list[Solution], bool]:
-    """Returns the solutions on all branches. The branch of the reference comes first.
+    """Return the solutions on all branches.
 
     Args:
         loops: The mechanism and its loops.
@@ -239,7 +240,6 @@ def every_solution(
 
 
 def _restarted(own: Solution, known: Mapping[str, sp.Expr]) -> Solution:
-    """Returns a solution without steps that keeps the reference of a complete solution."""
     return _with_open(
         replace(own, values=known, loops={}, steps=(), relations=(), coupled=(), open=())
     )
@@ -248,9 +248,9 @@ def _restarted(own: Solution, known: Mapping[str, sp.Expr]) -> Solution:
 def with_free_sides(
     loops: Loops, own: Solution, given: Sequence[str], sign: Callable[[], sp.Expr]
 ) -> Solution:
-    """Returns the solution with a symbol for each branch sign.
+    """Return the solution with a symbol for each branch sign.
 
-    On the branch of the reference, all branch signs are 1.
+    If all branch signs are 1, the solution is on the branch of the reference configuration.
 
     Args:
         loops: The mechanism and its loops.
@@ -266,7 +266,7 @@ def with_free_sides(
 def _on_planar_branches(
     loops: Loops, found: list[Solution], elsewhere: Sequence[AtReference], most: int
 ) -> tuple[list[Solution], bool]:
-    """Returns up to ``most`` solutions of the planar linkages, and whether they are complete."""
+    """Return solutions of the planar linkages, and whether all solutions were found."""
     is_all = True
     for linkage in _left(loops, found[0]):
         # Linkages without a common joint are independent. Each independent linkage is solved once,
@@ -285,7 +285,7 @@ def _on_planar_branches(
 
 
 def _with_part(solution: Solution, part: Assembly) -> Solution:
-    """Adds the joints of a linkage to a solution."""
+    """Add the joints of a linkage to a solution."""
     return _with_open(
         replace(
             solution,
@@ -298,7 +298,7 @@ def _with_part(solution: Solution, part: Assembly) -> Solution:
 
 
 def _in_space(loops: Loops, solution: Solution, branch: Branch | None) -> Solution:
-    """Adds the joints of the spatial loops to a solution."""
+    """Add the joints of the spatial loops to a solution."""
     known = Known(dict(solution.values), dict(solution.loops), list(solution.steps))
     terms, reference = solution.reference.terms, solution.reference
     assemble_in_space(
@@ -310,14 +310,14 @@ def _in_space(loops: Loops, solution: Solution, branch: Branch | None) -> Soluti
 
 
 def _with_open(solution: Solution) -> Solution:
-    """Adds the joints that follow from couplings, and the names of the undetermined joints."""
+    """Add the joints that follow from couplings, and the names of the undetermined joints."""
     solution = with_coupled(solution)
     wanted = [*solution.mechanism.members, *solution.mechanism.swings]
     return replace(solution, open=tuple(name for name in wanted if name not in solution.values))
 
 
 def with_coupled(solution: Solution) -> Solution:
-    """Adds each joint that is the only unknown joint of a coupling."""
+    """Solve each coupling that has a single unknown joint, and add the joint value."""
     values, loops, coupled = dict(solution.values), dict(solution.loops), [*solution.coupled]
     own = replace(solution, loops=loops)
     left = [*solution.mechanism.couplings]
@@ -335,12 +335,12 @@ def with_coupled(solution: Solution) -> Solution:
 
 
 def factors_of(coupling: Coupling) -> dict[str, sp.Expr]:
-    """Returns the factor of each joint in the equation of a coupling: sum = offset."""
+    """Return the factor of each joint in the equation of a coupling."""
     return {coupling.joint: sp.S.One} | {name: -ratio for name, ratio in coupling.ratios}
 
 
 def reported(solution: Solution, values: Mapping[str, sp.Expr], name: str) -> sp.Expr:
-    """Returns the value of a joint in a coupling, as `configuration` returns it."""
+    """Return the value that `configuration` returns for a joint in a coupling."""
     member = solution.mechanism.members[name]
     if name in solution.coupled or is_length(member) or not isinstance(member, Joint):
         return values[name]
@@ -348,19 +348,19 @@ def reported(solution: Solution, values: Mapping[str, sp.Expr], name: str) -> sp
 
 
 def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint | None) -> sp.Expr:
-    """Wraps a solved angle to a full turn about the middle of the joint limits.
+    """Wrap a solved angle into an interval of one full turn about the middle of the joint limits.
 
-    Without limits, the interval is -pi to pi. If the reference value is beyond pi, the interval is
-    about the nearest multiple of pi. Angles near the reference then do not jump. For a coupled
-    joint, the interval contains the joint limits. If the coupled joint has no limits, the reference
-    value is the middle of the interval.
+    Without limits, the interval is -pi to pi. If the magnitude of the reference value exceeds pi,
+    the interval is centered at the nearest multiple of pi. Angles near the reference then do not
+    jump. For a coupled joint, the interval contains the joint limits. If the coupled joint has no
+    limits, the reference value is the middle of the interval.
 
     Args:
         terms: Receives the terms.
         solution: The solution that contains the angle ``value``. The rate of the wrapped angle is
             added to the rates of the solution.
         value: A sum of solved angles and coordinates.
-        joint: The joint of the angle, or None for a swing angle.
+        joint: The joint whose angle is the value, or None for a swing angle.
     """
     if not terms.is_solved(value):
         return terms.let(value)
@@ -376,9 +376,9 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
 def near_reference(
     mechanism: Mechanism, terms: Terms, joints: Sequence[Joint], values: Sequence[sp.Expr]
 ) -> list[sp.Expr]:
-    """Moves solved angles of coupled joints by full turns into the interval of the joint.
+    """Move solved angles of coupled joints by full turns into the interval of each joint.
 
-    The interval contains the limits, or is within half a turn of the reference.
+    The interval is one turn wide, and contains the joint limits or the reference value.
 
     Args:
         mechanism: The description.
@@ -416,7 +416,7 @@ def _middle(mechanism: Mechanism, joint: Joint | None) -> sp.Expr:
 
 
 def _quarter_turns(angle: float) -> sp.Expr:
-    """Rounds an angle to a multiple of 90 degrees, so that angle differences are short."""
+    """Round an angle to a multiple of 90 degrees."""
     return sp.pi / 2 * round(2 * angle / math.pi)
 
 
@@ -425,9 +425,10 @@ def _given(mechanism: Mechanism) -> dict[str, float]:
 
 
 def _value_of(mechanism: Mechanism, name: str, moves: str, ratio: sp.Expr) -> float:
-    """Returns the reference value of a coordinate.
+    """Return the reference value of a coordinate.
 
-    The file states the value of the coordinate or of the joint that it moves.
+    The robot file states the value of the coordinate, or the value of the joint that the coordinate
+    moves. Without a stated value, the result is 0.
     """
     given = dict(mechanism.reference)
     if name not in given and moves in given:

@@ -26,7 +26,7 @@ from .solution import (
 )
 
 MAX_BRANCHES = 128
-"""Maximum number of branches of a map. Seven steps have two branches each."""
+"""Maximum number of branches of a map."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,8 @@ class SolvedLoops(LoopModel):
         q_at_reference: The actuated coordinates (n,) at the reference (radian or meter).
         spare: Number of redundant actuators. A robot with redundant actuators has the function
             ``fk`` only if its loops close in the least-squares sense.
-        missing: Number of branches that are missing in each function, by function name.
+        missing: Texts that state the number of branches, keyed by the name of the function that
+            omits some of the branches.
     """
 
     loops: Loops
@@ -57,15 +58,15 @@ class SolvedLoops(LoopModel):
 
     @property
     def is_overdetermined(self) -> bool:
-        """Whether the actuators contradict each other.
+        """Whether the actuators can contradict each other.
 
-        If the actuators contradict each other, the robot has no ``fk``.
+        If the actuators can contradict each other, the robot has no ``fk``.
         """
         return bool(self.spare) and self.least_squares_closure is None
 
     @property
     def has_closed_form(self) -> bool:
-        """Whether the actuators, and also the main chain, give all joints in closed form."""
+        """Whether both the actuators and the main chain determine all joints in closed form."""
         return not (self.forward.open or self.backward.open)
 
     @property
@@ -77,7 +78,7 @@ class SolvedLoops(LoopModel):
     def may_have_inverse(self) -> bool:
         """Whether an inverse is possible, in closed form or refined from a nominal robot.
 
-        Loops without a closed form have no inverse, unless the robot has a nominal robot.
+        If the loops have no closed form, an inverse is possible only with a nominal robot.
         """
         is_open = self.least_squares_closure is not None and not self.spare
         is_built = is_open or self.mechanism.nominal is not None
@@ -89,7 +90,7 @@ class SolvedLoops(LoopModel):
         return all(joint.name in self.forward.values for joint in self.robot.moving)
 
     def of_closed_loops(self, function: SymbolicFunction) -> SymbolicFunction:
-        """Returns the function with NaN as its result if the loops are open."""
+        """Return the function with NaN as its result if the loops are open."""
         is_of_actuators = function.role.domain == "actuators"
         solution = self.forward if is_of_actuators else self.backward
         results = tuple(
@@ -99,12 +100,11 @@ class SolvedLoops(LoopModel):
         return replace(function, outputs=results)
 
     def while_closed(self, entries: Sequence[sp.Expr], *solutions: Solution) -> tuple[sp.Expr, ...]:
-        """Makes expressions NaN if the loops do not close.
+        """Make expressions NaN if the loops do not close.
 
-        If an expression contains the square root that solves a step, the expression is NaN if the
-        step has no solution. Steps without a square root in the expression need an extra term that
-        is 0 or NaN. For example, a brace is parallel to a chain. The square root that solves the
-        brace does not occur in the pose of the chain.
+        If an expression does not contain the square root that solves a step, a term that is 0 or
+        NaN is added. For example, the pose of a chain does not contain the square root of a brace
+        between two links.
 
         Args:
             entries: The entries.
@@ -117,8 +117,9 @@ class SolvedLoops(LoopModel):
         requested = [all(steps) for steps in unguarded]
         if not any(requested):
             return tuple(entries)
-        # All entries contain the same term, which is NaN if the loops do not close. Each further
-        # NaN term would cost another square root.
+        # The same term is added to all entries for which ``requested`` is true. The term is NaN if
+        # the loops do not close. A separate term for each entry would cost one square root per
+        # entry.
         conditions = []
         for k, solution in enumerate(solutions):
             indices = {
@@ -136,7 +137,7 @@ class SolvedLoops(LoopModel):
         )
 
     def _unguarded_steps(self, entry: sp.Expr, solution: Solution) -> list[int]:
-        """Returns the solution steps whose square root is not a part of an expression."""
+        """Return indices of the solution steps whose square root does not occur in `entry`."""
         if self.terms.is_constant(entry):
             return []
         behind = self._behind(entry)
@@ -151,14 +152,20 @@ class SolvedLoops(LoopModel):
         ]
 
     def _under_root(self, step: LoopStep) -> sp.Expr:
-        """Returns the radicand of a step (with the sign of the margin), or the margin itself."""
+        """Return the radicand of the square root in a step.
+
+        The radicand has the same sign as the margin of the step.
+
+        If the step does not have exactly one square root with a variable radicand, the result is
+        the margin itself.
+        """
         (root,) = step.root.free_symbols
         powers = self.terms.definitions[root].atoms(sp.Pow)
         bases = [p.base for p in powers if p.exp == HALF and p.base.free_symbols]
         return bases[0] if len(bases) == 1 else step.margin
 
     def _behind(self, entry: sp.Expr) -> frozenset[sp.Symbol]:
-        """Returns the symbols on which an entry depends."""
+        """Return the symbols on which an entry depends."""
         definitions = self.terms.definitions
         known: dict[sp.Symbol, set[sp.Symbol]] = self.terms.memoize("symbols behind terms", dict)
         for symbol in self.terms.needed(entry.free_symbols - known.keys()):
@@ -169,20 +176,20 @@ class SolvedLoops(LoopModel):
         return frozenset(own.union(*(known.get(s, ()) for s in own)))
 
     def where(self, condition: sp.Basic) -> sp.Expr:
-        """Returns 0 if a condition holds, otherwise NaN."""
+        """Return 0 if a condition holds, otherwise NaN."""
         # The radicand is piecewise constant (0 or -1), so that the derivative of the root is
         # defined at 0.
         square = self.terms.let(sp.Piecewise((0, condition), (-1, True)))
         return self.terms.let(sp.sqrt(square))
 
     def actuators_in(self, solution: Solution) -> tuple[sp.Expr, ...]:
-        """Returns the actuated coordinates of a solution."""
+        """Return the actuated coordinates of a solution."""
         return self.driven(named(self, solution, [c.moves for c in self.mechanism.coordinates]))
 
     def driven(
         self, values: Sequence[sp.Expr], coordinates: Sequence[Coordinate] | None = None
     ) -> tuple[sp.Expr, ...]:
-        """Returns actuated coordinates from the values of the actuated joints."""
+        """Return actuated coordinates from the values of the actuated joints."""
         chosen = self.mechanism.coordinates if coordinates is None else coordinates
         return tuple(
             self.terms.let(value / c.ratio) for value, c in zip(values, chosen, strict=True)
@@ -190,7 +197,7 @@ class SolvedLoops(LoopModel):
 
 
 def solved_loops(model: LoopModel) -> SolvedLoops:
-    """Solves the loops of a mechanism and closes them at the reference.
+    """Solve the loops of a mechanism and close them at the reference.
 
     Raises:
         LoopError: The loops do not close at the reference. The message states the closure error and
@@ -234,7 +241,7 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
 
 
 def _without_steps(loops: Loops) -> Loops:
-    """Returns the solution of loops without a closed form."""
+    """Return a copy of ``loops`` without loops to solve in closed form."""
     return replace(loops, planar=(), spatial=())
 
 
@@ -245,14 +252,14 @@ def _numbers(model: LoopModel, at: Mapping[str, float]) -> ClosedLoops:
 
 
 def _described(model: LoopModel, forward: Solution) -> dict[str, float]:
-    """Returns the reference in closed form."""
+    """Return the values of all variables at the reference from the closed-form solution."""
     values = named(model, forward, [variable.name for variable in model.variables])
     of = forward.reference.of
     return {v.name: of(value) for v, value in zip(model.variables, values, strict=True)}
 
 
 def _closed(model: LoopModel, numbers: ClosedLoops, free: Vector) -> dict[str, float]:
-    """Returns the reference configuration after Newton's method closed the loops.
+    """Return the reference configuration after Newton's method closed the loops.
 
     Values below the precision of the iteration become 0, because they differ between processors.
     """
@@ -266,7 +273,7 @@ def _closed(model: LoopModel, numbers: ClosedLoops, free: Vector) -> dict[str, f
 
 
 def _backward(model: LoopModel, loops: Loops, forward: Solution) -> Solution:
-    """Returns all joints as functions of the main-chain joints, or an empty solution.
+    """Return all joints as functions of the main-chain joints, or an empty solution.
 
     If the main-chain joints do not determine the branch, the function raises an error. The returned
     solution is empty if the loops have no closed form or close only in the least-squares sense.
@@ -282,7 +289,7 @@ def _backward(model: LoopModel, loops: Loops, forward: Solution) -> Solution:
 
 
 def named(model: LoopModel, solution: Solution, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-    """Returns values of joints. Joint angles are between -pi and pi."""
+    """Return values of joints. Joint angles are between -pi and pi."""
     joints = {joint.name: joint for joint in model.mechanism.joints}
     found = []
     for name in names:
@@ -296,19 +303,19 @@ def named(model: LoopModel, solution: Solution, names: Iterable[str]) -> tuple[s
 
 
 def forward_branches(h: SolvedLoops) -> list[Solution]:
-    """Returns the solutions from the actuators on all closed-form branches."""
+    """Return the solutions for given actuator values on all closed-form branches."""
     given = [c.moves for c in h.mechanism.coordinates]
     return _complete(h, "chain_all", h.forward, given)
 
 
 def backward_branches(h: SolvedLoops) -> list[Solution]:
-    """Returns the solutions from the main chain on all closed-form branches."""
+    """Return the solutions for given main-chain joint values on all closed-form branches."""
     given = [joint.name for joint in h.robot.moving]
     return _complete(h, "actuators_all", h.backward, given)
 
 
 def _complete(h: SolvedLoops, name: str, own: Solution, given: Sequence[str]) -> list[Solution]:
-    """Returns the branches that determine all joints of the reference branch."""
+    """Return the branches that solve every joint that the reference branch solves."""
     found, is_all = every_solution(h.loops, own, given, MAX_BRANCHES)
     complete = [solution for solution in found if set(solution.open) <= set(own.open)]
     if not is_all:

@@ -15,12 +15,12 @@ from .struts import Legs
 
 
 class BallEnd(NamedTuple):
-    """One end of a ball closure, or a point of a pin closure that acts like a ball.
+    """One end of a ball closure, or a point of a pin closure that is treated as a ball joint.
 
     Attributes:
         closure: The closure.
         path: The joints from the common body of the two loop branches to the ball.
-        frame: The frame of the ball on the body at the end.
+        frame: The frame of the ball joint on the body.
         target: The frame of the ball on the other body.
         open: Indices of the unknown joints in ``path``.
     """
@@ -32,12 +32,12 @@ class BallEnd(NamedTuple):
     open: tuple[int, ...]
 
     def last(self, *kinds: str) -> list[int]:
-        """Returns the indices of the last unknown joints, or [] if their kinds differ."""
+        """Return the indices of the last unknown joints if they have these types, otherwise []."""
         places = self.open[-len(kinds) :]
         return [*places] if tuple(self.path[k].kind for k in places) == kinds else []
 
     def ball(self, legs: Legs, k: int) -> Vector:
-        """Returns the ball position in the axes of joint k at zero.
+        """Return the ball position in the axes of joint k at zero.
 
         The joints after joint k are known.
 
@@ -55,8 +55,10 @@ class Fork(NamedTuple):
     """The point at which the axes of two revolute joints intersect.
 
     Attributes:
-        center: A frame at the point, with the axes of the first joint at zero.
-        axes: The axes x, y and z of the first joint at zero, in the axes of the second joint.
+        center: A frame with its origin at the intersection and with the axes of the first joint at
+            angle zero.
+        axes: The axes x, y and z of the first joint at angle zero, expressed in the axes of the
+            second joint.
         height: Height of the origin of the second joint above the intersection, along the second
             axis (meter).
     """
@@ -67,7 +69,7 @@ class Fork(NamedTuple):
 
 
 def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
-    """Returns the two ends of a ball closure.
+    """Return the two ends of a ball closure.
 
     The tuple is empty for a closure without a ball and for a strut.
     """
@@ -78,7 +80,7 @@ def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
 
 
 def pin_ends(legs: Legs, loop: Loop) -> tuple[tuple[BallEnd, BallEnd], ...]:
-    """Returns two points of the axis at both ends of a pin closure.
+    """Return two points of the pin axis for each end of a closure with a pin joint.
 
     The tuple is empty if the closure is not a pin.
     """
@@ -96,7 +98,7 @@ def _ends(legs: Legs, loop: Loop, loop_joint: Closure, height: sp.Expr) -> tuple
 
 
 def _up(frame: Frame, height: sp.Expr) -> Frame:
-    """Returns a frame moved along its z axis."""
+    """Return a frame moved along its z axis."""
     if not height:
         return frame
     return Frame(frame.body, (*frame.placement, Translation((ZERO, ZERO, height))))
@@ -111,16 +113,17 @@ def _open(legs: Legs, path: Sequence[Joint]) -> tuple[int, ...]:
 
 
 def fork_of(legs: Legs, path: Sequence[Joint], i: int, k: int) -> Fork | None:
-    """Returns the intersection of the axes of two revolute joints, or None.
+    """Return the intersection of the axes of two revolute joints, or None.
 
     Args:
         legs: The partially solved mechanism.
         path: The joints.
         i: Index of the first revolute joint.
-        k: Index of the second revolute joint. The joints between joint i and joint k are known.
+        k: Index of the second revolute joint.
     """
     terms, let = legs.terms, legs.terms.let
-    # Each motion leads from the axes of a joint at zero to the next joint.
+    # The columns are the axes of the second joint. The columns and the origin are expressed in the
+    # frame of the first joint at angle zero.
     columns, origin = pose_along(
         legs.mechanism, terms, path[i + 1 : k], path[k].before, legs.known.values, path[i].after
     )

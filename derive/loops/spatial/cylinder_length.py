@@ -1,4 +1,4 @@
-"""Solves the length of a cylinder between two known points."""
+"""Computes the length of a cylinder between two known points."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class CylinderLength(LegStep):
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
-        """Solves the length of a single cylinder with known ends."""
+        """Compute the length of a cylinder between two points with known positions."""
         if len(struts) != 1 or legs.length(struts[0]) is not None or legs.moving(struts[0]):
             return False
         (strut,) = struts
@@ -50,7 +50,7 @@ class CylinderLength(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equation for the length t of the vector D between the ends."""
+        """Return the equation for the length t of the vector D between the ends."""
         D, t = components("D", SPACE), quantity("t")
         return StepEquations(
             vectors={"D": self.d},

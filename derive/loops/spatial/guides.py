@@ -1,15 +1,14 @@
 """A body on several guides whose bearings do not rotate, such as a bridge on two rails.
 
 A closure connects the two branches of a loop. If all rotations have their reference values, both
-frames of the closure have the same orientation. If the axes of the unknown rotations are
-independent, the unknown joints do not rotate. The travels of the slides then follow from a linear
-equation for the points of the closure.
+frames of the closure have the same orientation. If the axes of the unknown revolute joints are
+linearly independent, these joints keep their reference values. The slide displacements that make
+the two points of the closure coincide then follow from a linear equation.
 
-The linear equation omits a second assembly mode of the guides, in which bearings are rotated by
-half a turn. Bearings are not mounted with this rotation by half a turn.
+The guides have a second assembly mode, in which bearings are rotated by half a turn. The linear
+equation omits this mode, because bearings are not mounted that way.
 
-Source:
-    Blanding, Exact Constraint, 1999, ch. 4, for bodies on guides without forced constraints.
+Source: Blanding, Exact Constraint, 1999, ch. 4, for bodies on guides without overconstraint.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,7 +35,7 @@ SPACE_AXES = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Guides(LoopStep):
-    """The travels of slides if all bearing angles are constant."""
+    """Solution step for the prismatic joints of a body that slides without rotating."""
 
     title: ClassVar[str] = "guides"
     reason: ClassVar[str] = (
@@ -46,7 +45,7 @@ class Guides(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, loop: Loop) -> bool:
-        """Solves the slides and bearings in the loop of a closure."""
+        """Solve for the unknown prismatic and revolute joints of a loop."""
         found = _Guided(legs, loop).values()
         if not found:
             return False
@@ -56,12 +55,12 @@ class Guides(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns no equations. Each travel is a sum of known travels."""
+        """Return no equations. Each travel is a sum of known travels."""
         return StepEquations()
 
 
 class _Guided:
-    """The unknown joints of a loop. All revolute joints of the loop have their reference values."""
+    """The unknown joints of a loop."""
 
     def __init__(self, legs: Legs, loop: Loop) -> None:
         self.legs, self.loop, self.terms = legs, loop, legs.terms
@@ -76,7 +75,7 @@ class _Guided:
         }
 
     def values(self) -> dict[str, sp.Expr]:
-        """Returns the values of the unknown joints.
+        """Return the values of the unknown joints.
 
         The dictionary is empty if the closure cannot be closed by these joints.
         """
@@ -104,7 +103,7 @@ class _Guided:
         )
 
     def _axis(self, joint: Joint) -> Vector:
-        """Returns the direction of a joint's motion in the common body of the two branches."""
+        """Return a joint's direction of motion in the body from which both branches start."""
         path = self.loop.to_a if joint in self.loop.to_a else self.loop.to_b
         before = path[: path.index(joint)]
         axes, _ = pose_along(self.legs.mechanism, self.terms, before, joint.before, self.still)
@@ -127,7 +126,7 @@ class _Guided:
     def _travels(
         self, loop_joint: Closure, A: Sequence[Vector], d: Vector
     ) -> dict[str, sp.Expr] | None:
-        """Returns the travels that move point a to point b, or None."""
+        """Return the displacements along the guides that move point a to point b, or None."""
         terms = self.terms
         axes = [self._axis(joint) for joint in self.slides]
         if loop_joint.kind == "slider":

@@ -1,9 +1,11 @@
-"""Solves a hinge before the ball of a PRS or RRS leg. The body of the hinge acts like a rod.
+"""Solves for the hinge angle before the ball joint of a PRS or RRS leg.
 
-The ball moves on a circle about the hinge axis. If the joint before the hinge moves the circle
-within its plane, a rod from the center to the ball represents the hinged body. The constant length
-of this rod determines the joint before the hinge. Then the direction from the center to the ball
-gives the hinge angle.
+The body of the hinge acts like a rod.
+
+The ball moves on a circle about the hinge axis. The joint before the hinge may move this circle
+within the plane of the circle. Then a rod from the circle's center to the ball replaces the hinged
+body. The constant length of this rod determines the joint before the hinge. Then the direction from
+the center to the ball gives the hinge angle.
 
 Source:
     Tsai, Robot Analysis, 1999, ch. 3, for the legs of platforms.
@@ -39,10 +41,10 @@ class HingedRod:
         target: The frame of the ball on the other body.
         center: A frame at the point of the axis that is nearest to the ball, with the axes of the
             joint.
-        tip: The vector from the axis to the ball at zero, in the axes of the joint.
-        rod: The ball-ended rod from the axis to the ball. The value is None if the rod length does
-            not close the loop, because the joint before the hinge moves out of the plane of the
-            hinge.
+        tip: The vector from the axis to the ball at joint angle zero, in the axes of the joint.
+        rod: The equivalent rod with two ball joints, from the hinge axis to the ball joint of the
+            leg. The value is None if the joint before the hinge moves out of the plane of the
+            hinge. In this case, the rod length does not close the loop.
     """
 
     closure: Closure
@@ -54,20 +56,19 @@ class HingedRod:
 
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "HingedRod | None":
-        """Returns the unknown hinge before the ball of a closure, or None."""
+        """Return the unknown hinge before the ball of a closure, or None."""
         found = (_hinge_before(legs, end) for end in ball_ends(legs, loop))
         return next((hinge for hinge in found if hinge is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves the angle of the hinge. The axis and the ball must be known."""
+        """Solve the angle of the hinge. The axis and the ball must be known."""
         return HingePoints.use(legs, self)
 
 
 def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
-    """Returns the hinge before a ball joint, or None.
+    """Return the hinge that precedes a ball joint, or None.
 
-    A hinge is the last unknown joint; it is revolute, and its axis does not contain the ball
-    center.
+    The hinge is the last unknown joint, and its axis must not contain the ball center.
     """
     places = end.last("revolute")
     if not places:
@@ -85,7 +86,7 @@ def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
 
 
 def _is_flat(legs: Legs, end: BallEnd) -> bool:
-    """Whether the joint before the hinge is parallel to the hinge, or slides normal to it."""
+    """Whether the preceding joint is parallel to the hinge, or slides normal to the hinge."""
     i, k = [-1, *end.open][-2:]
     if i < 0:
         return False
@@ -103,19 +104,20 @@ class HingePoints(LoopStep):
     """The angle of a hinge whose body points to a known ball.
 
     Attributes:
-        direction: The vector from the axis to the ball in the axes of the joint (meter).
-        tip: The vector from the axis to the ball at zero.
+        direction: The vector from the axis to the ball, in the joint frame before the joint
+            rotation (meter).
+        tip: The vector from the axis to the ball at joint position zero.
     """
 
     direction: Complex
     tip: Arm
 
-    title: ClassVar[str] = "a hinge points to a ball"
+    title: ClassVar[str] = "a hinge that points to a ball"
     opening: ClassVar[str] = OPENING
 
     @classmethod
     def use(cls, legs: Legs, hinge: HingedRod) -> bool:
-        """Solves the angle. Returns False if the ball or the axis is unknown."""
+        """Solve the angle. Returns False if the ball or the axis is unknown."""
         values, joint = legs.known.values, hinge.joint
         if legs.unknown(hinge.target) or legs.unknown(hinge.center):
             return False
@@ -138,6 +140,6 @@ class HingePoints(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equation for the rotation that maps A to C."""
+        """Return the equation for the rotation that maps A to C."""
         (angle,) = self.solved
         return direction_equations(angle, {"C": self.direction, "A": self.tip.vector})

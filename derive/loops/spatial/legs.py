@@ -2,11 +2,11 @@
 
 A strut with ball ends keeps two points at a distance. If both points are known, the distance is the
 length of a cylinder. If a single joint moves one of the points, the strut determines this joint. A
-circle or a line then intersects a sphere. Three struts determine the position of a platform with
-constant orientation, where three spheres intersect. Pairs of equal, parallel rods keep the
+circle or a line then intersects a sphere. For a platform with constant orientation, three struts
+determine the position as the intersection of three spheres. Pairs of equal, parallel rods keep the
 orientation constant. A rod between a ball and a hinge or universal joint acts like a ball-ended
-strut. The rod also determines the angles of the hinge or universal joint. A closure between guided
-bodies determines the travels of their slides.
+strut. The rod also determines the angles of the hinge or universal joint. If a closure connects
+bodies that move on prismatic joints, the closure determines the displacements of these joints.
 
 Source:
     Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for ball-jointed parallelograms.
@@ -37,8 +37,8 @@ LastStep = Callable[[Legs, Loop], bool]
 """
 BeforeBall = UniversalJoint | HingedRod | Telescope
 BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
-"""Kinds of joints before the ball of a closure, in the order in which they are tried. Each kind
-of joint has its own solution step."""
+"""Kinds of joints before a ball joint that closes a loop, in the order in which they are tried.
+Each kind of joint has its own solution step."""
 
 
 def assemble_in_space(
@@ -50,20 +50,21 @@ def assemble_in_space(
     branch: Branch | None = None,
     last_step: LastStep | None = None,
 ) -> None:
-    """Adds the joint values that the spatial loops determine.
+    """Add the joint values that the spatial loops determine.
 
     Args:
         terms: Names of all terms.
         mechanism: The description.
         loops: The spatial loops. Struts with ball ends, rods with universal joints, and bodies on
             prismatic joints can be solved.
-        known: The known joint values. The function adds the solved values, rates and steps.
+        known: The known joint values. The function adds the solved joint values, their rates, and
+            the solution steps.
         reference: The configuration that selects the branch.
         branch: The branch. None stands for the branch of the reference.
         last_step: The step to try on each loop if no other step applies.
 
     Raises:
-        DescriptionError: A loop does not close at the reference.
+        DescriptionError: A loop does not close at the reference configuration.
     """
     legs = Legs(terms, mechanism, known, reference, branch)
     while any(Guides.use(legs, loop) for loop in loops):
@@ -87,7 +88,10 @@ def assemble_in_space(
 
 
 def _before_ball(legs: Legs, loop: Loop) -> BeforeBall | None:
-    """Returns the joints before the ball of a loop, or None if no step applies."""
+    """Return the joints that precede the ball joint of a loop.
+
+    None if no solution step applies.
+    """
     found = (kind.of(legs, loop) for kind in BEFORE_BALL)
     return next((joints for joints in found if joints is not None), None)
 
@@ -102,12 +106,10 @@ def _is_attached(legs: Legs, strut: Strut) -> bool:
 
 
 def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
-    """Whether this leg is farther from its dead point than all other legs that determine the joint.
+    """Whether this leg is far enough from its dead point to determine its joint.
 
     In a chain with more joints than degrees of freedom, several rods may determine the same joint.
-    A rod that is almost aligned with its crank can pass its dead point. After the dead point, the
-    joint value is on another branch. A rod perpendicular to its crank has no dead point near the
-    reference.
+    A rod perpendicular to its crank has no dead point near the reference.
 
     Args:
         legs: The partially solved mechanism.
@@ -115,8 +117,8 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
         struts: All unsolved legs.
 
     Returns:
-        Whether the leg is the best leg for its joint. The result is also True if no other leg
-        determines the joint.
+        True if the leg is far from its dead point, or if no other leg for this joint is clearly
+        farther from its dead point.
     """
     moving = legs.moving(strut)
     rivals = [
@@ -134,7 +136,7 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
 
 
 def _margin(legs: Legs, strut: Strut) -> float:
-    """Returns the margin of a leg at the reference, or -1 if the leg does not close."""
+    """Return the margin of a leg at the reference, or -1 if the leg does not close."""
     turning = legs.reach((strut,), sliding=False)
     reach = turning or legs.reach((strut,), sliding=True)
     if reach is None:

@@ -37,14 +37,14 @@ class SlidingLeg(LegStep):
     travel: sp.Expr
     square: sp.Expr
 
-    title: ClassVar[str] = "a line meets a sphere"
+    title: ClassVar[str] = "intersection of a line and a sphere"
     branches: ClassVar[Mapping[int, str]] = TRAVELS
     opening: ClassVar[str] = OPENING
-    dead_point: ClassVar[str] = "the rod is at right angles to the slide"
+    dead_point: ClassVar[str] = "the rod is perpendicular to the prismatic joint"
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
-        """Solves the prismatic joint that a single strut determines."""
+        """Solve for a prismatic joint if a single strut determines its displacement."""
         reach = legs.reach(struts, sliding=True)
         if reach is None:
             return False
@@ -70,7 +70,7 @@ class SlidingLeg(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equation for the travel t along the z axis."""
+        """Return the equation for the travel t along the z axis."""
         D = components("D", SPACE)
         t, square = quantity("t"), quantity("l^2")
         inside = square - D[0] ** 2 - D[1] ** 2
@@ -86,5 +86,5 @@ class SlidingLeg(LegStep):
 
     @property
     def remark(self) -> str:
-        """A sentence on which of two travels is used."""
+        """Return a sentence that states which of two prismatic joint values is used."""
         return travel_remark(self.sign)

@@ -27,14 +27,14 @@ class LegStep(LoopStep):
     @classmethod
     @abstractmethod
     def use(cls, legs: "Legs", struts: Sequence[Strut]) -> bool:
-        """Solves the joints that struts determine and records the step.
+        """Solve the joints whose values the struts determine, and record the step.
 
         Args:
             legs: The partially solved mechanism.
             struts: A single strut, or all unsolved struts.
 
         Returns:
-            Whether the step applies to the struts.
+            Whether the step solved the struts.
 
         Raises:
             DescriptionError: The loop does not close at the reference.
@@ -43,7 +43,7 @@ class LegStep(LoopStep):
 
 @dataclass(frozen=True)
 class Known:
-    """The joint values that are already solved. Each solved loop adds values of its joints.
+    """The joint values that are already solved.
 
     Attributes:
         values: Values of joints, swing angles and cylinders by name.
@@ -63,7 +63,7 @@ class Reach:
     Attributes:
         strut: The strut.
         joint: The only unknown joint.
-        tip: The end of the strut on the moved body if the joint is at zero, in the joint frame.
+        tip: The strut end on the moved body, in the joint frame, when the joint value is zero.
         target: The known end of the strut, in the joint frame.
         square: The square of the strut length.
     """
@@ -81,7 +81,7 @@ class Legs:
     Attributes:
         terms: Names of all terms.
         mechanism: The description.
-        known: The known values, to which the solution steps add values, rates and steps.
+        known: The known values. Each solution step adds its results to this record.
         reference: The configuration that selects the branch.
         branch: The branch. None stands for the branch of the reference.
     """
@@ -94,30 +94,30 @@ class Legs:
         reference: AtReference,
         branch: Branch | None,
     ) -> None:
-        """Stores the known values."""
+        """Store the known values."""
         self.terms, self.mechanism, self.known = terms, mechanism, known
         self.reference, self.branch = reference, branch
 
     # --- unknown joints and points ---
 
     def unknown(self, frame: Frame) -> list[Joint]:
-        """Returns the unknown joints between the base and a frame."""
+        """Return the unknown joints between the base and a frame."""
         path = self.mechanism.path_to(frame.body)
         return [j for j in path if j.kind != "fixed" and j.name not in self.known.values]
 
     def moving(self, strut: Strut) -> list[Joint]:
-        """Returns the unknown joints before the ends of a strut."""
+        """Return the unknown joints on the paths from the base to both ends of a strut."""
         return [*self.unknown(strut.a), *self.unknown(strut.b)]
 
     def length(self, strut: Strut) -> sp.Expr | None:
-        """Returns the length of a strut, or None for a cylinder with an unknown coordinate."""
+        """Return the length of a strut, or None for a cylinder with an unknown coordinate."""
         if not strut.is_cylinder:
             return strut.length
         value = self.known.values.get(strut.name)
         return None if value is None else strut.length + value
 
     def while_long(self, square: sp.Expr, strut: Strut) -> sp.Expr:
-        """Returns the radicand, or -1 if the length of a cylinder is not positive."""
+        """Return the radicand, or -1 if the length of a cylinder is not positive."""
         length = self.length(strut)
         if not strut.is_cylinder or length is None:
             return square
@@ -126,16 +126,16 @@ class Legs:
         return gated
 
     def point(self, frame: Frame) -> Vector:
-        """Returns the origin of a frame in the base frame."""
+        """Return the origin of a frame in the base frame."""
         return pose_of(self.mechanism, self.terms, frame, self.known.values)[1]
 
     def axis(self, joint: Joint, values: Mapping[str, sp.Expr]) -> Vector:
-        """Returns the direction of the z axis of a joint in the base frame."""
+        """Return the direction of the z axis of a joint in the base frame."""
         frame = Frame(joint.parent, joint.before)
         return pose_of(self.mechanism, self.terms, frame, values)[0][2]
 
     def reach(self, struts: Sequence[Strut], *, sliding: bool) -> Reach | None:
-        """Returns the strut that determines a single joint, or None.
+        """Return the strut that determines a single joint, or None.
 
         Args:
             struts: The struts. If the sequence has several struts, the result is None.
@@ -163,19 +163,19 @@ class Legs:
         return Reach(strut, joint, tip, target, self.terms.let(length**2))
 
     def _in_axes(self, axes: Sequence[Vector], vector: Vector) -> Vector:
-        """Returns a vector of the base frame in other axes."""
+        """Return a vector of the base frame in other axes."""
         x, y, z = (dot(self.terms, axis, vector) for axis in axes)
         return x, y, z
 
     # --- branches ---
 
     def chosen(self, reach: Reach, value: Callable[[int], float]) -> sp.Expr:
-        """Returns the branch sign for which the joint is nearest to its reference value.
+        """Return the branch sign for which the joint is nearest to its reference value.
 
         Args:
             reach: The strut and its joint.
-            value: Function from a branch sign to the joint value at the reference. The value is NaN
-                if the leg does not close.
+            value: Function that returns the joint value at the reference for a branch sign. The
+                value is NaN if the leg does not close.
         """
         joint = reach.joint
         hint = self.reference.hints_of([joint.name]).get(joint.name, 0.0)
@@ -188,13 +188,13 @@ class Legs:
     def sign(
         self, distances: Mapping[int, float], name: str, *, is_length: bool = False
     ) -> sp.Expr:
-        """Returns the requested branch sign, or the sign nearer to the reference.
+        """Return the requested branch sign, or the sign nearer to the reference.
 
         Args:
             distances: For each branch sign, the distance of the joint from its reference value
                 (radian, or relative to the size). The distance is NaN if the loop does not close.
             name: Name of the loop for the error message.
-            is_length: Whether the sign is the sign of a leg length.
+            is_length: Whether the branch sign is the sign of a leg length.
 
         Raises:
             DescriptionError: The loop does not close at the reference, or its branch is ambiguous

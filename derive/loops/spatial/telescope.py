@@ -37,14 +37,14 @@ from .struts import SIGNS, Legs
 
 @dataclass(frozen=True)
 class Telescope:
-    """A prismatic joint between unknown revolute joints and the ball of a closure.
+    """A prismatic joint between unknown revolute joints and the ball joint that closes a loop.
 
     Attributes:
-        closure: The closure that contains the ball.
+        closure: The loop closure with the ball joint.
         slide: The prismatic joint.
         target: The frame of the ball on the other body.
         foot: The frame of the foot, at the fixed point or on the fixed axis of the revolute joints.
-        is_hinge: Whether a single hinge rotates the slide. The hinge axis is the z axis of the foot
+        is_hinge: Whether one hinge rotates the slide. The hinge axis is the z axis of the foot
             frame.
         tip: The vector from the foot to the ball at zero travel. For a hinge, the vector `tip` is
             normal to the hinge axis.
@@ -63,18 +63,18 @@ class Telescope:
 
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "Telescope | None":
-        """Returns the telescope before the ball of a closure, or None."""
+        """Return the telescope before the ball of a closure, or None."""
         ends = ball_ends(legs, loop)
         found = (_on_fork(legs, end) or _on_hinge(legs, end) for end in ends)
         return next((telescope for telescope in found if telescope is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves for the displacement of the prismatic joint if foot and ball are known."""
+        """Solve for the displacement of the prismatic joint if foot and ball are known."""
         return TelescopeTravel.use(legs, self)
 
 
 def _on_fork(legs: Legs, end: BallEnd) -> Telescope | None:
-    """Returns the telescope with a slide on a universal joint, or None."""
+    """Return the leg whose prismatic joint is mounted on a universal joint, or None."""
     places = end.last("revolute", "revolute", "prismatic")
     fork = fork_of(legs, end.path, *places[:2]) if places else None
     if fork is None:
@@ -86,7 +86,7 @@ def _on_fork(legs: Legs, end: BallEnd) -> Telescope | None:
 
 
 def _on_hinge(legs: Legs, end: BallEnd) -> Telescope | None:
-    """Returns the telescope with a slide normal to a hinge, or None."""
+    """Return the telescope whose slide is perpendicular to a hinge axis, or None."""
     places = end.last("revolute", "prismatic")
     if not places:
         return None
@@ -100,7 +100,7 @@ def _on_hinge(legs: Legs, end: BallEnd) -> Telescope | None:
 
 
 def _at_zero(legs: Legs, end: BallEnd, i: int, k: int) -> tuple[Vector, Vector]:
-    """Returns the ball position at zero travel and the slide direction, in previous joint axes."""
+    """Return the ball position at zero travel and the slide direction, in axes of joint ``i``."""
     values = {**legs.known.values, end.path[k].name: ZERO}
     between, before, after = end.path[i + 1 : k], end.path[k].before, end.path[i].after
     axes, _ = pose_along(legs.mechanism, legs.terms, between, before, values, after)
@@ -110,11 +110,11 @@ def _at_zero(legs: Legs, end: BallEnd, i: int, k: int) -> tuple[Vector, Vector]:
 
 @dataclass(frozen=True, kw_only=True)
 class TelescopeTravel(LoopStep):
-    """The travel that gives the distance from the foot to the ball.
+    """Travel of the slide at which foot and ball of a telescope have the required distance.
 
     Attributes:
         ball: The vector from the foot to the ball (meter).
-        telescope: The slide, with the ball at zero travel.
+        telescope: The prismatic joint, and the position of the ball at zero travel.
         travel: Travel along the slide (meter).
     """
 
@@ -122,17 +122,20 @@ class TelescopeTravel(LoopStep):
     telescope: Telescope
     travel: sp.Expr
 
-    title: ClassVar[str] = "a distance gives a travel"
+    title: ClassVar[str] = "a displacement from a distance"
     branches: ClassVar[Mapping[int, str]] = TRAVELS
     opening: ClassVar[str] = (
-        "Let, with $D$ from the foot to the ball, and $A$ the same at zero travel and $B$ the"
-        " slide's direction in the axes of the joint before it,"
+        "Let, with the vector $D$ from the foot to the ball, the same vector $A$ at zero"
+        " displacement and the direction $B$ of the prismatic joint, in the axes of the joint"
+        " before it,"
     )
-    dead_point: ClassVar[str] = "the line from the foot to the ball is at right angles to the slide"
+    dead_point: ClassVar[str] = (
+        "the line from the foot to the ball is perpendicular to the prismatic joint"
+    )
 
     @classmethod
     def use(cls, legs: Legs, telescope: Telescope) -> bool:
-        """Solves the slide. Returns False if the ball or the foot is unknown."""
+        """Solve the slide."""
         if legs.unknown(telescope.target) or legs.unknown(telescope.foot):
             return False
         terms, slide = legs.terms, telescope.slide
@@ -166,7 +169,7 @@ class TelescopeTravel(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equation for the travel t of the slide."""
+        """Return the equation for the travel t of the slide."""
         D, A, B = (components(letter, SPACE) for letter in "DAB")
         t, m = quantity("t"), quantity("m")
         square = sp.Add(*(part**2 for part in D))
@@ -185,12 +188,15 @@ class TelescopeTravel(LoopStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that states which of the two solutions for the travel is used."""
+        """A sentence that states which solution for the travel is used."""
         return travel_remark(self.sign)
 
 
 def _distances(legs: Legs, slide: Joint, travels: Mapping[int, sp.Expr]) -> dict[int, float]:
-    """Returns the distance of each travel from the reference, divided by the size."""
+    """Return the displacement error at the reference for each branch sign.
+
+    The errors are divided by the mechanism size.
+    """
     if legs.branch is not None:
         return {}
     hint = legs.reference.hints_of([slide.name]).get(slide.name, 0.0)

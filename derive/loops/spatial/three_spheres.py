@@ -58,15 +58,15 @@ class ThreeSpheres(LegStep):
     spheres: tuple[Sphere, ...]
     position: Vector
 
-    title: ClassVar[str] = "three spheres meet"
+    title: ClassVar[str] = "intersection of three spheres"
     branches: ClassVar[Mapping[int, str]] = {1: "above", -1: "below"}
     dead_point: ClassVar[str] = "${P}$ is in the plane of ${A}$, ${B}$ and ${C}$"
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
-        """Solves the three sliders of a platform on struts."""
+        """Solve the three sliders of a platform on struts."""
         path = _joints_to_tip(legs, struts)
-        # Fewer struts than unknown joints do not determine the rotations of the platform.
+        # With fewer struts than unknown joints, the rotations of the platform are not determined.
         if path is None or len(struts) < len(path):
             return False
         sliders, (turned, still) = path[:SPHERES], _at_rest(legs, path)
@@ -100,7 +100,7 @@ class ThreeSpheres(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equations for the position P, which has known distances from A, B and C."""
+        """Return the equations for the position P, which has known distances from A, B and C."""
         A, B, C, P, n, u, v, w = map(quantity, (*CENTERS, "P", "n", "u", "v", "w"))
         alpha, beta = quantity("alpha"), quantity("beta")
         squares = [quantity(f"l{k}^2") for k in range(1, SPHERES + 1)]
@@ -145,7 +145,9 @@ class ThreeSpheres(LegStep):
 
 
 def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
-    """Returns for each strut the sphere on which a point of the platform lies.
+    """Return a sphere for each strut.
+
+    A point of the platform lies on this sphere.
 
     The list is empty if the platform can rotate.
     """
@@ -159,14 +161,14 @@ def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
 def _at_rest(
     legs: Legs, path: Sequence[Joint]
 ) -> tuple[Mapping[str, sp.Expr], Mapping[str, sp.Expr]]:
-    """Returns the reference rotations of the platform, and all known values for sliders at zero."""
+    """Return the platform's reference rotations, and the known values with all sliders at 0."""
     turned = {joint.name: legs.mechanism.reference_of(joint.name) for joint in path[SPHERES:]}
     at_zero = dict.fromkeys((joint.name for joint in path[:SPHERES]), ZERO)
     return turned, {**legs.known.values, **turned, **at_zero}
 
 
 def _joints_to_tip(legs: Legs, struts: Sequence[Strut]) -> list[Joint] | None:
-    """Returns the joints of the platform on which all struts end, or None. Sliders come first."""
+    """Return the joints of the platform on which all struts end, or None. Sliders come first."""
     if len(struts) < SPHERES or any(legs.length(strut) is None for strut in struts):
         return None
     if any(legs.unknown(strut.a) and legs.unknown(strut.b) for strut in struts):
@@ -181,7 +183,7 @@ def _joints_to_tip(legs: Legs, struts: Sequence[Strut]) -> list[Joint] | None:
 def _sphere(
     legs: Legs, strut: Strut, path: Sequence[Joint], still: Mapping[str, sp.Expr]
 ) -> Sphere:
-    """Returns the sphere of a strut."""
+    """Return the sphere on which a strut keeps the origin of the moving body."""
     on_a = path[0] in legs.mechanism.path_to(strut.a.body)
     moved, fixed = (strut.a, strut.b) if on_a else (strut.b, strut.a)
     _, offset = pose_of(legs.mechanism, legs.terms, moved, still)
@@ -192,7 +194,7 @@ def _sphere(
 
 
 def _distinct(terms: Terms, spheres: Sequence[Sphere]) -> list[Sphere]:
-    """Returns the spheres without duplicates. Parallel rods of equal length have equal spheres."""
+    """Return the spheres without duplicates."""
     entries = [entry for sphere in spheres for entry in (*sphere.center, sphere.square)]
     generic = GenericPoint(terms, coordinates_in(terms, entries))
     found: list[Sphere] = []
@@ -253,7 +255,7 @@ def _meeting(
 def _distance(
     legs: Legs, position: Vector, axes: Sequence[Vector], sliders: Sequence[Joint]
 ) -> float:
-    """Returns the distance of a position from the reference, divided by the size."""
+    """Return how far a position is from the reference position, relative to the mechanism size."""
     of = legs.reference.of
     hints = legs.reference.hints_of([joint.name for joint in sliders])
     p = [of(entry) for entry in position]
@@ -270,7 +272,10 @@ def _distance(
 
 
 def _note_rates(legs: Legs, position: Vector, centers: Sequence[Vector]) -> None:
-    """Records the rates of the position p, from (p - c_i) . (p' - c_i') = 0."""
+    """Record the time derivative of the position p.
+
+    The derivative follows from the equations ``(p - c_i) . (p' - c_i') = 0``.
+    """
     terms = legs.terms
     normals = [subtracted(terms, position, center) for center in centers]
     pairs = [(normals[k - 2], normals[k - 1]) for k in range(SPHERES)]
@@ -290,7 +295,6 @@ def _rate_on_spheres(
     sign: sp.Integer,
     tangent: Tangent,
 ) -> sp.Expr:
-    """Returns the rate of one coordinate of a point on moving spheres."""
     terms = tangent.terms
     along = named(
         terms,

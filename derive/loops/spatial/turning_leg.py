@@ -1,4 +1,7 @@
-"""Solves a ball-ended leg that determines a revolute joint. A circle intersects a sphere."""
+"""Computes the angle of a revolute joint from a leg with ball ends.
+
+The solutions are the intersections of a circle with a sphere.
+"""
 
 import cmath
 import math
@@ -30,7 +33,9 @@ OPENING = "Let, with $z$ along the joint,"
 
 @dataclass(frozen=True, kw_only=True)
 class TurningLeg(LegStep):
-    """Two circles normal to the joint axis. The second circle is a section of the sphere.
+    """Two circles in planes normal to the joint axis.
+
+    The second circle is the section of a sphere whose radius is the leg length.
 
     Attributes:
         circles: The circles in the joint frame. The vector w is the projection of the leg.
@@ -40,21 +45,22 @@ class TurningLeg(LegStep):
     circles: TwoCircles
     square: sp.Expr
 
-    title: ClassVar[str] = "a circle meets a sphere"
+    title: ClassVar[str] = "intersection of a circle and a sphere"
     branches: ClassVar[Mapping[int, str]] = SIDES
     opening: ClassVar[str] = OPENING
     dead_point: ClassVar[str] = "${A}$ and ${B}$ are in line"
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
-        """Solves the revolute joint that a single strut determines."""
+        """Solve the revolute joint that a single strut determines."""
         reach = legs.reach(struts, sliding=False)
         if reach is None:
             return False
         terms, let = legs.terms, legs.terms.let
         tip, target, joint = reach.tip, reach.target, reach.joint
         if any(_is_on_axis(legs, let(x**2 + y**2)) for x, y, _ in (tip, target)):
-            # If an end is on the axis, the distance does not depend on the joint.
+            # If an end of the strut is on the joint axis, the distance between both ends does not
+            # depend on the joint angle.
             return False
         height = let(target[2] - tip[2])
         flat = let(reach.square - height**2)
@@ -86,7 +92,7 @@ class TurningLeg(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equations of the intersecting circles, and the margin of the whole leg."""
+        """Return the equations of the intersecting circles and the margin of the leg."""
         flat = circle_equations(self.circles, self.sign, *self.solved)
         square = quantity("l^2")
         assert flat.margin is not None
@@ -95,19 +101,19 @@ class TurningLeg(LegStep):
 
     @property
     def remark(self) -> str:
-        """A sentence on which side of the joint axis the end of the leg lies."""
+        """A sentence that states on which side of the joint axis the end of the leg lies."""
         return side_remark(self.sign)
 
 
 def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
     """Whether a squared distance from the joint axis is zero."""
-    # If the distance is positive at the reference, the end is off the axis. Otherwise, `vanishes`
-    # tests whether the distance is zero in all configurations.
+    # If the distance is positive at the reference, the end of the leg is not on the joint axis.
+    # Otherwise, `vanishes` tests whether the distance is zero in all configurations.
     return legs.reference.of(square) < OFF_AXIS and vanishes(legs.terms, square)
 
 
 def _angle_at_reference(legs: Legs, v: Arm, w: Arm, D: Arm, sign: int) -> float:
-    """Returns the angle of the joint, or NaN if the leg does not close."""
+    """Return the angle of the joint, or NaN if the leg does not close."""
     d, u = legs.reference.number(D.vector), legs.reference.number(v.vector)
     square = legs.reference.of(w.square)
     C = meeting(abs(u), math.sqrt(square), d, sign) if square >= 0 and u != 0 else None

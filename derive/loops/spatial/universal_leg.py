@@ -1,11 +1,12 @@
 """Solves the universal joint of a rod with a ball joint at its end.
 
 The axes of the last two joints before the ball intersect in the center of the universal joint. The
-rod keeps the ball joint at a constant distance from this center. So the rod is first treated as a
-leg with ball joints at the center and at the ball. The length of this leg determines one unknown
-joint that moves the center or the ball. If the center and the ball are known, the direction of the
-rod determines both angles of the universal joint. There are two branches. On the second branch, the
-fork is rotated by half a turn, and the rod has the supplementary angle.
+rod keeps the ball joint at a constant distance from this center. Therefore, the universal joint is
+first treated as a ball joint, so that the rod is a leg between two ball joints. The known length of
+this leg determines the value of one unknown joint. This joint moves the center or the ball. If the
+center and the ball are known, the direction of the rod determines both angles of the universal
+joint. There are two branches. On the second branch, the fork is rotated by half a turn, and the rod
+has the supplementary angle.
 
 Source:
     Hunt, Kinematic Geometry of Mechanisms, 1978, ch. 13, for RSUR as a spatial four-bar.
@@ -54,11 +55,11 @@ class UniversalJoint:
     Attributes:
         closure: The closure that contains the ball.
         first: The joint that rotates the fork.
-        second: The joint that rotates the rod on the fork.
+        second: The joint between the fork and the rod.
         target: The frame of the ball on the other body.
         axes: The axes x, y and z of the first joint at zero, in the axes of the second joint.
-        tip: The vector from the center to the ball, in the axes of the second joint at zero
-            (meter).
+        tip: The vector (meter) from the center to the ball with the second joint at zero, in the
+            axes of this joint.
         rod: The ball-ended rod from the center to the ball.
     """
 
@@ -72,9 +73,9 @@ class UniversalJoint:
 
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "UniversalJoint | None":
-        """Returns the universal joint before the ball of a closure, or None.
+        """Return the universal joint before the ball of a closure, or None.
 
-        A pin through the center of the joint acts like a ball, as in a spherical linkage. A second
+        A pin whose axis passes through the center of the joint acts like a ball joint. A second
         point on the axis of the pin determines the direction of the pin axis.
         """
         pins = (_of_pin(legs, points) for points in pin_ends(legs, loop))
@@ -83,12 +84,12 @@ class UniversalJoint:
         return next((joint for joint in found if joint is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves the two angles of a universal joint if its center and the ball are known."""
+        """Solve the two angles of a universal joint if its center and the ball joint are known."""
         return UniversalLeg.use(legs, self)
 
 
 def _of_pin(legs: Legs, points: tuple[BallEnd, BallEnd]) -> BallEnd | None:
-    """Returns a second point on the pin axis, or None if the axis misses the center."""
+    """Return a second point on the pin axis, or None if the axis misses the joint center."""
     forks = [_fork_and_tip(legs, end) for end in points]
     if forks[0] is None or forks[1] is None:
         return None
@@ -97,7 +98,11 @@ def _of_pin(legs: Legs, points: tuple[BallEnd, BallEnd]) -> BallEnd | None:
 
 
 def _fork_and_tip(legs: Legs, end: BallEnd) -> tuple[Fork, Vector] | None:
-    """Returns the last two unknown joints as a fork, and the leg end in the last frame."""
+    """Return the intersection of the last two unknown joint axes, and the leg end.
+
+    The vector to the leg end starts at the intersection and is expressed in the frame of the last
+    joint.
+    """
     places = end.last("revolute", "revolute")
     fork = fork_of(legs, end.path, *places) if places else None
     if fork is None:
@@ -107,7 +112,10 @@ def _fork_and_tip(legs: Legs, end: BallEnd) -> tuple[Fork, Vector] | None:
 
 
 def _joint_before(legs: Legs, end: BallEnd) -> UniversalJoint | None:
-    """Returns the last two unknown joints if the axes intersect at a point other than the ball."""
+    """Return the universal joint of the last two unknown joints, or None.
+
+    The axes of these two joints must intersect at a point other than the ball.
+    """
     found, terms = _fork_and_tip(legs, end), legs.terms
     if found is None:
         return None
@@ -132,17 +140,17 @@ class UniversalLeg(LoopStep):
     joint: UniversalJoint
     direction: Vector
 
-    title: ClassVar[str] = "a universal joint points to a ball"
+    title: ClassVar[str] = "a universal joint that points to a ball"
     branches: ClassVar[Mapping[int, str]] = FORKS
     opening: ClassVar[str] = (
-        "Let, with $D$ from the joint's center to the ball in the axes of its first joint at zero,"
-        " and other vectors in those of its second joint,"
+        "Let, with the vector $D$ from the joint's center to the ball in the axes of its first"
+        " joint at zero, and the other vectors in the axes of its second joint,"
     )
     dead_point: ClassVar[str] = "the angle between the rod and the first joint's axis is minimal"
 
     @classmethod
     def use(cls, legs: Legs, joint: UniversalJoint) -> bool:
-        """Solves the two angles of a universal joint if its center and the ball are known."""
+        """Solve the two angles of a universal joint if its center and the ball joint are known."""
         unknown = [j.name for j in (*legs.unknown(joint.target), *legs.unknown(joint.rod.a))]
         values = legs.known.values
         if unknown or joint.first.name in values or joint.second.name in values:
@@ -174,7 +182,7 @@ class UniversalLeg(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equations for the angle of the rod, and then for the angle of the fork."""
+        """Return the equations for the angle of the rod, and then for the angle of the fork."""
         A, B, C, D, E, F = (components(letter, SPACE) for letter in "ABCDEF")
         V = components("V")
         n, h, a, b = map(quantity, "nhab")
@@ -216,9 +224,9 @@ class UniversalLeg(LoopStep):
 class _Aim:
     """The direction of the rod, and intermediate results of both branches.
 
-    In the axes of the second joint, a is the first axis and b is the rod. C is b, rotated by the
-    second angle. Then a . C = D_z, so C_xy = (a_xy n + sign h (z x a_xy)) / a_xy^2 with n = D_z -
-    a_z b_z and h^2 = a_xy^2 b_xy^2 - n^2.
+    Let a be the first joint axis and b the rod, in a frame whose z axis is the second joint axis. C
+    is b, rotated by the second angle. Then a . C = D_z, so C_xy = (a_xy n + sign h (z x a_xy)) /
+    a_xy^2 with n = D_z - a_z b_z and h^2 = a_xy^2 b_xy^2 - n^2.
     """
 
     def __init__(self, terms: Terms, joint: UniversalJoint, direction: Vector) -> None:
@@ -233,7 +241,7 @@ class _Aim:
         self.h = let(sp.sqrt(self.inside))
 
     def turned(self, sign: int) -> tuple[sp.Expr, sp.Expr]:
-        """Returns the component of the rod normal to the second axis."""
+        """Return the component of the rod normal to the second axis."""
         let, (ax, ay, _) = self.terms.let, self.joint.axes[2]
         return (
             let(let(ax * self.n - sign * ay * self.h) / self.across),
@@ -241,13 +249,13 @@ class _Aim:
         )
 
     def on_fork(self, C: tuple[sp.Expr, sp.Expr]) -> Arm:
-        """Returns the rod without its component along the first axis, in the fork frame."""
+        """Return the rod without its component along the first axis, in the fork frame."""
         rod = (*C, self.joint.tip[2])
         x, y = (dot(self.terms, axis, rod) for axis in self.joint.axes[:2])
         return Arm((x, y), ZERO, self.terms.let(x**2 + y**2))
 
     def angles(self, sign: int, legs: Legs) -> tuple[sp.Symbol, sp.Symbol]:
-        """Returns both angles and records their rates."""
+        """Return both angles and record their rates."""
         terms, flat = self.terms, (self.direction[0], self.direction[1])
         C = self.turned(sign)
         V = self.on_fork(C)
@@ -258,7 +266,7 @@ class _Aim:
         return first, second
 
     def _rate_of_second(self, sign: int, second: sp.Symbol) -> LoopRate:
-        """Returns the rate psi' of the angle psi, from h psi' = a . (b' rotated by psi) - D_z'."""
+        """Return the rate psi' of the angle psi, from h psi' = a . (b' rotated by psi) - D_z'."""
         (ax, ay, az), (bx, by, bz) = self.joint.axes[2], self.joint.tip
         h = self.terms.let(sign * self.h)
 
@@ -272,7 +280,7 @@ class _Aim:
         return rate
 
     def distance(self, legs: Legs, sign: int) -> float:
-        """Returns the distance of the angles from the reference (radian), or NaN."""
+        """Return the largest angle difference from the reference (radian), or NaN."""
         of = legs.reference.of
         C = self.turned(sign)
         if math.isnan(of(C[0])):

@@ -106,13 +106,13 @@ def test_ik_planar_contains_every_newton_leg_solution(name, request):
 
 
 def apart(one, other, leg):
-    """Returns the differences between two actuator values of a leg."""
+    """Return the absolute differences between actuator values of a leg (radian or meter)."""
     turns = leg.kinds[leg.actuated] == "R"
     return np.abs(np.angle(np.exp(1j * (one - other))) if turns else one - other)
 
 
 def leg_inverse(platform, k, pose, generator, starts=60):
-    """Solves the actuator values of a leg by Newton's method."""
+    """Solve the actuator values of a leg by Newton's method."""
     leg = platform.legs[k]
     turns = np.array([leg.kinds[i] == "R" for i in (leg.actuated, leg.passive)])
     x = np.where(turns, generator.uniform(-np.pi, np.pi, (starts, 2)), 0)

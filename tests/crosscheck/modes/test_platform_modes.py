@@ -33,7 +33,7 @@ HEXKINS_PLATFORM = [*HEXKINS_PLATFORM, (-10.459, -4.884)]
 
 @cache
 def general_rods():
-    """Returns endpoints and lengths of six rods of a platform. The platform loses assembly modes at
+    """Return endpoints and lengths of six rods of a platform. The platform loses assembly modes at
     a singularity."""
     return platforms.random_rods("6-6", np.random.default_rng(5))
 
@@ -157,8 +157,8 @@ def test_elimination_agrees_with_continuation_for_double_joints(kind):
     assert platform.joined == (2 if kind == "3-6" else 1)
     others = platforms.Platform.from_buffer_copy(platform)
     others.joined = 0
-    # Without start points for path tracking, each mode that the elimination cannot determine is
-    # reported as unsure.
+    # Without start points for path tracking, the solver sets `unsure` if the elimination does not
+    # determine the modes.
     platform.starts = type(platform.starts)()
     counts, left = set(), 0
     for _ in range(100):

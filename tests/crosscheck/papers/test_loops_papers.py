@@ -1,4 +1,4 @@
-"""Robots with loops agree with the numbers of their papers.
+"""Robots with loops reproduce the values that are printed in their papers.
 
 If a paper and its recomputation differ, the paper rounds too early or contains an error. Tests of
 printed numbers compare only the printed digits.
@@ -93,7 +93,7 @@ def test_well_manipulator_stage_4_rates_match_paper():
     printed = np.array([3.794155491, -4.300606998, 0.506451507])
     assert printed.sum() == pytest.approx(0.0, abs=1e-9)
     check_rates(r, WELL[0][0], printed)
-    # The joint velocities are constant for 10 s, until 25 s.
+    # The joint velocities are constant from t = 15 s to t = 25 s.
     start, end = (np.array(WELL[t][0])[1:] for t in (0, 25))
     assert start + 10 * printed == pytest.approx(end, abs=2e-8)
 
@@ -124,7 +124,7 @@ def test_well_manipulator_rates_after_27_s_match_paper():
 
 
 def check_rates(r, angles, rates):
-    """Checks the map from joint rates (deg/s) to cylinder speeds (mm/s) and its inverse."""
+    """Check the map from joint rates (deg/s) to cylinder speeds (mm/s) and its inverse."""
     theta = well_theta(0.0, angles)
     t3, t5, t7 = rates * DEG
     thetad = np.array([0, 0, t3, 0, t5, 0, t7])
@@ -205,7 +205,7 @@ BOARDS = {
     ),
 }
 MOVED_ALONG = {(0, 0): 1.0, (1, 1): 1.0, (5, 3): 1.0, (7, 5): 1.0}
-"""Chain joints that are actuated directly, with their entries in the derivative of ``chain``."""
+"""Joints of the main chain that are actuated, with the expected derivatives of ``chain``."""
 
 
 @pytest.mark.parametrize("case", BOARDS)
@@ -227,7 +227,7 @@ def test_board_installer_matches_paper_cases(case):
 
 
 def screw_exp(xi, theta):
-    """Returns the exponential of a screw (v; omega) by Rodrigues' formula."""
+    """Return the exponential of a screw (v; omega) by Rodrigues' formula."""
     v, w = np.array(xi[:3], float), np.array(xi[3:], float)
     T = np.eye(4)
     if not w.any():
@@ -331,7 +331,6 @@ def test_planar_platform_modes_match_published_values():
     other, same = x[valid]
     np.testing.assert_allclose(same, [0.02, 0.05, 0.0], atol=1e-9)
     found = [*(other[:2] / MM), np.degrees(other[2])]
-    # With angles rounded to 1e-8 degrees, the other assembly mode moves by more than one digit.
     assert found == pytest.approx([-24.50036954, 36.52683962, -67.51350084], abs=1e-6)
     np.testing.assert_allclose(r.chain(q), same, atol=1e-12)
 
@@ -345,7 +344,7 @@ AREAS = {
 
 @pytest.mark.parametrize(("name", "degrees"), AREAS)
 def test_constant_orientation_area_matches_published_value(name, degrees):
-    """Counts the grid poses that all legs reach. The error is the boundary length times the cell
+    """Count the grid poses that all legs reach. The error is the boundary length times the cell
     width.
     """
     step = 0.0015
@@ -392,8 +391,6 @@ EXACT = [
     ("x", "y", "theta", "r", "omega"), EXACT, ids=[f"{x} in, {y} in" for x, y, *_ in EXACT]
 )
 def test_gantry_drop_positions_match_paper(x, y, theta, r, omega):
-    """The motor angles are the polar coordinates of the spot, which the guide reaches after 20
-    s."""
     gantry = robot("bricklaying_gantry")
     names = [joint.name for joint in gantry.chain_joints]
     spot = {"x": x * INCH, "y": y * INCH, "z": 0.0}

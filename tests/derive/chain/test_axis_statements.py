@@ -29,12 +29,13 @@ STATEMENTS = {
     "arm65": 2,
     "arm99": 1,
 }
-"""The number of statements about axes in each article, of shipped robots and of random arms.
+"""Number of statements about axes in the article of each robot. The robots are shipped robots and
+random arms.
 
 Together, the robots have each kind of statement, with loops, fixed joints and prismatic joints."""
 CONFIGURATIONS = 30
 HOLDS = 1e-6
-"""Tolerance of a statement: sine of an angle, or distance relative to the arm length."""
+"""Tolerance of a statement about axes: sine of an angle, or distance over arm length."""
 LOST = 1e-7
 """Below this singular value (m, rad), a Jacobian is rank deficient."""
 

@@ -1,4 +1,4 @@
-"""Simplified chains have sums of angles and groups of parallel axes."""
+"""Tests the angle sums and the groups of parallel axes of simplified chains."""
 
 import sympy as sp
 
@@ -13,7 +13,7 @@ ZERO, ONE = sp.Integer(0), sp.Integer(1)
 
 
 def shaped(robot):
-    """Returns the groups of parallel axes, with angles in terms of q."""
+    """Return the groups of parallel axes, with angles in terms of q."""
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     found = groups(robot, terms, robot.joint_values(q[: len(robot.coordinates)]))
     definitions = {}
@@ -105,7 +105,6 @@ def test_prismatic_joint_after_antiparallel_axis_is_reversed():
 
 
 def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
-    """Each row lists the groups of parallel joints in the arm's data sheet."""
     runs = {
         "bricklaying_planar": [[0, 1, 2]],
         "iiwa14": [[0], [1], [2], [3], [4], [5], [6]],
@@ -163,7 +162,6 @@ def test_the_groups_multiply_to_the_orientation_of_the_tool():
 
 
 def test_axis_rotated_back_joins_parallel_group():
-    """Two tilts of fixed URDF frames cancel, so the axes are parallel."""
     half = sp.pi / 2
     first = urdf("revolute", xyz=(ZERO, ZERO, ZERO), rpy=(half, ZERO, ZERO), axis=(ZERO, ONE, ZERO))
     second = urdf(

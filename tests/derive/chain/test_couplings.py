@@ -19,7 +19,6 @@ from tests.support.oracles.matrix_product import product_errors
 PAGE = Path(__file__).parents[3] / "docs" / "how-to" / "couplings.md"
 PAGES = re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
 FILES = [text for text in PAGES if "[[closures]]" not in text]
-"""The robot files of the page, without the linkage that `test_geared_five_bar` tests."""
 ROUNDING = 1e-13
 IK = "fk", "ik"
 ARM = """\
@@ -87,10 +86,7 @@ def test_straight_and_folded_hollow_wrist_reaches_the_pose(angle, shift):
 
 
 def test_hollow_wrist_on_the_first_axis_reaches_the_pose():
-    """The wrist center on the first axis does not determine joint 1.
-
-    The wrist cannot fold.
-    """
+    """The wrist center on the first axis does not determine joint 1."""
     text = next(text for text in FILES if "paint_wrist" in text).replace("a = 300, ", "")
     found = derive(read_text(text), functions=IK)
     fk, ik = (Function(found.function(name)) for name in IK)
@@ -153,7 +149,7 @@ def _check_inclusion(found, poses):
     q = np.random.default_rng(0).uniform(-1.5, 1.5, (poses, len(turns)))
     T = np.array(fk.kernel(ca.DM(q.T))).T.reshape(-1, 4, 4)
     answers = ik(T)
-    # Solutions differ from the coordinates by full turns of the joints.
+    # The joint values of a solution may differ from the generating values by full turns.
     apart = (answers.q - q[:, None]) @ C.T
     apart = np.where(joints, (apart + np.pi) % (2 * np.pi) - np.pi, apart)
     near = np.abs(apart).max(axis=-1) < 1e-6

@@ -18,7 +18,7 @@ CHAINS = (
 
 
 def followed(chain, laws):
-    """Returns a random chain with coupled joints."""
+    """Return a random chain with coupled joints."""
     robot = robot_of(chain)
     couplings = (
         Coupling(name, ((leader, ratio),), offset) for name, (leader, ratio, offset) in laws.items()
@@ -54,7 +54,7 @@ def test_article_and_explanation_state_that_coupled_joints_are_free():
     (article,) = (
         text.decode() for name, text in written.items() if name.endswith("latex/inverse.tex")
     )
-    assert "the chain with its dependent joints free" in article
+    assert "the chain without the couplings" in article
     assert "All joints are free in these steps" in str(explain(robot))
 
 

@@ -1,7 +1,8 @@
 """Each parameter causes the displacement that its name states.
 
-A comparison of derivatives with poses would not detect a parameter with a wrong name. The test
-therefore computes poses as products of NumPy matrices, built from the parameters' names.
+A test that compares derivatives with differences of computed poses would not detect a parameter
+with a wrong name. The test therefore computes poses as products of NumPy matrices, built from the
+parameters' names.
 """
 
 import numpy as np
@@ -43,7 +44,7 @@ class Numbers(dict):
 
 
 def off_by(random, nominal, size, parameters):
-    """Returns perturbed values with nine decimal places, which are exact fractions.
+    """Return perturbed values with nine decimal places, which are exact fractions.
 
     ``test_named_parameters`` changes the parameters of the description.
     """
@@ -85,7 +86,7 @@ def law(at, name, q):
 
 
 def moved(at, joint, value, robot):
-    """Returns the displacement from the frame before a joint to the frame after the joint."""
+    """Return the displacement from the frame before a joint to the frame after the joint."""
     before, after = joint.before, joint.after
     given = dict(joint.given)
     fields = {n: exact(at[joint.name, n]) for n in given if (joint.name, n) in at}
@@ -105,7 +106,7 @@ def moved(at, joint, value, robot):
 
 
 def of_chain(robot, at, q):
-    """Returns the tool pose of a serial robot for parameter values."""
+    """Return the tool pose of a serial robot for parameter values."""
     T = corrected(at, "base") @ matrix(robot.base, robot)
     laws = {c.name: law(at, c.name, x) for c, x in zip(robot.coordinates, q, strict=True)}
     followed = {
@@ -150,7 +151,6 @@ def units(parameters):
 
 
 def chain(name):
-    """Derives a chain of `urdf` joints, a chain with a DH convention, or a shipped robot."""
     if name in IN_CONVENTION:
         return of_convention(name)
     return functions_of(PLAIN if name == "plain" else read(ROBOTS / f"{name}.toml"), ["fk_p"])
@@ -171,7 +171,7 @@ def test_parametric_fk_matches_numpy_product_far_from_nominal(name):
 
 
 def bodies(loops, at, w):
-    """Returns the body frames of a mechanism and the values of its moving members."""
+    """Return the body frames of a mechanism and the values of its moving members."""
     mechanism = loops.hybrid.mechanism
     n, values = len(loops.hybrid.q), {}
     for coordinate, x in zip(mechanism.coordinates, w[:n], strict=True):

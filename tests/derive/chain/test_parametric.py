@@ -1,7 +1,4 @@
-"""Parametric functions equal the nominal functions at nominal parameters.
-
-CasADi checks the derivatives.
-"""
+"""Parametric functions equal the nominal functions at nominal parameters."""
 
 from functools import cache
 

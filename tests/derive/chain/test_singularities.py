@@ -27,10 +27,10 @@ minors."""
 TEN_DIGITS = 1e-10
 CONFIGURATIONS = 100
 LOST = 1e-8
-"""A Jacobian is rank-deficient if its smallest singular value is at most LOST (m, rad). The roots
-are accurate to 1e-9."""
+"""Upper bound (m, rad) on the smallest singular value of a rank-deficient Jacobian. The roots are
+accurate to 1e-9."""
 FULL = 1e-4
-"""Singular value (m, rad) that the Jacobian at a random configuration always exceeds."""
+"""Lower bound (m, rad) on the smallest singular value of a nonsingular Jacobian."""
 
 
 @cache
@@ -44,7 +44,7 @@ def coordinates(robot):
 
 
 def in_numbers(robot, expression):
-    """Returns a numerical function of the coordinates."""
+    """Return a numerical function of the coordinates."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return sp.lambdify([list(coordinates(robot))], expression.xreplace(values), "numpy")
 
@@ -56,7 +56,7 @@ def minors(name):
 
 @cache
 def found_conditions(name):
-    """Returns the singularity conditions of an arm."""
+    """Return the singularity conditions of an arm."""
     robot = loaded(name)
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return conditions(minors(name), coordinates(robot), values)
@@ -77,7 +77,7 @@ def jacobian(robot):
 
 
 def volume(J):
-    """Returns the absolute determinant of a Jacobian, or of its nonzero submatrix."""
+    """Return the absolute determinant of a Jacobian, or of its nonzero submatrix."""
     return np.sqrt(abs(np.linalg.det(J.T @ J)))
 
 
@@ -114,7 +114,7 @@ def test_ur5e_determinant_has_textbook_factors():
         (
             "ur5e",
             {
-                "the point where axes 5 and 6 meet is in the plane of axis 1 and the direction of"
+                "the intersection of axes 5 and 6 is in the plane of axis 1 and the direction of"
                 " axis 2",
                 "axes 2, 3 and 4 lie in a plane; the arm is stretched or folded",
                 "axes 4 and 6 are parallel",
@@ -169,7 +169,6 @@ def test_determinant_factors_with_arbitrary_exact_twist_angles(angles):
 
 
 def test_iiwa14_has_four_textbook_singularity_conditions():
-    """The oracle for seven joints is Kreutz-Delgado, Long and Seraji 1992."""
     robot = loaded("iiwa14")
     q = coordinates(robot)
     found = conditions(minors("iiwa14"), q, {})
@@ -194,8 +193,7 @@ C2, C3, C4 = map(sp.cos, Q)
     ],
 )
 def test_conditions_contain_no_factor_that_the_others_imply(products, expected):
-    """Each product is a minor of the Jacobian. At a singularity all minors are 0, so the zero of a
-    short minor simplifies the longer minors."""
+    """Each product is a minor of the Jacobian."""
     found = conditions([Factored(sp.S.One, ((one, 1),)) for one in products], Q, {})
     assert set(map(frozenset, found)) == set(map(frozenset, expected))
 
@@ -216,7 +214,7 @@ def test_factors_have_no_common_irrational_factor():
 
 
 def on_conditions(robot, found):
-    """Returns random configurations that satisfy each condition."""
+    """Return random configurations that satisfy each condition."""
     q = coordinates(robot)
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     for condition in found:
@@ -352,7 +350,7 @@ def test_singularity_text_numbers_axes_of_the_whole_arm():
 
 
 def test_conditions_of_arm_without_spherical_wrist_are_singular():
-    """No wrist axes intersect, and only the tool has the length d7."""
+    """The wrist axes do not intersect, and the length d7 occurs only in the tool frame."""
     text = (Path(chasles.derive.__file__).parent / "robots" / "iiwa14.toml").read_text()
     turned = 'd = "d5"\nalpha = -90\n'
     assert turned in text
@@ -368,8 +366,6 @@ def test_conditions_of_arm_without_spherical_wrist_are_singular():
 
 
 def test_arm_with_pi_in_a_length_before_a_prismatic_joint_has_numeric_singularities():
-    """The screw axis of a prismatic joint is only a direction, so that no screw axis contains the
-    length with pi."""
     robot = chasles.derive.read_text(
         'name = "column"\nconvention = "mdh5"\n[[joints]]\na = 0.3\nc = "pi/2"\n'
         '[[joints]]\ntype = "prismatic"\na = 0.2\nc = "pi/2"\n[[joints]]\na = 0.1\n'

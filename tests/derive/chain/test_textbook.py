@@ -37,7 +37,7 @@ def matrix(derived, name):
 
 
 def vanishes(expression):
-    """Tests whether a polynomial in cosines and sines vanishes for c^2 + s^2 = 1."""
+    """Test whether a polynomial in cosines and sines vanishes for c^2 + s^2 = 1."""
     rest = sp.expand(sp.expand(expression), trig=True)
     for q in (q1, q2, q3):
         c, s = sp.symbols("c s")

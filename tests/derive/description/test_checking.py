@@ -1,4 +1,7 @@
-"""The check reports all errors of a file, but no consequential errors."""
+"""The check reports all errors of a file.
+
+It does not report errors that only follow from other errors.
+"""
 
 import json
 import re

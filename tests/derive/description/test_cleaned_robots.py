@@ -149,7 +149,7 @@ AXES = ("[0, 0, 1]", '[0, "2e-10", 1]', '["0.866", 0, "0.5"]', '["0.707", "-0.5"
 
 
 def random_file(dice):
-    """Returns an arm with two to six joints and rounded values."""
+    """Return an arm with two to six joints and rounded values."""
     parts = ['name = "random"', 'convention = "dh"']
     for _ in range(dice.randint(2, 6)):
         convention = dice.choice(CONVENTIONS)

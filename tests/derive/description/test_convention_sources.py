@@ -56,8 +56,7 @@ def test_s_model_matches_equation_2_of_photo_robot_paper():
             cb * st,
             st * sa * sb + ca * ct,
             -sa * ct + ca * sb * st,
-            # The paper prints cos(alpha) cos(beta) instead of cos(alpha) cos(theta). The factor
-            # cos(alpha) cos(theta) follows from the translation R (x, y, z).
+            # The paper prints cos(alpha) cos(beta) instead of cos(alpha) cos(theta).
             -z * (sa * ct - ca * sb * st) + y * (ca * ct + st * sa * sb) + x * cb * st,
         ],
         [-sb, cb * sa, ca * cb, z * ca * cb - x * sb + y * cb * sa],
@@ -89,13 +88,14 @@ def test_hayati_matches_product_of_rotations_in_its_source():
 
 
 def test_photo_robot_fk_equals_product_of_printed_matrices():
-    """The robot's forward kinematics equals the product of the printed matrices with A0."""
     q = sp.symbols("q1:9", real=True)
     r10, r2, l3, r40, r6 = (p.symbol for p in read(ROBOTS / "photo_robot.toml").parameters)
 
     def turned(angle, tilt, reach=0, rise=0):
-        """Returns a matrix of the form (5) to (10) in the paper. ``tilt`` is the sine of alpha, +1
-        or -1."""
+        """Return a matrix of the form (5) to (10) in the paper.
+
+        The argument ``tilt`` is the sine of alpha, which is 1 or -1.
+        """
         c, s = sp.cos(angle), sp.sin(angle)
         rows = [[c, 0, tilt * s, reach * c], [s, 0, -tilt * c, reach * s]]
         return sp.Matrix([*rows, [0, tilt, 0, rise], [0, 0, 0, 1]])

@@ -1,4 +1,4 @@
-"""All conventions give the same forward kinematics, and each has the matrix of its source."""
+"""All conventions give the same forward kinematics."""
 
 import pytest
 import sympy as sp
@@ -26,7 +26,7 @@ def fixed(convention, **given):
 
 
 # One mechanism in every convention: a revolute joint about z, a parallel revolute joint at distance
-# a, and a tilted slider at d. The tool is at the distance e along the slider.
+# a, and a tilted slider at d. The tool is offset by e along the axis of the slider.
 MECHANISM = {
     "dh": (
         joint("dh", "j1", a=a),
@@ -265,7 +265,7 @@ d2 = 40
 
 
 def spatial(described, kind):
-    """Returns the mechanism from its robot file. The second joint is revolute or prismatic."""
+    """Return the mechanism from its robot file. The second joint is revolute or prismatic."""
     text = FILE.format(convention=described.split()[0], joints=SPATIAL[described])
     numbers = [k for k, one in enumerate(read_text(text).joints) if one.kind == "revolute"]
     before, *joints = text.split("[[joints]]")
@@ -339,7 +339,6 @@ def test_screw_axis_at_zero_matches_hand_calculation():
 
 
 def test_conventions_agree_with_symbolic_tilt_parameter():
-    """The tilt is a parameter in all conventions except `poe`, which has numerical axes."""
     found = {}
     for name, joints in SPATIAL.items():
         if name in BY_NAME and name != "poe":

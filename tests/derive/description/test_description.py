@@ -94,7 +94,7 @@ def test_byte_order_mark_and_windows_line_endings_are_accepted(tmp_path):
     assert read(path) == read_text(text)
 
 
-# Each case: a line, its replacement, the field in the error, and words of the error.
+# Each case: line number, replacement text, field name in the error, and text in the error.
 WRONG = [
     (1, 'name = "2nd"', "name", "a letter"),
     (1, "name = 5", "name", "found 5"),
@@ -136,13 +136,13 @@ WRONG = [
     (19, "limits = [1, 2, 3]", "joints[1].limits", "two numbers"),
     (19, 'limits = ["a1", 5]', "joints[1].limits[1]", "a number"),
     (19, "limits = 90", "joints[1].limits", "two numbers"),
-    (22, 'name = "first"', "joints[2].name", "a name other than that of joints[1]"),
+    (22, 'name = "first"', "joints[2].name", "a name other than the name of joints[1]"),
     (23, 'type = "sliding"', "joints[2].type", "one of revolute, prismatic"),
     (23, 'type = "helical"', "joints[2]", "advance per radian"),
     (25, 'alpha = "a1"', "joints[2].alpha", "a1 is a length"),
     (25, "alpha = 0.1" + "0" * 70 + "1", "joints[2].alpha", "more than 60 digits"),
     (25, "axis = [0, 0, 1]", "joints[2].axis", "one of the fields"),
-    (27, 'link = "link1"', "joints[2].link", "a link other than that of joints[1]"),
+    (27, 'link = "link1"', "joints[2].link", "a link other than the link of joints[1]"),
     (32, "pitch = 0.5.1", "", "valid TOML"),
     (33, "direction = 2", "joints[3].direction", "one of 1, -1"),
     (34, 'mimic = { joint = "nobody" }', "joints[3].mimic.joint", "first"),
@@ -336,10 +336,7 @@ def test_unit_check_rarely_divides_by_zero():
 
 
 MAX_CALLS_A_CHARACTER = 80
-"""Maximum number of function calls per character.
-
-Reading the test files needs at most 40 calls per character.
-"""
+"""Maximum number of function calls of the file reader per character of a file."""
 
 
 def test_long_files_are_refused_in_linear_time():

@@ -20,7 +20,7 @@ is tangential, and the z axis of the second is radial."""
 
 
 def around(ends, axes, radii):
-    """Returns three legs at angles of 120 degrees.
+    """Return three legs at angles of 120 degrees.
 
     Each leg is (kinds of its two ends, frame on the base, frame on the platform). A frame is
     (position, angles).
@@ -57,7 +57,7 @@ link = "platform"
 
 
 def text(legs):
-    """Returns the robot file of a platform; its orientation is 0 at the reference."""
+    """Return the robot file of a platform; its orientation is 0 at the reference."""
     found, reference = HEAD, f"\n[reference]\nz = {UP}\n"
     for k, (ends, a, b) in enumerate(legs):
         sides = [
@@ -72,15 +72,13 @@ def text(legs):
 
 
 def gaps(legs, T, q):
-    """Returns how far each leg is from the constraints of its end joints."""
+    """Return the residuals of the leg lengths and of the constraints at the leg ends."""
     found = []
     for (ends, (at, rpy_a), (to, rpy_b)), stroke in zip(legs, q, strict=True):
         d = T[:3, :3] @ to + T[:3, 3] - at
         A, B = turned(np.deg2rad(rpy_a))[:, 2], T[:3, :3] @ turned(np.deg2rad(rpy_b))[:, 2]
         found.append(np.linalg.norm(d) - RETRACTED - stroke)
         found += [d @ axis for kind, axis in zip(ends, (A, B), strict=True) if kind == "pin"]
-        # The second axis of a universal joint is parallel to the pin or second axis at the other
-        # end of the strut.
         if ends == ("universal", "universal"):
             found.append(d @ np.cross(A, B))
         elif "universal" in ends:
@@ -89,7 +87,7 @@ def gaps(legs, T, q):
 
 
 def stepped(T, x):
-    """Returns a pose after a translation and a rotation vector."""
+    """Return a pose after a translation and a rotation vector."""
     moved, angle = T.copy(), np.linalg.norm(x[3:])
     moved[:3, 3] += x[:3]
     if angle:
@@ -99,7 +97,7 @@ def stepped(T, x):
 
 
 def followed(legs, start, q, steps=4):
-    """Returns the pose by Newton's method along the line from the reference strokes to q."""
+    """Return the pose by Newton's method along the line from the reference strokes to q."""
     T = np.eye(4)
     T[2, 3] = UP
     for part in np.linspace(0, 1, steps):

@@ -106,7 +106,6 @@ xyz = ["25.4", 0, 0]
 
 
 def test_meter_and_millimeter_files_give_equal_robots():
-    """The files mix sums, functions of angles, pitches and couplings."""
     metric, same = read_text(METRIC), read_text(MILLIMETERS)
     for one, other in zip(metric.joints, same.joints, strict=True):
         assert one == other
@@ -118,8 +117,7 @@ def test_meter_and_millimeter_files_give_equal_robots():
 
 
 def test_roots_and_arctangents_of_lengths_are_unit_independent():
-    """A file in millimeters and a file in meters describe one robot. The test compares their
-    values.
+    """A file in millimeters and a file in meters describe one robot.
 
     The symbol h is a length without a unit.
     """
@@ -172,7 +170,7 @@ def test_error_in_inline_joint_names_its_line():
 
 def test_missing_poe_axis_is_rejected():
     text = 'name = "r"\nconvention = "poe"\n[[joints]]\npoint = [1, 0, 0]\n'
-    with pytest.raises(DescriptionError, match="the direction that the joint moves about"):
+    with pytest.raises(DescriptionError, match="the direction of the joint axis"):
         read_text(text)
 
 

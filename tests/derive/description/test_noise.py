@@ -1,4 +1,4 @@
-"""Rounding noise in files: some values become exact, and others stay unchanged."""
+"""Tests the removal of rounding noise from the numbers in robot files."""
 
 import math
 import random
@@ -67,7 +67,7 @@ def test_long_decimals_are_rarely_changed():
     dice = random.Random(2)
     texts = [f"{dice.uniform(-1, 1):.{dice.randint(6, 17)}f}" for _ in range(300)]
     changed = [text for text in texts if without_noise(R(text), AT_A_METER) != R(text)]
-    # Random numbers with three zeros or nines in a row change by 1e-9.
+    # Noise removal changes only random numbers that contain three consecutive zeros or nines.
     assert len(changed) < 0.02 * len(texts)
     assert all(abs(without_noise(R(t), AT_A_METER) - R(t)) <= NOISE for t in changed)
 
@@ -131,7 +131,7 @@ def test_multiples_of_fifteen_degrees_are_recovered_from_digits():
             shown = f"{float(angle):.{places}f}"
             cut = f"{float(angle):.25f}"[: len(shown)]
             for text in (shown, cut):
-                if places > 3 or not text.endswith("0"):  # The text 2.880 is read as 2.88.
+                if places > 3 or not text.endswith("0"):
                     assert exact_angle(R(text)) == angle, text
                     checked += 1
     assert checked > 36 * 14 * 2 - 20
@@ -154,9 +154,8 @@ def test_random_angles_are_rarely_snapped(places):
     dice = random.Random(places)
     angles = [R(f"{dice.uniform(-6, 6):.{places}f}") for _ in range(250)]
     taken = [angle for angle in angles if exact_angle(angle) != angle]
-    # The true value of a rounded or truncated angle lies in an interval. The length of this
-    # interval is 1.5 units of the last decimal place. Few random angles are fractions of pi by
-    # chance.
+    # The true value of a rounded or truncated angle lies in an interval. Few random angles are
+    # fractions of pi by chance.
     assert len(taken) <= 2 * CHANCE * len(angles)
     assert places < 6 or not taken
 
@@ -176,7 +175,7 @@ def vector(text):
         ("0.707 0.5 0.5", (sp.sqrt(2) / 2, R(1, 2), R(1, 2))),
         ("0.5 0.5 0.7071067690849304", (R(1, 2), R(1, 2), sp.sqrt(2) / 2)),
         ("0.9659258127212524 0 0.258819043636322", (C15, 0, S15)),
-        # The direction of a rounded vector becomes exact. Other vectors stay unchanged.
+        # The direction of a rounded vector becomes exact.
         ("0.7071068 0.7071068 0", vector("0.7071068 0.7071068 0")),
         ("1 2 3", (1, 2, 3)),
         ("0.6 0 0.8", (R(3, 5), 0, R(4, 5))),
@@ -192,7 +191,6 @@ def test_rounded_directions_snap_to_exact_unit_vectors(found, taken):
 
 @pytest.mark.parametrize(("digits", "first"), [(4, 0), (7, 1), (16, 2)])
 def test_exact_directions_are_recovered_from_digits(digits, first):
-    """Each number of decimal places is tested with a different set of directions."""
     checked = 0
     for named, numbers in exact_directions()[first::12]:
         direction = named.exact

@@ -45,7 +45,7 @@ AT = (0.3224862, 0.1265808, 0.0596154)
 
 
 def linear_delta(longer=0.0):
-    """Returns a linear delta whose first rod is longer by some millimeters."""
+    """Return a linear delta whose first rod is longer by some millimeters."""
     text = DELTA
     for k, (x, y, yaw) in enumerate(TOWERS, 1):
         text += f'[[joints]]\nname = "s{k}"\nlink = "s{k}"\nparent = "0"\ntype = "prismatic"\n'
@@ -77,7 +77,7 @@ def test_delta_in_decimals_has_closed_form_and_states_change_of_pose():
 
 
 def rod_length(tower, end, across, T):
-    """Returns the distance (meter) between the rounded ends of a rod."""
+    """Return the distance (meter) between the rounded ends of a rod."""
     x, y, yaw = TOWERS[tower]
     c, s = np.cos(np.deg2rad(yaw)), np.sin(np.deg2rad(yaw))
     a = np.array([x - 20 * c - across * s, y - 20 * s + across * c, 1000 * AT[tower]]) / 1000
@@ -140,7 +140,9 @@ def test_pose_of_turned_delta_is_pose_in_its_decimals_within_stated_change():
     written = rounded(mechanisms.delta(), 6, awkward_turn(np.random.default_rng(1)))
     derivation = derive(cleaned(written), functions=["fk"])
     assert not derivation.hybrid.forward.open
-    assert any("axes that are turned with" in note for note in derivation.robot.notes)
+    assert any(
+        "expressed in axes with the orientation of" in note for note in derivation.robot.notes
+    )
     q = [-0.05, -0.2, -0.1]
     (kernel,) = lower([derivation.function("fk")], "delta")
     T = np.array(kernel(q)).reshape(4, 4)
@@ -175,10 +177,6 @@ def test_mirrored_points_are_no_rounded_copies():
 
 
 def test_rounded_point_is_copy_of_nearest_original():
-    """The third point is nearly a rotated copy of the first point and of the second point.
-
-    The first point, rotated by 120 degrees, is nearest to the third point.
-    """
     x, y = R("0.239"), R("0.031")
     point = (R("-0.093"), R("0.222"), R(0))
     exact = arranged([[(x, y, R(0)), (x, -y, R(0)), point]], NOISE)

@@ -89,7 +89,7 @@ def test_the_reference_is_near_a_closed_configuration(name):
 
 
 def swing(m, strut, q, u):
-    """Returns the angle of a strut in a plane of the body at its first end."""
+    """Return the angle of a strut in a plane of the body at its first end."""
     body, A, B = m.ends(strut, q, u)
     x, y, z = body[:3, :3].T @ (B[:3, 3] - A[:3, 3])
     flat = abs(z) < 1e-9
@@ -188,10 +188,9 @@ def test_board_installer_chain_and_tool_match_printed_cases(q, chain, tip):
     u, _ = m.followed(q)
     values = m.values(q, u)
     found = [values[joint.name] for joint in m.mechanism.main_chain.moving]
-    # The reference values are printed with nine digits.
     assert found == pytest.approx(chain, abs=5e-9)
     assert m.tip(q, u)[:3, 3] == pytest.approx(tip, abs=5e-9)
-    # The parallelograms keep the elbow plate horizontal.
+    # The parallelograms keep the body elbow_plate horizontal.
     assert values["elbow_plate"] == pytest.approx(-values["shoulder"], abs=1e-9)
 
 
@@ -240,10 +239,6 @@ def test_gantry_motor_angles_give_expected_tool_position():
 
 
 def test_gantry_link_joint_and_freedom_counts_match_paper():
-    """N = 14 links and j = 15 joints with sum f = 15 have two loops.
-
-    The gantry has three degrees of freedom and no redundant constraint.
-    """
     robot, m = mechanism("bricklaying_gantry"), model("bricklaying_gantry")
     bodies, joints = len(robot.bodies), len(robot.joints) + len(robot.closures)
     assert (bodies, joints, joints - bodies + 1) == (14, 15, 2)

@@ -1,8 +1,7 @@
 """A convention added by a test, unknown to the compiler.
 
 The convention reorders the elementary motions of a Denavit-Hartenberg link: Rx(alpha) Tx(a) Tz(d)
-Rz(theta). The field names differ from those of the conventions of chasles. A formula selected by
-the convention's name would be wrong.
+Rz(theta). A formula selected by the convention's name would be wrong.
 """
 
 import pytest

@@ -113,7 +113,7 @@ def wrong(path, text, base=None, tip=None):
         ('type="fixed"', 'type="screw"', "one of revolute, continuous, prismatic, fixed"),
         ('<child link="arm"/>', "", "<child link=...>"),
         ('<child link="arm"/>', '<child link="leg"/>', "found 'leg'"),
-        ('<child link="arm"/>', '<child link="tool-0"/>', "no other joint carries"),
+        ('<child link="arm"/>', '<child link="tool-0"/>', "not the child of another joint"),
         ('lower="-1.5"', 'lower="3"', ":10: <joint turn><limit> limit: expected a lower"),
         (
             'lower="-1.5"',
@@ -209,7 +209,7 @@ def test_byte_order_mark_encoding_and_rounding_noise_are_accepted(path):
 
 
 def test_missing_urdf_elements_take_their_defaults(path):
-    """Origin, axis and limit have defaults. A fixed joint ignores its axis."""
+    """Origin, axis and limit have defaults."""
     bare = TWO_LINKS.replace('<origin xyz="0.1 0 0.2" rpy="0 1.57079632679 0"/>', "")
     bare = bare.replace('<axis xyz="0 0 1"/>', "").replace(
         'type="fixed">', 'type="fixed"><axis xyz="0 0 0"/>'
@@ -237,7 +237,7 @@ def test_absurdly_wide_limits_are_dropped(lower, upper, limited):
 
 def test_missing_axis_is_noted():
     robot = read_text(TWO_LINKS.replace('<axis xyz="0 0 1"/>', ""), format="urdf")
-    assert "joint turn states no axis: taken as x, the default of URDF" in robot.notes
+    assert "joint turn states no axis; the axis is x, the default of URDF" in robot.notes
     assert not any("axis" in note for note in read_text(TWO_LINKS, format="urdf").notes)
 
 

@@ -138,7 +138,7 @@ def test_transmission_without_effect_is_noted_unless_it_is_direct():
         *(part("joint", name) for name in ("a", "grip")),
     )
     assert read_arm(outside).couplings == ()
-    assert "grip is no joint of the chain" in read_arm(outside).notes[0]
+    assert "grip is not a joint of the chain" in read_arm(outside).notes[0]
 
 
 GEAR = transmission(
@@ -153,7 +153,7 @@ GEAR = transmission(
         (GEAR.replace(">2<", ">two<"), "<joint a> mechanical_reduction: .*decimal number"),
         (GEAR.replace('"m"', '"b"'), "<actuator b> name: .*no other joint"),
         (GEAR + GEAR, "<actuator m> name: .*no other transmission"),
-        (GEAR + GEAR.replace('"m"', '"n"'), "<joint a> name: .*of no other transmission"),
+        (GEAR + GEAR.replace('"m"', '"n"'), "<joint a> name: .*without another transmission"),
         (GEAR.replace(' name="m"', ""), "<actuator> name"),
     ],
 )
@@ -164,7 +164,7 @@ def test_invalid_transmission_is_refused_with_its_element(text, message):
 
 @cache
 def robots():
-    """Returns the coupled arms of the documentation, keyed by name."""
+    """Return the coupled arms of the documentation, keyed by name."""
     found = map(read_text, examples("how-to/couplings.md", "toml"))
     return {robot.name: robot for robot in found}
 
@@ -175,7 +175,7 @@ def test_couplings_are_written_as_transmissions_and_read_back(name):
     written = convert(robot, "urdf")
     assert read_text(written.text, format="urdf").linear_map == robot.linear_map
     assert "the hardware of <ros2_control> is a simulation" in written.notes
-    limited = "URDF has no limits of motors: left, right"
+    limited = "URDF has no motor limits: left, right"
     assert (limited in written.notes) == (name == "bevel_wrist")
 
 

@@ -26,8 +26,8 @@ from tests.support.tools import needs
 
 NAMES = ["ur5e", "panda", "excavator"]
 SOLVED_IN_C = {"planar_3rrr": 5, "jaco2": 4}
-"""Robots whose solver exists in C only. The value is the number of functions that are compared in
-single precision."""
+"""Robots with solvers that exist only in C. The value is the number of functions that are compared
+in single precision."""
 FUNCTIONS = ["fk", "fk_jacobian_mixed", "jacobian_mixed", "acceleration_mixed", "ik", "chain"]
 FUNCTIONS += ["actuators", "chain_fk", "chain_acceleration_mixed", "constraint", "constraint_D_z"]
 FLAGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
@@ -48,13 +48,13 @@ void stop_drives(void);
 void TIM6_DAC_IRQHandler(void);
 
 """
-"""The names that the program of an STM32 defines."""
+"""C declarations of names that an STM32 program defines."""
 SINGLE = ctypes.POINTER(ctypes.c_float)
 
 
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
-    """Exports the code of each robot."""
+    """Export the code of each robot."""
     folder = tmp_path_factory.mktemp("float")
     for name in [*NAMES, *SOLVED_IN_C]:
         functions = sorted(set(FUNCTIONS) & set(chasles.load(name).functions))
@@ -80,14 +80,14 @@ def compiled(compiler, options, folder):
 
 
 def printed_errors(folder, name, function):
-    """Returns the error bounds that the C header states for a function."""
+    """Return the error bounds that the C header states for a function."""
     text = (folder / name / f"{name}_float.h").read_text()
     comment = text.split(f"void {name}_float_{function}(")[0].rsplit("/*", 1)[1]
     return [float(bound) for bound in re.findall(r", error (\S+)$", comment, re.MULTILINE)]
 
 
 def called(library, name, info, inputs):
-    """Calls a function in single precision for rows of inputs."""
+    """Call a function in single precision for rows of inputs."""
     function = library[f"{name}_float_{info.name}"]
     given = [np.ascontiguousarray(x.reshape(len(x), -1), dtype=np.float32) for x in inputs]
     found = [np.empty((len(given[0]), *item.shape), dtype=np.float32) for item in info.outputs]
@@ -151,7 +151,7 @@ def test_right_angle_poses_have_as_many_solutions(name, built):
     assert np.abs(reached - T).max() <= SOLVED
     distance = apart(q, exact[0]).max(axis=-1)
     assert distance[regular_slots(robot, info, *exact[:2])].max() <= 1e-4
-    if name == "ur5e":  # in float and double, equal solutions are found
+    if name == "ur5e":  # For the ur5e, float and double code find the same solutions.
         assert distance[solved].max() <= 1e-4
 
 

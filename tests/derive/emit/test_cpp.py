@@ -55,7 +55,7 @@ int main() {
 
 
 def run(*command, cwd=None, given=None, env=None):
-    """Runs a command, and shows its output if the command fails."""
+    """Run a command, and show its output if the command fails."""
     words = [str(word) for word in command]
     done = subprocess.run(words, cwd=cwd, input=given, env=env, capture_output=True, check=False)
     assert done.returncode == 0, (done.stdout + done.stderr).decode(errors="replace")
@@ -64,10 +64,9 @@ def run(*command, cwd=None, given=None, env=None):
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """Creates the sources and a program for each robot, and an installed package.
+    """Write the C++ sources of each robot and build a program with these sources.
 
-    The program of ur5e uses the installed package. The programs of all other robots fetch the C++
-    sources.
+    The program of ur5e uses the installed package.
     """
     folder = tmp_path_factory.mktemp("packages")
     (folder / "robots").symlink_to(folder)

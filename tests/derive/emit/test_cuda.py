@@ -21,7 +21,6 @@ from tests.support.tools import needs
 NAMES = ["ur5e", "panda", "excavator"]
 PAGE = "how-to/cuda.md"
 SAMPLES = 2000
-"""The campaign ``exports`` tests 10,000 samples."""
 
 CALLED = """\
 {includes}
@@ -30,12 +29,12 @@ void called(size_t poses, const float *T, float *q, float *residual, float *marg
 {statements}
 }}
 """
-"""C++ function around the statements of the example on the documentation page."""
+"""C++ function that contains the example of the documentation page."""
 
 
 @pytest.fixture(scope="module")
 def shims(tmp_path_factory):
-    """Compiles the kernels of each robot once."""
+    """Compile the kernels of each robot once."""
     folder, built = tmp_path_factory.mktemp("cuda"), {}
 
     def shim(name):
@@ -86,12 +85,11 @@ def test_nearest_solution_equals_the_compiled_c(name, shims):
             lengths = options.get("weights", np.ones(robot.n))
             own, other = (np.abs((x - seed) * lengths)[kept].max(axis=-1) for x in (found, exact.q))
             assert np.abs(own - other).max() <= bound * lengths.max()
-            # Equally distant solutions may be exchanged by rounding errors.
             assert (np.abs(found - exact.q)[kept].max(axis=-1) <= bound).mean() >= 0.998
 
 
 def limited(options):
-    """Converts options of the generated code to options of the Python method ``ik_nearest``."""
+    """Convert options of the generated code to options of the Python method ``ik_nearest``."""
     if "lower" not in options:
         return options
     return {"limits": np.transpose([options["lower"], options["upper"]])}

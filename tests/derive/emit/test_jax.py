@@ -1,4 +1,4 @@
-"""The JAX module: values and solutions in both precisions, and special names."""
+"""The JAX module returns correct values and solutions in single and double precision."""
 
 from functools import cache
 from importlib.util import module_from_spec, spec_from_file_location
@@ -26,14 +26,16 @@ from tests.support.exports import (
 
 NAMES = ["ur5e", "panda", "puma560", "excavator"]
 FUNCTIONS = ["fk", "jacobian_mixed", "twist_mixed", "acceleration_mixed", "ik", "chain"]
-"""The list contains the Jacobian, because the error bound of ``ik`` is measured with it."""
 KINDS = {"double": np.float64, "float": np.float32}
 SAMPLES = 10_000
 
 
 @cache
 def jax():
-    """Returns JAX in double precision. JAX starts threads, so only these tests import JAX."""
+    """Return the module jax with double precision enabled.
+
+    JAX starts threads, so only these tests import JAX.
+    """
     module = pytest.importorskip("jax")
     module.config.update("jax_enable_x64", True)
     return module
@@ -77,7 +79,7 @@ def called(folder, name, info, kind, inputs):
 
 
 def bounds(folder, name, info, kind):
-    """Returns the error bounds that the docstring states for float32."""
+    """Return the error bounds that the docstring states for float32."""
     function = getattr(module_of(folder / name / f"{name}_jax.py"), info.name)
     lines = [line for line in function.__doc__.splitlines() if ", error " in line]
     stated = [float(line.split(", error ")[1]) for line in lines]

@@ -12,7 +12,7 @@ from chasles.derive.emit.seeds import seeded
 from tests.support.derivations import robot_of
 
 ROBOTS = ["ur5e", "planar_3rrr", "jaco2"]
-"""An arm with a closed form, and two robots with solvers that only the C contains."""
+"""An arm with a closed form, and two robots with iterative solvers in C."""
 PRINTED = {
     "c_float": ("{robot}_float.h", r"^void {robot}_float_{function}\("),
     "rust": ("src/lib.rs", r"^pub fn {function}\("),
@@ -23,7 +23,8 @@ PRINTED = {
     "mex": ("src/{robot}_functions.h", r"\bcall_{function}\("),
     "moveit": ("include/chasles_{robot}_moveit/{robot}.h", r"^void {robot}_{function}\("),
 }
-"""The file with the public functions of a robot, and the pattern of a printed function."""
+"""For each output language, the file with the public functions and the pattern of a function
+declaration."""
 SELECTING = ("rust", "cuda")
 """Languages with their own functions for the solution nearest to a seed."""
 COMPLETE = ("cpp", "mex", "moveit")
@@ -31,8 +32,8 @@ COMPLETE = ("cpp", "mex", "moveit")
 MISSING = {"planar_3rrr": "fk", "jaco2": "ik"}
 """For each robot, a function that calls an iterative solver."""
 MISSING_IN_CASADI = {"ur5e": "ik", "planar_3rrr": "twist_mixed", "jaco2": "ik"}
-"""For each robot, a function that the CasADi file lacks: a function with branches, or with loops
-that have no closed form."""
+"""For each robot, a function that is missing in the CasADi file. The function has branches, or the
+loops of the robot have no closed form."""
 
 
 def test_all_languages_are_tested():
@@ -72,7 +73,7 @@ def one_of_each_role(name):
 
 
 def named_as_missing(text):
-    """Returns the functions that the header of a file names as missing."""
+    """Return the missing functions that are listed in the header of a file."""
     sentences = re.sub(r"\n *(\*|//!)? *", " ", text)
     return {
         function

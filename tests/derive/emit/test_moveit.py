@@ -37,7 +37,7 @@ NAMES = ["ur5e", "panda"]
 PAGE = "how-to/moveit.md"
 SAMPLES = 200
 TOLERANCE = 1e-12
-"""Largest difference from the results of the C code, away from singularities."""
+"""Maximum difference of results between MoveIt plugin and C code, away from singularities."""
 Q = {
     "ur5e": [0.3, -1.2, 1.4, -0.5, 0.8, 0.2],
     "panda": [0.3, -0.4, 0.2, -1.9, 0.4, 1.8, 0.6],
@@ -65,14 +65,14 @@ endfunction()
 
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory):
-    """Exports the package of a robot."""
+    """Export the package of a robot."""
     folder = tmp_path_factory.mktemp("moveit")
     return cache(lambda name: moveit.exported(name, folder / name))
 
 
 @pytest.fixture
 def plugin(packages):
-    """Initializes a robot's plugin."""
+    """Initialize a robot's plugin."""
 
     def initialized(name, *, has_limits=True, step=0.1):
         found = bare(packages, name, has_limits=has_limits)
@@ -169,7 +169,6 @@ def test_wrong_models_are_refused(packages):
 
 @pytest.mark.parametrize("kind", ["fixed", "revolute"])
 def test_joints_outside_the_group_must_not_move_the_tip(kind, packages):
-    """At the default positions, the tip of both models has the exported pose."""
     end = f'<joint name="ee_{moveit.TIP}" type="{kind}"><axis xyz="0 1 0"/>'
     urdf = re.sub(rf'<joint name="ee_{moveit.TIP}".*?/>', end, moveit.urdf_of("ur5e"))
     parameters = {"chasles_tip_link": moveit.TIP}
@@ -341,7 +340,7 @@ def test_sources_compile_without_warnings(ending, compiler, packages, tmp_path):
 
 
 def with_ending(text, ending):
-    """Replaces the ending of the headers of MoveIt in a path or in the lines that include them."""
+    """Replace the file extension of MoveIt header names in a text."""
     return re.sub(r"\b(moveit/\w+/\w+)\.hpp", rf"\1{ending}", text)
 
 
@@ -380,7 +379,7 @@ def test_mimic_joint_follows_in_the_chain(tmp_path):
 
 
 def run_cpp(package, source, folder):
-    """Compiles a program for the excavator, and returns its output."""
+    """Compile a program for the excavator, and return its output."""
     include = package / "include"
     robot, program = folder / "robot.o", folder / "program"
     places = [f"-I{include}", f"-I{include / 'chasles_excavator_moveit'}"]

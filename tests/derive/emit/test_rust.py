@@ -1,4 +1,4 @@
-"""The Rust crate: values, solutions, examples, and code without the standard library.
+"""Tests the Rust crate, also without the Rust standard library.
 
 The continuous integration does not install Rust.
 """
@@ -104,7 +104,7 @@ def functions_of(name):
 
 
 def cargo(crate, *command):
-    """Runs cargo without a network. Warnings are errors."""
+    """Run cargo without a network. Warnings are errors."""
     verb, *options = command
     words = ["cargo", verb, "--offline", "--release", "--quiet", *options]
     flags = {"RUSTFLAGS": "-D warnings", "CARGO_TARGET_DIR": str(crate / "target")}
@@ -149,7 +149,7 @@ def run_rows(crate, name, rows):
 
 
 def called_nearest(crate, robot, T, q_seed, limits=None, weights=None):
-    """Returns q, residual, margin and slot of the nearest solutions in Rust."""
+    """Return q, residual, margin and slot of the nearest solutions in Rust."""
     lower, upper = np.transpose(robot.limits if limits is None else limits)
     weights = np.ones(robot.n) if weights is None else weights
     shared = np.tile(np.concatenate([lower, upper, weights]), (len(T), 1))
@@ -184,7 +184,7 @@ def test_inverse_is_complete_at_right_angle_poses(name, crates):
 
 
 def check_inverse(name, crates, q):
-    """Compares all solutions. At a singularity, only the poses must agree."""
+    """Compare all solutions. At a singularity, only the poses must agree."""
     robot = chasles.load(name)
     info = inverse_of(robot)
     inputs = inputs_of(robot, info, q)
@@ -220,7 +220,6 @@ def test_nearest_solution_equals_the_compiled_c(name, crates):
         lengths = options.get("weights", np.ones(robot.n))
         own, other = (np.abs((x - seed) * lengths)[regular].max(axis=1) for x in (found, exact.q))
         assert np.abs(own - other).max() <= TOLERANCE * lengths.max()
-        # Equally distant solutions may be exchanged by rounding errors.
         assert (np.abs(found - exact.q)[regular].max(axis=1) <= TOLERANCE).mean() >= 0.998
 
 

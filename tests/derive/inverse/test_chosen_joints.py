@@ -57,7 +57,7 @@ def test_fixed_joints_become_function_inputs():
             "panda: cannot fix unknown joint joint8; the joints are joint1, joi",
         ),
         ("scara", ("shoulder", "elbow", "quill", "flange"), "all joints are fixed"),
-        ("iiwa14", ("A4",), "the others could move without moving the tool; joints that"),
+        ("iiwa14", ("A4",), "the other joints could move without moving the tool; joints that"),
         (
             "well_manipulator",
             ("theta2",),

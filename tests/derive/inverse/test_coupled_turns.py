@@ -49,7 +49,7 @@ def test_small_bend_has_no_cancellation(shift):
 
 
 def coupled_pair(plane, sense):
-    """Returns two coupled rotations, and the component of p along h.
+    """Return two coupled rotations, and the component of p along h.
 
     ``plane`` contains the angles of h, k1, k2 and p in their common plane (degrees).
     """
@@ -66,14 +66,14 @@ def coupled_pair(plane, sense):
 
 
 def turned(k, angles, v):
-    """Rotates the rows of v about k by angles."""
+    """Rotate each row of v about the axis k by the angle of this row."""
     c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
     along = k * (k @ v)
     return along + c * (v - along) + s * np.cross(k, v)
 
 
 def directions(pair, d, rng):
-    """Returns random unit vectors with the components d along h."""
+    """Return random unit vectors with the components d along h."""
     h = np.array(pair.h, dtype=float)
     across = np.cross(h, rng.normal(size=(len(d), 3)))
     across /= np.linalg.norm(across, axis=1, keepdims=True)
@@ -81,7 +81,7 @@ def directions(pair, d, rng):
 
 
 def solutions(pair, v):
-    """Returns the four angles and margins for each direction (N, 3)."""
+    """Return the four angles and margins for each direction (N, 3)."""
     terms, symbols = Terms({}), sp.symbols("v1:4", real=True)
     root, found = coupled_turns(terms, pair, symbols, SIGNS)
     outputs = (found.turn.c, found.turn.s, root.margin, found.margin)

@@ -23,15 +23,15 @@ DEPENDENT = {
     "two slides and an oblique turn": [("P", YZ), FIXED, ("P", YZ), ("R", Z)],
     "two slides and a turn along": [("P", Z), FIXED, ("P", Z), ("R", Z)],
 }
-"""Type and axis direction of the joints before a spherical wrist; F is the fixed joint. At 0, the
-fixed joint makes the directions of the prismatic joints dependent."""
+"""Type and axis direction of the joints before a spherical wrist; F denotes the fixed joint. If the
+fixed joint is at 0, the directions of the prismatic joints are dependent."""
 OFFSETS = [0.0, 1e-16, 1e-13, 1e-10, 1e-7, 1e-4]
 """Deviations of the fixed joint from 0 (radian)."""
 POSES = 100
 
 
 def verdict(case, values):
-    """Counts missed poses, wrong solutions and lost configurations."""
+    """Count missed poses, wrong solutions and lost configurations."""
     q = case.random(np.random.default_rng(0), POSES)
     for joint, value in values.items():
         q[:, joint] = value

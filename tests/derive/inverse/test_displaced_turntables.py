@@ -1,4 +1,4 @@
-"""Turntables with errors in every parameter: refinement finds all solutions."""
+"""For turntable arms with errors in every parameter, refinement finds all solutions."""
 
 import numpy as np
 
@@ -24,7 +24,10 @@ REGULAR = 1e-5
 
 
 def drawn(seed):
-    """Returns an SO-101 with random errors. The maximum error is between 0.1 and 10 mm and mrad."""
+    """Return an SO-101 with random errors.
+
+    The maximum error is between 0.1 and 10 mm for lengths, and between 0.1 and 10 mrad for angles.
+    """
     size = float(10 ** np.random.default_rng(seed).uniform(-4, -2))
     return displaced(ARM, size, seed)
 

@@ -1,7 +1,4 @@
-"""Solutions satisfy the equation objects of subproblems.
-
-Mirrored equations have mirrored solutions.
-"""
+"""Solutions satisfy the equation objects of subproblems."""
 
 import pytest
 import sympy as sp

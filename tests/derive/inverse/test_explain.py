@@ -33,7 +33,7 @@ def text_of(name):
 
 
 def arm(lifts):
-    """Returns six revolute joints with perpendicular axes at various heights."""
+    """Return six revolute joints with perpendicular axes at various heights."""
     joints = "\n".join(
         f'[[joints]]\nd = "{lift}"\na = "0.1"\nalpha = "{angle}"\n'
         for lift, angle in zip(lifts, (1.1, 0.7, 1.3, 0.9, 1.2, 0.4), strict=True)
@@ -104,8 +104,8 @@ def test_slider_crank_explanation_states_its_inverse():
 def test_explanation_names_actuator_that_does_not_move_the_tool():
     text = (ROBOTS / "five_bar.toml").read_text().replace("[reference]", ASIDE)
     found = explain(read_text(text.replace('"right"]', '"right", "aside"]'), file="five_bar.toml"))
-    assert found.line == "no closed-form inverse: the tool on left_coupler does not move with aside"
-    assert "The tool on left_coupler does not move with aside." in str(found)
+    assert found.line == "no closed-form inverse: the tool on left_coupler does not depend on aside"
+    assert "The tool on left_coupler does not depend on aside." in str(found)
 
 
 @pytest.mark.parametrize(
@@ -141,9 +141,9 @@ def test_explanation_has_a_step_for_every_joint(name):
 def test_explanation_states_signs_and_degenerate_cases():
     text = text_of("ur5e")
     assert text.count("Two solutions, sign ") == 3
-    assert "Two solutions, sign 3 of 3; they meet at the boundary" in text
+    assert "Two solutions, sign 3 of 3; they coincide at the boundary" in text
     assert "shoulder_lift + elbow + wrist_1, by subproblem 2: " in text
-    assert "Degenerate: with axis 6 parallel to axes 2 to 4 the sum is arbitrary" in text
+    assert "Degenerate: if axis 6 is parallel to axes 2 to 4, the sum is arbitrary" in text
     assert (
         "wrist_1 follows from shoulder_lift + elbow + wrist_1, with shoulder_lift and elbow known."
         in text
@@ -188,19 +188,21 @@ def test_deviation_of_nearly_parallel_axes_is_the_largest_angle_between_consecut
         ("stewart_gough", "Gruebler-Kutzbach: 6 (14 - 1 - 18) + 42 = 12"),
         ("slider_crank", "connecting_rod (planar, 2 equations): crank, rod_angle, conn"),
         ("planar_3rrr", "by Newton's iteration at run time"),
-        ("excavator", "boom_cylinder: two pins and a slide"),
+        ("excavator", "boom_cylinder: two pins and a prismatic joint"),
     ],
 )
 def test_mechanism_explanation_states_mobility_and_loop_steps(name, words):
     text = text_of(name)
-    assert "Freedoms: " in text
+    assert "Degrees of freedom: " in text
     assert words in text
 
 
 def test_mechanism_explanation_lists_actuator_steps():
     assert "through the loops in 4 steps" in text_of("excavator")
     text = text_of("stewart_gough")
-    assert text.startswith("Stewart-Gough platform\n======================\n\nFreedoms: 6, ")
+    assert text.startswith(
+        "Stewart-Gough platform\n======================\n\nDegrees of freedom: 6, "
+    )
     steps = [f"  {k}. leg_{k}: a distance, for leg_{k}" for k in range(1, 7)]
     message = (
         "The actuators follow from the main chain in closed form, through the loops in 6 steps."
@@ -230,7 +232,7 @@ def test_command_line_explains_and_writes_nothing(tmp_path, monkeypatch):
 
 
 def general_arm(last):
-    """Returns an arm without a closed form.
+    """Return an arm without a closed form.
 
     Axes 5 and 6 are parallel, and their distance is ``last`` (meter).
     """
@@ -244,8 +246,8 @@ def general_arm(last):
 
 def test_arm_singular_everywhere_names_joints_of_self_motion():
     text = (
-        "singular in every configuration: the tool depends on joint5 + joint6 alone; ik takes the "
-        "value of joint6"
+        "singular in every configuration: the tool depends on joint5 + joint6 alone; the value of "
+        "joint6 is an input of ik"
     )
     collinear, regular = explain(general_arm(last=0)), explain(general_arm(last=0.1))
     assert text in str(collinear)

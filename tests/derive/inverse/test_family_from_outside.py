@@ -1,4 +1,6 @@
-"""A new family of inverses, added by this file alone: a cylindrical arm.
+"""Tests a new inverse family for cylindrical arms.
+
+Only this file defines the family.
 
 The arm has a revolute column, a lift, a boom and a tool joint about the vertical. The new family
 precedes the listed families, because a listed family also matches these axes.
@@ -75,7 +77,7 @@ def requires(lines):
 
 
 def to_position(work, lines, start, wanted):
-    """Solves lift, boom and column so that a point reaches a position."""
+    """Solve lift, boom and column so that a point reaches a position."""
     terms, (column, lift, boom, _) = work.terms, lines.axes
     V, reach = subtracted(terms, wanted, column.p), subtracted(terms, start, column.p)
     height = dot(terms, column.h, V)
@@ -99,7 +101,7 @@ def solve(work, lines, target):
 
 
 def position_yaw(robot, lines):
-    """Returns the tool position and the wrist angle relative to the boom."""
+    """Return the tool position and the wrist angle relative to the boom."""
     terms, work, wrist = lines.terms, Work(lines.terms), lines.axes[3]
     turn = CosSin(*terms.cos_sin(YAW))
     lever = rotated(terms, wrist.h, turn, subtracted(terms, tool_origin(robot, terms), wrist.p))
@@ -121,7 +123,7 @@ def position_yaw(robot, lines):
 
 
 def functions(robot, lines):
-    """Builds a function for the wrist height above the base."""
+    """Build a function for the wrist height above the base."""
     terms, q = lines.terms, sp.symbols("_h1:5", real=True)
     height = terms.let(lines.axes[3].p[2] + q[1])
     result = Result("height", (height,), (), "m", "height of the lift")

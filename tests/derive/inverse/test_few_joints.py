@@ -13,7 +13,7 @@ from tests.support.generators.poses import PoseSet
 from tests.support.generators.synthetic import robot_of
 from tests.support.oracles.verdict import judged
 
-TITLE = "a turntable with two parallel axes and a hand that turns"
+TITLE = "a turntable with two parallel axes and a revolute wrist joint"
 CHAINS = ("R/R=R/R", "RxR=R+R")
 SOLD = """<robot name="arm"><link name="base"/>
 <link name="l1"/><link name="l2"/><link name="l3"/><link name="l4"/><link name="tool0"/>
@@ -32,12 +32,11 @@ SOLD = """<robot name="arm"><link name="base"/>
 
 
 REACHING_OTHER_AXES = (61035130000014, 19126538000017, 7102000005)
-"""At some joint angles (multiples of 90 degrees), an earlier axis of these arms intersects the last
-axis. The position of the intersection does not determine the angle of the earlier axis."""
+"""Random seeds of arms whose first three joints follow from a point on the last axis."""
 
 
 def lost_of(cases):
-    """Describes the pose sets for which an inverse misses solutions."""
+    """Describe the pose sets for which an inverse misses solutions."""
     return [str(loss) for case in cases for loss in losses_of(case, 0)]
 
 
@@ -111,7 +110,6 @@ def test_no_axis_is_added_to_arms_with_mimic_joints(tmp_path):
 
 @pytest.mark.parametrize("seed", [604])
 def test_added_axis_is_chosen_to_solve_right_angle_poses(seed):
-    """The first virtual axis with a closed form is rejected, because its inverse misses poses."""
     cases = cases_of(random_arm(seed))
     assert [case.function for case in cases] == ["ik"]
     assert not cases[0].inverses.functions["ik"].role.searches
@@ -124,7 +122,10 @@ def test_five_joints_without_meeting_adjacent_axes_lack_closed_form():
 
 @pytest.fixture(scope="module")
 def sold(tmp_path_factory):
-    """Derives inverses of an arm whose tool is on the hand axis."""
+    """Derive inverses of an arm.
+
+    The tool origin is on the hand axis.
+    """
     path = tmp_path_factory.mktemp("arm") / "arm.urdf"
     path.write_text(SOLD.format(along="0.1"))
     return cases_of(read(path))
@@ -141,7 +142,6 @@ def test_position_ik_uses_three_joints_if_tool_is_on_last_axis(sold):
 
 
 def test_ik_with_hand_along_first_axis_keeps_joint_sum(sold):
-    """The first and the last joint have one axis, so only the sum of their angles matters."""
     (case,) = (case for case in sold if case.function == "ik")
     q = case.random(np.random.default_rng(1), 200)
     q[:, 1] = -np.pi / 2 - np.arctan2(-0.35, 0.05)

@@ -1,4 +1,4 @@
-"""Near fold points of a calibrated arm, no solution is missed or spurious.
+"""Near fold points, the inverse of a calibrated arm returns exactly the true solutions.
 
 Two solutions merge at a fold point.
 """
@@ -27,7 +27,7 @@ is at least 1e-4."""
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory):
-    """Returns a calibrated arm and its forward kinematics from Pinocchio."""
+    """Return a calibrated arm and its forward kinematics from Pinocchio."""
     robot = displaced(read(ROBOTS / "ur5e.toml"), ERROR)
     folder = tmp_path_factory.mktemp("folds") / robot.name
     return compiled(robot, folder, ("fk", "fk_jacobian_mixed", "ik"), ["c"]), pinocchio_fk(robot)
@@ -38,7 +38,7 @@ def determinant(arm, q):
 
 
 def at_fold(arm, rng, count):
-    """Returns configurations with a singular elbow."""
+    """Return configurations in which the elbow is singular."""
     found = []
     while len(found) < count:
         q = np.tile(rng.uniform(-np.pi, np.pi, arm.n), (241, 1))
@@ -68,7 +68,7 @@ def is_among(solutions, q):
 
 
 def searched(arm, T, rng):
-    """Finds solutions by damped least squares from many start configurations."""
+    """Find solutions by damped least squares from many start configurations."""
     q = rng.uniform(-np.pi, np.pi, (len(T), STARTS, arm.n))
     for _ in range(STEPS):
         e, J = twists(arm, T, q)
@@ -82,7 +82,7 @@ def searched(arm, T, rng):
 
 
 def twists(arm, T, q):
-    """Returns twists (..., 6) from the tool to target poses, and the Jacobians."""
+    """Return twists (..., 6) from the tool to target poses, and the Jacobians."""
     here, J = arm.fk_jacobian_mixed(q)
     turn = T[:, None, :3, :3] @ np.swapaxes(here[..., :3, :3], -1, -2)
     skew = (turn - np.swapaxes(turn, -1, -2)) / 2
@@ -104,7 +104,6 @@ def test_ik_near_folds_recovers_generating_configuration(case):
 
 
 def test_solution_count_near_folds_is_even(case):
-    """Poses on both sides of a fold point have an even number of correct solutions."""
     arm, fk = case
     rng = np.random.default_rng(1)
     q = at_fold(arm, rng, 100)

@@ -1,7 +1,4 @@
-"""Tolerant detection of parallel and intersecting axes.
-
-The tests also check the target pose after joints with known values are removed.
-"""
+"""Tolerant detection of parallel and intersecting axes."""
 
 from dataclasses import replace
 
@@ -118,7 +115,7 @@ def test_nearly_spherical_wrists_are_detected(name, meet):
 
 
 def matrix(target):
-    """Returns the displacement (4, 4) of the tool from its home pose to a target pose."""
+    """Return the displacement (4, 4) of the tool from its home pose to a target pose."""
     T = np.eye(4)
     T[:3, :3] = np.array(target.axes, float).T
     T[:3, 3] = np.array(target.position, float) - T[:3, :3] @ np.array(target.home, float)
@@ -126,7 +123,7 @@ def matrix(target):
 
 
 def displacement(lines, q):
-    """Returns exp(S_1 q_1) ... exp(S_n q_n) numerically."""
+    """Return exp(S_1 q_1) ... exp(S_n q_n) numerically."""
     turns = np.array([[a.turns] for a in lines.axes])
     h = np.array([a.direction for a in lines.axes])
     points = np.array([numbers(lines.terms, a.p) for a in lines.axes])

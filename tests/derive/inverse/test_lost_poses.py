@@ -23,10 +23,7 @@ from tests.support.oracles.tasks import TASKS
 from tests.support.oracles.verdict import judged
 
 OTHER_JOINT_GIVEN = {1462: (1,), 5388: (0, 3)}
-"""Seeds of arms. With the first choice of fixed joints, an arm misses poses; with these joints it
-misses none."""
 SEARCHED = (4220,)
-"""Arms that miss poses with every choice of fixed joints."""
 
 
 @cache
@@ -35,7 +32,7 @@ def pose_case(seed):
 
 
 def lost(case, solve, count=400):
-    """Counts poses at multiples of 90 degrees without a solution."""
+    """Return the number of missed poses at joint angles that are multiples of 90 degrees."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(losses, "RIGHT", count)
         q = right_angles(case, np.random.default_rng(3))

@@ -40,7 +40,7 @@ def design():
 
 @cache
 def built(seed=3):
-    """Returns a robot with length errors of up to 0.1 mm and a crank error of 0.05 degrees."""
+    """Return a robot with length errors of up to 0.1 mm and a crank error of 0.05 degrees."""
     spoilt = as_built(design(), BOARD_INSTALLER, 1e-4, np.random.default_rng(seed))
     joints = tuple(
         replace(joint, before=(*joint.before, Rotation("x", sp.pi / 3600)))
@@ -57,7 +57,7 @@ def test_nominal_design_gives_inverse_of_built_mechanism(monkeypatch):
     monkeypatch.setattr(hybrid_inverse, "nominal_mechanisms", lambda m: islice(tried(m), 1))
     alone = hybrid_inverses(solved(built()))
     assert not alone.solved
-    assert 'nominal = "<file>" names the robot as designed' in alone.missing
+    assert 'nominal = "<file>" must name the robot as designed' in alone.missing
     nominal_start = hybrid_inverses(solved(replace(built(), nominal=design())))
     assert list(nominal_start.solved) == ["ik_nominal"]
     assert nominal_start.polished is not None
@@ -92,7 +92,7 @@ def test_nominal_design_must_have_the_same_members():
 
 @pytest.fixture
 def files(tmp_path):
-    """Writes the as-built file next to the design file."""
+    """Write the as-built file next to the design file."""
     (tmp_path / "design.toml").write_text(with_values(VALUES))
     own = with_values(VALUES | {"r": "161.82"})
     own = own.replace('convention = "urdf"', 'convention = "urdf"\nnominal = "design.toml"', 1)
@@ -152,7 +152,7 @@ def test_change_of_design_file_makes_output_stale(files):
 
 
 def displacement(rng, length=1.27):
-    """Returns a displacement of a given length with rotations by multiples of 90 degrees."""
+    """Return a displacement of a given length with rotations by multiples of 90 degrees."""
     angles = (sp.pi / 2 * int(k) for k in rng.integers(0, 4, 3))
     shift = Translation(tuple(sp.Rational(f"{x:.6f}") for x in rng.uniform(-length, length, 3)))
     return (shift, *(Rotation(axis, angle) for axis, angle in zip("xyz", angles, strict=True)))
@@ -168,7 +168,7 @@ def inverse(placement):
 
 
 def in_other_frames(mechanism, seed=0):
-    """Returns the same robot with other body frames and joint frames."""
+    """Return the same robot with other body frames and joint frames."""
     rng = np.random.default_rng(seed)
     moved = {joint.link: displacement(rng) for joint in mechanism.joints}
     back = {body: inverse(by) for body, by in moved.items()}

@@ -35,7 +35,7 @@ joints = [
 
 
 def orientation_case(seed: int) -> Derived:
-    """Returns the orientation task of a random arm with three free revolute joints."""
+    """Return the orientation task of a random arm with three free revolute joints."""
     draw = random.Random(seed)
     kinds = draw.choice(("RRR", "RRR", "RRRP", "PRRR", "RPRR", "RRPRP"))
     arm = decoupled(kinds, 2 + seed)
@@ -45,7 +45,7 @@ def orientation_case(seed: int) -> Derived:
 
 
 def fixed_case(seed: int) -> Derived:
-    """Returns the orientation task of a random six-joint arm with three fixed joints."""
+    """Return the orientation task of a random six-joint arm with three fixed joints."""
     draw = random.Random(seed)
     rows = [
         f'{{ name = "j{k}", xyz = {[draw.randint(-300, 300) for _ in range(3)]}, '
@@ -148,8 +148,8 @@ def test_parallel_neighbors_have_no_orientation_task():
 
 SMALL = {
     "R=R/R": "two parallel axes and a third axis",
-    "R/R/R/R": "three joints and a hand that turns",
-    "R=R/R=R": "three joints and a hand that turns",
+    "R/R/R/R": "three joints and a revolute wrist joint",
+    "R=R/R=R": "three joints and a revolute wrist joint",
 }
 
 

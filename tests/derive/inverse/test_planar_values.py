@@ -1,7 +1,6 @@
-"""Arms that are planar only if the fixed joint is 0.
+"""Arms that are planar only if a fixed joint is at 0.
 
-Three joints position the center of a spherical wrist. If the arm is planar, one of these joints
-does not change the height of the center. Its value is then arbitrary.
+Three joints position the center of a spherical wrist.
 """
 
 import numpy as np
@@ -28,7 +27,8 @@ PLANAR = {
 }
 """Type and axis direction of the first four joints; F is the revolute joint that `fixed=` names."""
 EXCHANGED = [("R", Z), FIXED, ("P", Y), ("P", Z)]
-"""With the fixed joint at 90 degrees, only the other prismatic joint changes the height."""
+"""If the fixed joint is at 90 degrees instead of 0, only the first prismatic joint changes the
+height instead of only the second."""
 OFFSETS = [0.0, 1e-13, 1e-10, 1e-7, 1e-4]
 """Deviations of the fixed joint from the planar value (radian)."""
 WRIST = [X, Y, X]
@@ -36,7 +36,7 @@ POSES = 200
 
 
 def case_of(joints, seed):
-    """Returns an arm with random lengths and a fixed joint, and its inverse."""
+    """Return an arm with random lengths and a fixed joint, and its inverse."""
     axes = [*joints, *(("R", axis) for axis in WRIST)]
     case = solved_with_fixed(axes, seed, meeting=len(joints))
     assert case.inverses.classification.found.family.title == "spherical wrist"
@@ -44,7 +44,7 @@ def case_of(joints, seed):
 
 
 def verdict(joints, value, seed=0):
-    """Counts missed poses, wrong solutions and lost configurations of the closed-form inverse.
+    """Count poses without solution, wrong solutions and unrecovered configurations.
 
     The solutions are not refined by iteration.
     """

@@ -113,7 +113,7 @@ def test_translation_along_z_expands_in_powers(sign):
 
 
 def factors(value, slides):
-    """Returns a joint's factors in the equations: cosine and sine, or displacement powers."""
+    """Return 1, cosine and sine of an angle, or powers 0 to 2 of a displacement."""
     return [1, value, value**2] if slides else [1, np.cos(value), np.sin(value)]
 
 

@@ -13,7 +13,7 @@ from tests.support.generators.random_arms import random_arm
 
 POSES = 8
 SAME = 1e-10
-"""Pose entry tolerance; solutions are refined to 1e-13 relative to the arm's length."""
+"""Tolerance for the entries of a pose."""
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,7 @@ NEAR_AXIS = (0.0, 1e-12, 1e-10, 1e-9, 3e-9, 1e-8, 3e-8, 1e-7, 1e-6, 1e-5, 1e-4, 
 
 
 def lowered(terms, symbols, values):
-    """Returns a CasADi function that computes expressions from a vector and two signs."""
+    """Return a CasADi function that computes expressions from a vector and two signs."""
     arguments = (
         Argument("x", tuple(symbols), (len(symbols),), "", ""),
         Argument("signs", SIGNS, (2,), "", ""),
@@ -32,7 +32,7 @@ def lowered(terms, symbols, values):
 
 
 def slots(function, X):
-    """Evaluates the function in all four solution slots (N, 4, outputs)."""
+    """Evaluate the function in all four solution slots (N, 4, outputs)."""
     values = [
         np.array(function(ca.DM(X.T), ca.DM(np.tile(np.array([signs]).T, (1, len(X))))))
         for signs in BRANCHES
@@ -41,7 +41,7 @@ def slots(function, X):
 
 
 def angles_of(turns, limit=1e-15):
-    """Returns angles of cosine-sine pairs, which must be unit vectors."""
+    """Return angles of cosine-sine pairs, which must be unit vectors."""
     np.testing.assert_allclose(np.hypot(turns[..., 0], turns[..., 1]), 1, rtol=0, atol=limit)
     return np.arctan2(turns[..., 1], turns[..., 0])
 
@@ -60,7 +60,7 @@ def solve6():
     function = lowered(terms, v, outputs)
 
     def solve(X):
-        """Returns angles (N, 4, 2), relative residuals (N, 4) and margins (N, 4) of subproblem
+        """Return angles (N, 4, 2), relative residuals (N, 4) and margins (N, 4) of subproblem
         6."""
         Y = slots(function, X)
         angles = np.stack([angles_of(Y[..., 2 * k : 2 * k + 2]) for k in range(2)], -1)
@@ -76,7 +76,6 @@ def rows_of(X):
 
 
 def planted6(A, angles):
-    """Appends the right-hand sides for which the angles are solutions."""
     x = np.stack([f(t) for t in angles for f in (np.sin, np.cos)], -1)
     return np.concatenate([A, np.einsum("nij,nj->ni", rows_of(A), x)], 1)
 
@@ -114,7 +113,10 @@ def test_sp6_solution_count_matches_real_roots(solve6):
 
 
 def real_roots(X):
-    """Counts the real roots in exp(i theta2), after theta1 is eliminated."""
+    """Count the real solutions theta2, after theta1 is eliminated.
+
+    For a real theta2, the root exp(i theta2) has modulus 1.
+    """
     with mpmath.workdps(30):
         a, b, c, d = (mpmath.mpf(x) for x in X[:4])
         adjugate = mpmath.matrix([[d, -b], [-c, a]])
@@ -132,7 +134,7 @@ def real_roots(X):
 
 
 def singular(A, generator, first, second):
-    """Returns coefficients A in which the two columns of theta1, or of theta2, are proportional."""
+    """Return matrices A with two proportional columns for theta1 or for theta2."""
     A = A.copy()
     if first:
         A[:, 2:4] = generator.normal(size=(len(A), 1)) * A[:, :2]
@@ -142,7 +144,7 @@ def singular(A, generator, first, second):
 
 
 def circles(generator, N):
-    """Returns coefficients for a vector that rotates in the plane of the equations."""
+    """Return random 2x2 matrices (N, 4), each a rotation times a positive factor."""
     radius, angle = generator.uniform(0.1, 2, N), generator.uniform(-np.pi, np.pi, N)
     c, s = radius * np.cos(angle), radius * np.sin(angle)
     return np.stack([c, -s, s, c], 1)
@@ -227,7 +229,7 @@ def roots():
     function = lowered(terms, v, (root.turn.c, root.turn.s, root.margin))
 
     def solve(X):
-        """Returns roots (N, 4), polynomial values (N, 4) and margins (N, 4)."""
+        """Return roots (N, 4), polynomial values (N, 4) and margins (N, 4)."""
         Y = slots(function, X)
         phi = angles_of(Y, 1e-14)
         a0, a1, b1, a2, b2 = X.T[:, :, None]
@@ -238,10 +240,9 @@ def roots():
 
 
 def polynomial_of(angles):
-    """Returns the polynomial with four specified roots.
+    """Return the polynomial with four specified roots.
 
-    The roots r are the roots of sum(c_k e^(i k phi)), k = -2 ... 2. The coefficient c_2 is e^(-i
-    s/2) for the sum s of the roots. The largest coefficient is 1.
+    The roots r are the roots of sum(c_k e^(i k phi)), k = -2 ... 2. The largest coefficient is 1.
     """
     coefficients = []
     for row in angles:
@@ -296,7 +297,7 @@ def solve5():
     function = lowered(terms, v, outputs)
 
     def solve(p0, k1, p1, k2, p2, k3, p3):
-        """Returns angles (N, 4, 3), relative gaps (N, 4) and margins (N, 4)."""
+        """Return angles (N, 4, 3), relative gaps (N, 4) and margins (N, 4)."""
         Y = slots(function, np.concatenate([p0, k1, p1, k2, p2, k3, p3], 1))
         angles = np.stack([angles_of(Y[..., 2 * k : 2 * k + 2]) for k in range(3)], -1)
         p0, k1, p1, k2, p2, k3, p3 = (x[:, None] for x in (p0, k1, p1, k2, p2, k3, p3))
@@ -309,7 +310,7 @@ def solve5():
 
 
 def turned(k, turn, p):
-    """Rotates vectors by Rodrigues' formula."""
+    """Rotate vectors by Rodrigues' formula."""
     c, s = turn[..., :1], turn[..., 1:]
     along = k * (k * p).sum(-1, keepdims=True)
     return along + c * (p - along) + s * np.cross(k, p)
@@ -320,7 +321,7 @@ def pair(angle):
 
 
 def closing(t, k1, p1, k2, p2, k3, p3):
-    """Returns the vectors of a loop. The vector p0 closes the loop at specified angles."""
+    """Return the vectors of a loop. The vector p0 closes the loop at specified angles."""
     w = p2 + turned(k3, pair(t[2]), p3)
     return turned(k2, pair(t[1]), w) - turned(k1, pair(t[0]), p1), k1, p1, k2, p2, k3, p3
 
@@ -351,7 +352,7 @@ def test_sp5_is_accurate_near_the_second_axis(solve5, distance):
 
 
 def test_sp5_solves_axes_at_right_angles(solve5):
-    """Tests a complete grid of axes and multiples of 90 degrees."""
+    """Test a complete grid of axes and multiples of 90 degrees."""
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     grid = np.array(list(itertools.product(range(3), range(6), range(6), *[range(4)] * 3)))
     k1, k2, k3 = (axes[grid[:, k]] for k in range(3))

@@ -32,7 +32,7 @@ def symbols(*names):
 
 
 def compiled(terms, inputs, outputs):
-    """Compiles a function from inputs (M, n) and a sign to outputs (M, outputs)."""
+    """Compile a function of inputs (M, n) and a sign, which returns an array (M, outputs)."""
     flat = tuple(x for value in inputs for x in (value if isinstance(value, tuple) else (value,)))
     arguments = (Argument("x", flat, (len(flat),), "", ""), Argument("sign", (SIGN,), (1,), "", ""))
     result = Result("y", tuple(outputs), (len(outputs),), "", "")
@@ -70,7 +70,7 @@ def units(rng, count=N):
 
 
 def nearest(distance):
-    """Returns the minimum of a function on a grid of angles."""
+    """Return the minimum of a function on a grid of angles."""
     return np.min([distance(np.full(1, angle)) for angle in ANGLES])
 
 
@@ -177,7 +177,6 @@ def test_sp4_sign_selects_rotation_sense(solve4):
 
 
 def test_sp4_on_a_line_through_the_center_has_opposite_solutions():
-    """A line through the center always meets the circle, so its solutions have no margin."""
     terms, p = Terms({}), sp.symbols("p1:4", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     found = sp4(terms, (one, zero, zero), (zero, zero, one), p, zero, SIGN)
@@ -346,7 +345,7 @@ def test_sp3_folds_if_squared_distance_rounds_below_zero():
     ids=["stretched", "nearly stretched", "folded", "nearly folded"],
 )
 def test_sp3_merges_solutions_that_rounding_does_not_separate(D2, whole, apart):
-    """The squared distance D2 has the rounding error of `whole`, a larger number."""
+    """The rounding error of D2 is that of a floating-point number of magnitude `whole`."""
     terms, square, size = Terms({}), *sp.symbols("D W", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     p = (one, zero, zero)

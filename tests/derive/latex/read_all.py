@@ -15,8 +15,10 @@ POSES = 10
 
 
 def message(name):
-    """Reads the printed equations of an arm back. Returns a text on the result, and whether an
-    equation is wrong."""
+    """Read the printed equations of an arm back.
+
+    Returns a message about the result, and whether an equation is wrong.
+    """
     from chasles.derive import SerialRobot, derive, read
     from tests.support.derivations import description
     from tests.support.read_back import read_back, without_formula
@@ -36,7 +38,7 @@ def message(name):
 
 
 def main(names):
-    """Returns the number of robot articles whose formulas are wrong."""
+    """Return how many robot articles contain wrong formulas."""
     from tests.support.derivations import NAMES, ROBOTS
 
     shelf = sorted(path.stem for path in (ROBOTS / "shelf").glob("*.toml"))

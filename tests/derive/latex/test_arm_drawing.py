@@ -1,4 +1,4 @@
-"""The figure of a serial robot's article agrees with its kinematics."""
+"""Compares the drawing in a serial robot's article with the kinematics of the robot."""
 
 import re
 
@@ -22,7 +22,7 @@ TRUE = 1e-8
 EDGE = 1
 """Total free margin of a picture on both sides (mm)."""
 LARGEST = 8000
-"""Maximum size of a figure (byte), such that generated/ stays below 10 MB."""
+"""Maximum size of a figure (byte)."""
 
 
 def parts(name):

@@ -1,4 +1,4 @@
-"""The article of a coupled arm prints the inverse of its joints and motors."""
+"""The article of an arm with coupled joints prints the inverse for the joints and the motors."""
 
 import re
 
@@ -45,7 +45,7 @@ ARMS = {"base_elbow": BASE_ELBOW, "palletizer": PALLETIZER, "follower": FOLLOWER
 
 @pytest.fixture(scope="module", params=ARMS)
 def article(request):
-    """Returns the name, the derivation and the LaTeX fragments of a coupled arm."""
+    """Return the name, the derivation and the LaTeX fragments of a coupled arm."""
     found = derive(read_text(ARMS[request.param]), functions=["fk", "ik"])
     return request.param, found, fragments(found)
 
@@ -68,7 +68,7 @@ def test_printed_inverse_ends_with_its_coordinates(article):
         rf"q_\{{3\}} &= {joint}_\{{2\}} \+ {joint}_\{{3\}}",
         texts["inverse.tex"],
     )
-    for words in ("also satisfies the couplings", "the couplings keep the orientation of the hand"):
+    for words in ("also satisfies the couplings", "the couplings keep the orientation of the tool"):
         assert (words in texts["inverse.tex"]) == (name == "palletizer")
 
 

@@ -14,7 +14,7 @@ BOOM = Path(__file__).parents[1] / "inverse" / "mechanisms" / "skew_boom.toml"
 
 
 def printed(robot):
-    """Returns the section about the inverse kinematics in an article."""
+    """Return the section about the inverse kinematics in an article."""
     return inverse_of_loops(LoopPage.of(derive(robot, functions=["ik"])))
 
 

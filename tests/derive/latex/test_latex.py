@@ -42,7 +42,7 @@ R = sp.Rational
 
 
 class Reader:
-    """Evaluates the printed symbols of an article."""
+    """Evaluates the equations of an article."""
 
     def __init__(self, found, notation, q):
         self.known = {s: v.evalf(30) for s, v in found.terms.parameters.items()}
@@ -116,7 +116,7 @@ def test_product_of_exponentials_of_printed_screws_equals_pose(name):
 
 
 def _exponential(screw, theta):
-    """Returns the exponential of a numerical unit screw."""
+    """Return the exponential of a numerical unit screw."""
     symbols = sp.Matrix(sp.symbols("v1:4 w1:4", real=True))
     if all(abs(entry) < TRUE for entry in screw[3:]):
         symbols[3:, 0] = sp.zeros(3, 1)
@@ -333,7 +333,7 @@ def test_two_conventions_are_printed_as_parameter_tables():
 
 
 def urdf(folder, *joints):
-    """Writes a chain of URDF joints with name, type, axis, roll and further elements."""
+    """Write a chain of URDF joints with name, type, axis, roll and further elements."""
     parts = ['<robot name="chain"><link name="l0"/>']
     for k, (name, kind, axis, roll, more) in enumerate(joints, 1):
         parts.append(
@@ -435,7 +435,7 @@ def test_snapped_numbers_are_printed_as_a_table(tmp_path):
     joints = [("a_1", half), ("b", tiny), ("c", half)]
     robot = urdf(tmp_path, *((name, "revolute", "0 0 1", roll, "") for name, roll in joints))
     table = parameters_of(robot)
-    assert r"in total, they change the pose of the tool by at most $" in table
+    assert r"in total, the replacements change the pose of the tool by at most $" in table
     assert r"$3.1416$ & $\pi$ & roll of a\_1; roll of c" in table
     assert r"up to $1.2 \cdot 10^{-16}$ & $0$ & roll of b" in table
     assert "Notes" not in table
@@ -455,7 +455,7 @@ def test_plain_angle_symbols_precede_accented_symbols():
 def test_units_are_stated_only_once():
     found = printed("awkward")
     assert found["parameters.tex"].count("in meters and radians") == 1
-    assert "where the joints' values are" in found["screws.tex"]
+    assert "where the joint positions are" in found["screws.tex"]
     assert not re.search("^with", found["screws.tex"], re.MULTILINE)
 
 

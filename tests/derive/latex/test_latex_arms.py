@@ -1,7 +1,6 @@
-"""Printed steps of serial arms in loops, evaluated at closed configurations.
+"""The printed equations of serial arms in loops hold at closed configurations.
 
-The configurations come from Newton's method on a NumPy model of the loops. The NumPy model does not
-solve the loops as serial arms.
+The configurations come from Newton's method on a NumPy model of the loops.
 """
 
 from functools import cache
@@ -32,7 +31,7 @@ def printed(kind):
 
 
 def closed(model):
-    """Returns a configuration near the reference at which the loops close (n_z,)."""
+    """Return a configuration near the reference at which the loops close (n_z,)."""
     at = dict(model.mechanism.reference)
     z = np.array([[float(at.get(name, 0)) for name in model.names]])
     z = model.newton(z, model.actuated)
@@ -43,7 +42,7 @@ def closed(model):
 
 
 def symbols_of(page, arm, poses):
-    """Returns the entries of the pose that an arm reaches, keyed by their printed symbols."""
+    """Return the pose entries that an arm reaches, keyed by their symbols in the article."""
     notation = arm.symbols.equations.notation
 
     def number(placement):
@@ -56,14 +55,13 @@ def symbols_of(page, arm, poses):
 
 
 def values_of(arm, known):
-    """Returns the values of the printed steps of an arm."""
+    """Return the values of the printed steps of an arm."""
     task = arm.task
     done = dict(known)
     for step in task.steps:
         for symbol, value in step.definitions:
             done[symbol] = float(value.subs(done))
         done[step.name] = float(sum(step.solution).subs(done))
-        # The last joint of an angle sum follows as soon as the others are known.
         rest = [(symbol, value) for symbol, value in task.rest if value.free_symbols <= {*done}]
         done |= {symbol: float(value.subs(done)) for symbol, value in rest}
     return done

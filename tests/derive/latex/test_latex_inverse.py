@@ -29,12 +29,12 @@ from tests.support.printed_robots import named_wrist
 TRUE = 1e-10
 """Tolerance of textbook formulas, which lose the last digits."""
 FUNCTIONS = (*PRINTED_FUNCTIONS, "ik")
-"""Functions with which an article is printed quickly: the inverse is derived once and reused."""
+"""Functions in the printed articles."""
 INSIDE = 1e-3
-"""Margin above which angles are accurate to the tolerance `TRUE`."""
+"""Minimum margin at which angles are accurate to the tolerance `TRUE`."""
 SOLVED = [name for name in NAMES if name != "jaco2"]
 EVALUATED = ("iiwa14", "puma560", "lynxmotion", "photo_robot", "scara")
-"""One arm of each structure; the printed text of a UR arm is evaluated in `test_printed_text`."""
+"""One arm of each structure."""
 PRINTED = ("jaco2", "lynxmotion", "five_bar", "planar_3rrr", "bricklaying_gantry", "slider_crank")
 """Arms with and without a closed form, and loops with and without a closed-form inverse."""
 
@@ -60,10 +60,7 @@ class Reader:
         return value
 
     def meaning(self, meaning):
-        """Returns the value of an article's symbol from the definition of the symbol.
-
-        An angle may be known only in an angle sum.
-        """
+        """Evaluate the definition of a symbol of the article."""
         if isinstance(meaning, sp.cos | sp.sin) and meaning.args[0] in self.sums:
             return meaning.func(self.sums[meaning.args[0]])
         return self(meaning)
@@ -79,7 +76,6 @@ class Reader:
         for step in task.steps:
             self.define(step.definitions)
             if not step.solution:
-                # A quartic has no printed formula, so the test checks its equations.
                 self.known[step.name] = self.sums[step.unknown] = sp.Float(coordinates[step.name])
                 continue
             value = sum(map(self, step.solution))
@@ -91,7 +87,7 @@ class Reader:
         self.close([step for step in task.steps if not step.solution])
 
     def close(self, steps):
-        """Checks the equation that several steps share."""
+        """Check the equation that several steps share."""
         if not steps:
             return
         equation = steps[0].equation
@@ -108,7 +104,7 @@ class Reader:
 
 
 def target_of(name, function, rng):
-    """Returns reachable inputs of a task, keyed by symbol."""
+    """Return reachable inputs of a task, keyed by symbol."""
     q = rng.uniform(-1.2, 1.2, len(derivation(name).robot.moving))
     T = np.array(kernels(name)["fk"](q)).reshape(4, 4)
     p, z = T[:3, 3], T[:3, 2]
@@ -138,7 +134,7 @@ def page_and_tasks(name):
 
 
 def check(page, tasks, name, function_of, target):
-    """Compares the printed solutions with the generated function, and counts them."""
+    """Compare the printed solutions with the generated function, and count them."""
     compared = 0
     for task in tasks.values():
         function = task.solved.function
@@ -178,7 +174,7 @@ QUARTIC = {
     "ellipses": "{d=0.1, alpha='pi/2'}, {a=0.4}, {a=0.3}, {d=0.1, a=0.05, alpha=1.2}, "
     "{a=0.06, d=0.1, alpha=1.3}, {d=0.1}",
 }
-"""Arms whose inverse begins with an equation in several angles: subproblems 5 and 6."""
+"""Arms whose first solution step has an equation in several angles: subproblems 5 and 6."""
 
 
 @pytest.mark.parametrize("kind", QUARTIC)
@@ -234,7 +230,7 @@ def test_committed_inverses_print_no_internal_name(name):
 
 
 def assert_readable(text):
-    """Asserts that the printed inverse is short and has no internal names."""
+    """Assert that the printed inverse is short and has no internal names."""
     assert not re.search(r"(?<![\w\\}$])_(sign|[tkrpuc])?\d", text)
     for unwanted in ("zoo", "nan", "sqrt(", "Piecewise", "e-150", "e-300", "_swivel", "_total"):
         assert unwanted not in text

@@ -1,4 +1,4 @@
-"""Printed eliminations of platforms on legs agree with compiled functions."""
+"""The printed equations of platforms on legs agree with the compiled functions."""
 
 from functools import cache
 
@@ -29,7 +29,7 @@ ANGLES = (-2.9, 0.4, 1.7)
 
 
 class Numbers:
-    """Evaluates the printed symbols of an article."""
+    """Evaluates the equations of an article."""
 
     def __init__(self, page, q, phi):
         notation = page.chain.equations.notation
@@ -62,7 +62,7 @@ def printed(name):
 
 
 def vectors_of(found, numbers):
-    """Returns the vectors in products, keyed by the text of their symbols."""
+    """Return the values of the vectors u and n, keyed by their LaTeX symbols."""
     numbers.name([pair for of in (*found.u, *found.n) for pair in of])
     heads = {"u": range(2, 4), "n": range(4 - len(found.n), 4)}
     parts = {"u": found.u, "n": found.n}
@@ -74,7 +74,7 @@ def vectors_of(found, numbers):
 
 
 def put(expression, vectors, numbers, tex):
-    """Evaluates an expression with vector products."""
+    """Evaluate an expression with vector products."""
     values = {}
     for product in expression.atoms(Dot, Cross):
         a, b = (vectors[tex[symbol]] for symbol in product.args)
@@ -109,7 +109,7 @@ def test_printed_leg_elimination_equals_assembly_polynomial(name):
 
 
 def _check_position(platform, shown, numbers, vectors, residual, phi):
-    """Checks that w solves the linear equations, or the line equations of the first two legs."""
+    """Check that w solves the linear equations, or the line equations of the first two legs."""
     found, tex = shown.equations, shown.page.chain.equations.notation.tex
     (cross,) = found.solution.atoms(Cross)
     a, b = (vectors[tex[symbol]] for symbol in cross.args)
@@ -127,8 +127,7 @@ def _check_position(platform, shown, numbers, vectors, residual, phi):
     np.testing.assert_allclose(left[lines], 0, atol=1e-9)
     circles = np.array([numbers(L) for L in shown.legs.L])
     squares = (left[: len(circles)] + circles) ** 2 - circles**2
-    # The linear equations are differences of circle equations. The residuals of all circle
-    # equations are therefore equal.
+    # The linear equations are differences of circle equations.
     np.testing.assert_allclose(squares - squares[:1], 0, atol=1e-9)
 
 
@@ -139,6 +138,6 @@ def test_article_prints_leg_equations_and_assembly_mode_count():
     assert r"\input{latex/legs}" in texts["legs.tex"]
     assert r"= \ell_i, \quad i = 1, \qquad" in text
     assert r"\mathbf{n}_i \cdot (\mathbf{b}_i - \mathbf{a}_i) = 0, \quad i = 2, 3." in text
-    assert "belongs to the platform for $i = 2$ and is fixed off the platform for $i = 3$" in text
+    assert "belongs to the platform for $i = 2$ and belongs to another body for $i = 3$" in text
     assert "at most six assembly modes" in text
     assert "at most two assembly modes" in legs(printed("lines that turn alike")[2].page)

@@ -37,7 +37,7 @@ NEAR = 0.05
 
 
 class Reader:
-    """Evaluates the printed symbols of an article."""
+    """Evaluates the equations of an article."""
 
     def __init__(self, page):
         notation = page.chain.equations.notation
@@ -57,7 +57,7 @@ class Reader:
         self.known |= {s: sp.Float(x, 25) for s, x in zip(symbols, numbers, strict=True)}
 
     def step(self, printed):
-        """Evaluates a printed step, and checks that the loop of the step closes."""
+        """Evaluate a printed step, and check that the loop of the step closes."""
         for symbol, value in printed.vectors:
             self.known[symbol] = self(value)
         self.positions |= {
@@ -78,7 +78,7 @@ class Reader:
         assert abs(left - right) < TRUE
 
     def space(self, value):
-        """Evaluates an expression of vectors and numbers. v^2 is a scalar product."""
+        """Evaluate an expression of vectors and numbers. v^2 is a scalar product."""
         if value in self.positions:
             return self.positions[value]
         if not value.free_symbols & {*self.positions}:
@@ -102,7 +102,7 @@ class Reader:
         return total
 
     def rates(self, found, printed):
-        """Solves the printed linear equations for the velocities of a step."""
+        """Solve the printed rate equations of a solution step."""
         equations = found.equations(printed)
         for part, symbol in found.inner.items():
             self.known[symbol] = self(found.of(part))
@@ -398,7 +398,7 @@ def test_loop_fragments_exist_only_for_closed_loops():
 
 
 def geared():
-    """Returns a geared slider whose frame closes a parallelogram."""
+    """Return a mechanism with a geared motor, a pin closure and a rod."""
     joints = (
         Joint("theta", "revolute", link="one", parent="0"),
         Joint("q_1", "revolute", link="two", parent="0"),
@@ -438,7 +438,6 @@ def test_member_names_are_printed_as_readable_text():
     assert words("boom_cylinder.piston", {}) == "piston of boom cylinder"
     assert words("boom_swing", struts) == "boom swing"
     assert words("side_a_swing", struts) == "near end of side a"
-    # Two rods share one pin, as in the rhombus of Peaucellier's linkage.
     shared = "pin between near end of side a and near end of side b"
     assert words("side_a_swing.side_b_swing", struts) == shared
     assert words("arm_1.rod_2.end", {}) == "pin between arm 1 and far end of rod 2"

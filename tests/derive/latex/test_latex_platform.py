@@ -27,7 +27,7 @@ ROUNDING = 1e-9
 
 @cache
 def derived(name):
-    """Derives a shipped robot, or a planar robot on three unequal rods."""
+    """Derive a shipped robot, or a planar robot on three unequal rods."""
     if name != "crooked":
         written = ELIMINATED if name in TRIADS else WRITTEN
         return derive(read(ROBOTS / f"{name}.toml"), functions=written)
@@ -58,7 +58,7 @@ def printed(name):
 
 
 class Numbers:
-    """Evaluates the printed symbols of an article."""
+    """Evaluates the equations of an article."""
 
     def __init__(self, name, theta, q):
         page = printed(name).page
@@ -131,7 +131,7 @@ def test_printed_velocity_relation_matches_function(name):
 
 
 def eliminated(numbers, triad, length, phi):
-    """Returns both sides of the printed equation at a platform angle, and the first rod vector."""
+    """Return both sides of the printed equation at a platform angle, and the first rod vector."""
     numbers.give([triad.phi], [phi])
     (rod,) = triad.equations.polynomial[1].free_symbols - triad.equations.solution.free_symbols
     numbers.give([rod], [length])
@@ -151,8 +151,7 @@ def eliminated(numbers, triad, length, phi):
     solution = triad.equations.solution
     vectors = solution.atoms(Cross).pop().args
     axes = (dict(zip(vectors, (u2[k], u3[k]), strict=True)) for k in (0, 1))
-    # J in the formula is the rotation by 90 degrees. Here, J is replaced by 1, and the result is
-    # rotated below.
+    # J in the formula is the rotation by 90 degrees.
     one = {next(s for s in solution.free_symbols if str(s) == "J"): 1}
     cross = dict.fromkeys(solution.atoms(Cross), area)
     x, y = (numbers(solution.xreplace(cross).xreplace(one | axis)) for axis in axes)
@@ -185,7 +184,6 @@ def test_printed_position_solves_rods_at_each_polynomial_root(name):
     length = numbers(printed(name).rods[0].length)
     (coefficients,) = called(name, "assembly_polynomial", q)
     a0, *rest = coefficients
-    # The coefficients of exp(i phi)^6 and lower powers equal the printed coefficients.
     half = [(a + 1j * b) / 2 for a, b in zip(rest[::2], rest[1::2], strict=True)]
     xi = np.roots([*np.conj(half[::-1]), a0, *half])
     angles = np.angle(xi[np.abs(np.abs(xi) - 1) < 1e-6])
@@ -228,7 +226,7 @@ def test_printing_platform_twice_gives_identical_text():
 
 def test_slider_crank_prints_a_single_rod():
     shown = platform(printed("slider_crank").page)
-    assert "supported by connecting rod. It is of length" in shown
+    assert "supported by connecting rod. It has the length" in shown
     assert r"(\mathbf{J}_q)_{11} &= r \mathbf{n}_{1y} \cos q_{1}" in shown
     assert "all other entries" not in shown
 

@@ -19,7 +19,6 @@ from tests.support.loops.mechanisms import BASE, at, near, pin
 
 
 def test_worked_example_uses_a_closed_configuration():
-    """The loops cannot close if each coordinate moves by a tenth of its range."""
     found = derive(drawn_mechanism(2).mechanism, functions=["fk", "chain", "ik"])
     example = worked_example_of_loops(LoopPage.of(found))
     assert "the pose of the tool is" in example
@@ -28,7 +27,6 @@ def test_worked_example_uses_a_closed_configuration():
 
 @pytest.mark.parametrize("text", [LOADER, TWIN], ids=["loader", "two cylinders"])
 def test_worked_example_closes_loops_of_dependent_chain_joints(text):
-    """Round values of both main-chain joints cannot close the loop of the links."""
     functions = ["chain_fk", "actuators_all"]
     example = worked_example_of_loops(LoopPage.of(derive(read_text(text), functions=functions)))
     (angles,) = re.findall(r"At \$\\theta_\{1\} = (.*?)\^.*?\$\\theta_\{2\} = (.*?)\^", example)

@@ -36,7 +36,7 @@ WRITERS = {
 
 
 def message(function):
-    """Returns the text of a function with the names and the order of its terms."""
+    """Return the name, outputs, ordered definitions and margin of a function."""
     return function.name, function.outputs, function.definitions(), function.margin
 
 
@@ -49,7 +49,6 @@ def test_fragments_written_in_any_order_are_the_same(name):
     # The pictures depend on the description alone.
     for picture in ("drawing.tex", "workspace.tex"):
         expected.pop(picture, None)
-    # The writers run in a different order for each robot.
     names = list(WRITERS)
     random.Random(name).shuffle(names)
     page = Page.of(found)
@@ -88,7 +87,6 @@ def test_term_names_are_independent_of_request_order():
 
     asked = ("fk", "jacobian_space", "jacobian_mixed_dot", "hessian_mixed")
     expected = named(asked)
-    # Every fourth of the 24 orders, so that each function comes first at least once.
     for order in [*permutations(asked)][3::4]:
         assert named(order) == expected
 

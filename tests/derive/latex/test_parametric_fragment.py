@@ -1,4 +1,7 @@
-"""Articles with parametric functions and model reports compile and agree."""
+"""Articles with parametric functions and model reports compile.
+
+The product of the printed parametric transforms equals the tool pose.
+"""
 
 import re
 import subprocess
@@ -33,7 +36,7 @@ def sagging():
 
 @pytest.fixture(scope="module")
 def written(sagging):
-    """Returns the article of the sagging arm and its LaTeX fragments, keyed by path."""
+    """Return the files of the article of the sagging arm, keyed by path."""
     return files(sagging, NO_PROGRAMS)
 
 
@@ -88,7 +91,7 @@ TOKEN = re.compile(r"([RT])_\{?([xyz])\}?\(([^()]*)\)|(T)\(([^()]*)\)")
 
 
 def test_printed_parametric_product_equals_the_pose(sagging, written):
-    """The product of the printed factors is also the pose for other geometries."""
+    """The product of the printed factors also gives the pose if the geometry is changed."""
     text = written[f"{FOLDER}/parametric.tex"]
     random = np.random.default_rng(4)
     q = random.uniform(-2, 2, 6)
@@ -128,7 +131,7 @@ def step(kind, axis, values):
 
 
 def first_row(sagging, places):
-    """Returns the symbols in the first row of the table of base-frame parameters."""
+    """Return the symbols in the first row of the table of base-frame parameters."""
     base = [one for one in sagging.geometry.parameters if one.joint == "base"]
     printer = Printer({one.symbol: f"p_{{{one.symbol.name[1:]}}}" for one in base}, {})
     table = parameter_table([base[k] for k in places], printer)

@@ -78,7 +78,7 @@ joints = [
 
 @cache
 def twelve_degrees():
-    """Returns the LaTeX fragments of an arm with angles of 12 degrees."""
+    """Return the LaTeX fragments of an arm with a twist angle alpha of -12 degrees."""
     return fragments(derive(read_text(TWELVE_DEGREES), functions=["fk"]))
 
 
@@ -96,7 +96,7 @@ def test_terms_follow_the_entries_that_need_them():
     rotation, position = text.split("With the further terms")
     assert "p_{x} &=" in position
     assert "r_{11} &=" in rotation
-    # Terms printed before the position are used in the equations of the rotation.
+    # The rotation equations use the terms that are printed before the position equations.
     for name in re.findall(r"^(t_\{\d+\}) &=|& (t_\{\d+\}) &=", rotation, re.MULTILINE):
         assert rotation.count("".join(name)) > 1
 

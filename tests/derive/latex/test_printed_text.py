@@ -12,14 +12,13 @@ from tests.support.printed_robots import FUNCTIONS
 from tests.support.read_back import POSES, read_back, without_formula
 
 SHIPPED = ("ur5e", "iiwa14")
-"""Names of arms with two different structures; ``python tests/derive/latex/read_all.py`` tests
-all arms."""
+"""Names of two arms with different structures and a closed form. ``python
+tests/derive/latex/read_all.py`` tests all arms."""
 CHAIN = "R/RLP/RxrxR"
-"""A random arm with a closed form and right angles, whose article has no decimal constants."""
 
 
 def count_read_back(found, texts):
-    """Counts the solutions of the printed formulas that agree with the derived inverse."""
+    """Count the solutions of the printed formulas that agree with the derived inverse."""
     assert not without_formula(found, texts)
     return read_back(found, texts=texts)
 

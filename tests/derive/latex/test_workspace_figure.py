@@ -21,7 +21,7 @@ from tests.support.derivations import description
 from tests.support.printed_robots import derived
 
 AREA = 0.02
-"""Relative error of an area; the outline is accurate to a fraction of one of 90 cells."""
+"""Maximum relative error of the workspace area."""
 CELL = 0.011
 """Side length of a grid cell, relative to the longer side of the region."""
 ALMOST = 0.998
@@ -42,7 +42,7 @@ def bodies_of(robot):
 
 
 def arm(lengths, bounds, *, upright):
-    """Returns an arm with parallel axes. The first axis may be vertical."""
+    """Return an arm with parallel axes. The first axis may be vertical."""
     x = [Translation((sp.Rational(str(length)), 0, 0)) for length in lengths]
     joints = []
     if upright:
@@ -69,8 +69,7 @@ def test_two_link_arms_reach_rings_and_half_rings():
 
 
 def test_joint_limits_reduce_the_area_to_a_ring_sector():
-    # The elbow determines the distance, and the shoulder sweeps an arc. The region is a ring
-    # sector.
+    # The elbow determines the distance, and the shoulder sweeps an arc.
     rng = np.random.default_rng(2)
     for _ in range(3):
         low, bend, turn = (
@@ -84,7 +83,7 @@ def test_joint_limits_reduce_the_area_to_a_ring_sector():
 
 
 def inside(loops, points):
-    """Tests points in polygons by counting the edges to their right."""
+    """Test points in polygons by counting the edges to their right."""
     count = np.zeros(len(points), dtype=int)
     x, y = points.T
     for loop in loops:
@@ -165,7 +164,6 @@ def test_random_positions_of_mechanisms_lie_inside_the_outline(name):
 
 
 def test_five_bar_area_equals_integral_of_determinant():
-    """The joint limits exclude dead points, so each tool position has one configuration."""
     low, high = bounds_of("five_bar").T
     cells, step = 100, 1e-5
     grid = np.stack(np.meshgrid(*(np.arange(cells) + 0.5,) * 2), -1).reshape(-1, 2) / cells
@@ -182,8 +180,6 @@ def test_five_bar_area_equals_integral_of_determinant():
 
 
 def test_configurations_without_position_are_excluded():
-    """The links cannot reach below the x axis, so the workspace is half of a ring."""
-
     def at(q):
         angle = np.cumsum(q, axis=1)
         x, y = (0.6 * f(angle[:, 0]) + 0.4 * f(angle[:, 1]) for f in (np.cos, np.sin))

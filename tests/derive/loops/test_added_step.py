@@ -1,4 +1,4 @@
-"""A new kind of solution step, added as one class, is solved and printed."""
+"""Tests that one new class adds a solution step to the loop solver and to the article."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -38,7 +38,7 @@ HALF = sp.Rational(1, 2)
 class Isosceles(PlanarStep):
     """Three pins in an isosceles triangle whose two arms have equal constant lengths.
 
-    The third pin has the position C = D/2 + k J D on the base D. J is the quarter turn.
+    The third pin has the position C = D/2 + k J D on the base D. J is the matrix of a quarter turn.
     """
 
     base: Arm
@@ -86,8 +86,6 @@ class Isosceles(PlanarStep):
         d, a, k = length_of("D"), length_of("A"), quantity("k")
         rates = []
         for angle, there, half in zip(self.solved, (C, E), (HALF, -HALF), strict=True):
-            # The rate phi' of an arm vector v satisfies a^2 phi' = v x v', with k k' = -a^2 dot(D,
-            # D') / D^4.
             across = cross(there, (-D[1], D[0]))
             slope = [-(a**2) * part / (d**4 * k) * across for part in D]
             straight = [half * x for x in (-there[1], there[0])]
@@ -115,13 +113,13 @@ class Isosceles(PlanarStep):
 
 
 def above(terms, D, half, k):
-    """Returns the vector from one end of D to the third pin."""
+    """Return the vector from the start of the vector D to the third pin."""
     x, y = D
     return terms.let(half * x - k * y), terms.let(half * y + k * x)
 
 
 def rate(d, there, half, k):
-    """Returns a function that computes the angular rate of a link from a tangent vector."""
+    """Return a function that computes the angular rate of a link from a tangent vector."""
 
     def loop(tangent):
         terms, (x, y) = tangent.terms, d.vector
@@ -135,7 +133,7 @@ def rate(d, there, half, k):
 
 
 def rocker():
-    """Returns a crank and a rocker, connected by a rod of the rocker's length."""
+    """Return a crank and a rocker, connected by a rod of the rocker's length."""
     a, b, g = (Parameter(n, x) for n, x in (("a", "1/2"), ("b", "6/5"), ("g", "7/5")))
     return Mechanism(
         "rocker",

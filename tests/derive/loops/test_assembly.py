@@ -1,7 +1,4 @@
-"""Planar loops close on the intended branch with few square roots.
-
-Assur groups solve the loops.
-"""
+"""The closed form of planar loops selects the intended branch and needs few square roots."""
 
 from dataclasses import replace
 from functools import cache
@@ -326,14 +323,13 @@ def test_class_iii_mechanism_has_only_a_closed_form_inverse():
     h = made.hybrid
     assert {"x", "y", "roll", "pitch", "yaw"} & set(h.forward.open)
     assert not set(h.backward.open) & {c.moves for c in mechanism.coordinates}
-    # `chain` calls the solver of the loops, and the functions of the inverse call nothing.
+    # `chain` calls the loop solver, and the inverse functions call no solver.
     called = {f.name: [call.entry for call in f.calls] for f in made.functions}
     assert called["chain"] == ["at"]
     assert {called[name] == [] for name in INVERSE} == {True}
 
 
 def test_undriven_parts_stay_open_without_blocking_other_loops():
-    """The forward solution lists the joints of an undriven pendulum on the coupler as open."""
     whole = four_bar()
     loose = Joint("loose", "revolute", before=at("1/2"), link="pendulum", parent="coupler")
     second = Joint("second", "revolute", before=at("1/2"), link="bob", parent="pendulum")
@@ -353,7 +349,6 @@ def test_reference_is_converted_through_drive_with_named_radius():
 
 
 def test_parallelogram_angles_are_solved_without_square_root():
-    """The vector equations show that two arms are equal and parallel for all parameter values."""
     L, M = (Parameter(name, value) for name, value in (("L", "6/5"), ("M", "1/2")))
     l, m = L.symbol, M.symbol  # noqa: E741
     mechanism = Mechanism(
@@ -369,7 +364,7 @@ def test_parallelogram_angles_are_solved_without_square_root():
     assert type(step) is Parallelogram
     assert sp.expand(h.forward.values["shade"] + h.q[0]) == 0
     assert h.forward.values["stay_swing"] == h.q[0]
-    # The crossed assembly mode has its own equations, also without a square root.
+    # The crossed assembly mode is solved by its own equations, which contain no square root.
     crossed = replace(
         mechanism, reference=near(("arm", 1), ("shade", "-14/5"), ("stay_swing", "1/3"))
     )

@@ -9,7 +9,6 @@ from tests.support.compiling import compiled
 
 
 def test_linkage_with_coaxial_cranks_rotates_as_one_body(tmp_path):
-    """The radicand of the triangle does not depend on the crank."""
     linkage = read(Path(__file__).with_name("coaxial_four_bar.toml"))
     robot = compiled(linkage, tmp_path, ["fk", "configuration", "margin"], ["c"])
     q = np.linspace(-3, 3, 7)[:, None]

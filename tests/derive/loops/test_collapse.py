@@ -1,4 +1,4 @@
-"""Translations replace chains whose rotations cancel."""
+"""A chain of joints whose rotations cancel is replaced by a translation."""
 
 from dataclasses import replace
 
@@ -53,7 +53,8 @@ def test_board_installer_translation_matches_crank_formula(board):
     values = tool_kinematics(board).motion.values
     named = [v for v in values if v.free_symbols <= board.terms.definitions.keys()]
     translations = [v for v in named if not board.terms.is_solved(v)]
-    # A guard term makes the results of open loops NaN. The guard term is 0 if all loops are closed.
+    # A guard term makes the results NaN if a loop is open. If all loops are closed, each guard term
+    # is 0.
     closed = dict.fromkeys(board.forward.loops.keys() - board.terms.solved.keys(), 0)
     found = []
     for value in translations:
@@ -69,13 +70,11 @@ def test_board_installer_translation_matches_crank_formula(board):
     for value in found:
         rest = [sp.expand(value - sign * e) for e in expected for sign in (1, -1)]
         assert any(not e.free_symbols for e in rest)
-    # The translations do not depend on solved terms.
     for value in translations:
         assert not solved_terms(board, [board.terms.definitions[value].xreplace(closed)])
 
 
 def test_collapsed_chain_matches_full_chain_pose_and_rates(board):
-    """The collapsed and the full chain have equal Jacobians and twists too."""
     kinds = ["fk", "jacobian_mixed", "twist_mixed"]
     short = derive(
         read(ROBOTS / "board_installer.toml"), functions=[*kinds, "chain", "chain_rates"]
@@ -117,10 +116,6 @@ def test_four_bar_is_not_collapsed_to_a_translation():
 
 
 def test_jacobian_rates_with_wrist_after_parallelogram_are_correct():
-    """The wrist is after a parallelogram.
-
-    The time derivative of the Jacobian must have the joint order of the chain.
-    """
     linkage = parallelogram(2)
     wrist = pin("wrist", "coupler", "hand", "1/2")
     mechanism = Mechanism(
@@ -147,7 +142,6 @@ def test_jacobian_rates_with_wrist_after_parallelogram_are_correct():
 
 
 def test_parallelogram_on_turntable_translates_in_turntable_axes():
-    """The translation is in turntable axes, not in base axes."""
     table = pin("table", BASE, "table", "1/3")
     cranks = [
         replace(j, parent="table") if j.parent == BASE else j for j in parallelogram(2).joints
@@ -169,7 +163,7 @@ def test_parallelogram_on_turntable_translates_in_turntable_axes():
 
 
 def test_consecutive_parallelograms_keep_tool_orientation():
-    """The linkages have different arm lengths. The second linkage is on the first coupler."""
+    """The linkages have different arm lengths."""
     joints = (
         pin("a0", BASE, "lower"),
         pin("plate", "lower", "middle", 2),

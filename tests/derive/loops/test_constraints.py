@@ -43,7 +43,7 @@ class Case:
         self.functions = {}
 
     def function(self, name):
-        """Returns a CasADi function, converted at its first use."""
+        """Return a CasADi function, converted at its first use."""
         if name not in self.functions:
             self.functions[name] = self._lowered(name, self._entries(name))
         return self.functions[name]
@@ -73,7 +73,7 @@ class Case:
         return np.array(self.function(name)(z, zd)).ravel()
 
     def printed(self, entry):
-        """Replaces all names in an expression by their definitions."""
+        """Replace all names in an expression by their definitions."""
         while True:
             wider = entry.xreplace(self.terms.definitions).xreplace(self.terms.constants)
             if wider == entry:
@@ -123,7 +123,10 @@ def closed(name):
 
 
 def _welded_pose(mechanism):
-    """Returns the pose difference of rail and body, as the angles of Rz Ry Rx."""
+    """Return the base-frame pose of the body that is welded to the rail.
+
+    The yaw, pitch and roll angles are those of Rz Ry Rx.
+    """
     (weld,) = mechanism.closures
     T = _matrix(weld.a.placement) @ np.linalg.inv(_matrix(weld.b.placement))
     yaw, roll = np.arctan2(T[1, 0], T[0, 0]), np.arctan2(T[2, 1], T[2, 2])
@@ -214,7 +217,6 @@ def test_identically_satisfied_equations_are_omitted():
 
 
 def test_equations_satisfied_by_cancellation_are_omitted():
-    """The axes of a helical and a prismatic joint coincide, so their parallelism always holds."""
     skew = (1, 2, 3, ("z", sp.Rational(1, 3)), ("x", sp.Rational(2, 7)))
     screw = replace(pin("screw", BASE, "nut", *skew), kind="helical", pitch="1/100")
     ram = replace(pin("ram", BASE, "rod", *skew), kind="prismatic")
@@ -242,7 +244,7 @@ def test_equations_satisfied_by_cancellation_are_omitted():
 
 
 def open_ends(c, loop, z, poses):
-    """Returns the gap of a closure from the body poses alone."""
+    """Return the gap of a closure from the body poses alone."""
     loop_joint = loop.loop.loop_joint
     T_a, T_b = (
         poses[p.body] @ _matrix(p.placement, c.mechanism) for p in (loop_joint.a, loop_joint.b)
@@ -351,7 +353,7 @@ def cross_matrix(w):
 
 
 def exponential(screw, value):
-    """Returns Rodrigues' formula for a unit screw."""
+    """Return Rodrigues' formula for a unit screw."""
     v, w = screw[:3], screw[3:]
     T = np.eye(4)
     if not np.any(w):
@@ -364,7 +366,7 @@ def exponential(screw, value):
 
 
 def value_along(screw, T):
-    """Returns the joint value at which a screw comes closest to a motion."""
+    """Return the joint value at which a screw motion is closest to a given transform."""
     v, w = screw[:3], screw[3:]
     if not np.any(w):
         return v @ T[:3, 3]
@@ -374,7 +376,7 @@ def value_along(screw, T):
 
 
 def across_loop_joint(c, loop, z):
-    """Returns the motion of the closing joint between the two ends of the loop."""
+    """Return the motion of the closing joint between the two ends of the loop."""
     given = {p.symbol: p.value for p in c.mechanism.parameters}
     spelled = lambda M: sp.Matrix(M).applyfunc(c.terms.spelled)  # noqa: E731
     numeric = lambda M: np.array(spelled(M).subs(given).evalf(), dtype=float)  # noqa: E731
@@ -389,7 +391,7 @@ def across_loop_joint(c, loop, z):
 
 
 def center(screws):
-    """Returns the common point p of revolute axes: v = p x omega for all axes."""
+    """Return the common point p of revolute axes: v = p x omega for all axes."""
     A = np.vstack([-cross_matrix(screw[3:]) for screw in screws])
     return np.linalg.lstsq(A, np.concatenate([screw[:3] for screw in screws]), rcond=None)[0]
 

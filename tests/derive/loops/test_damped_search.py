@@ -6,8 +6,7 @@ from chasles.derive.loops.model.damped_search import least
 
 
 def test_search_continues_with_stronger_damping_if_the_matrix_is_singular():
-    # The two columns of the Jacobian are equal. Their entries are far larger than the first damping
-    # factor.
+    # The two columns of the Jacobian are equal.
     def residual(x):
         return 1e8 * (x[..., :1] + x[..., 1:]) ** 3
 

@@ -1,4 +1,4 @@
-"""The robot file of a geared five-bar linkage: reading, article, mobility and calibration."""
+"""Tests reader, article, mobility and calibration with the file of a geared five-bar linkage."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -65,7 +65,7 @@ def test_article_and_explanation_state_the_coupling():
     derivation = derive(read_text(TEXT), functions=("fk", "constraint"))
     assert derivation.hybrid.forward.coupled == ("crank2",)
     pages = fragments(derivation)
-    assert any("Gears couple joints by" in page for page in pages.values())
+    assert any("Couplings between joints are" in page for page in pages.values())
     assert "With the couplings, these are 3 equations" in pages["loops.tex"]
     assert "crank2 (coupling, 1 equation): crank2, crank" in mechanism_in_words(derivation.hybrid)
 
@@ -100,8 +100,7 @@ def test_full_turn_of_a_coordinate_turns_its_followers_in_part():
     ],
 )
 def test_full_turn_is_kept_by_whole_numbers_of_turns(rows, turning):
-    """A row contains the factors of the joint angles in a coupling. The weighted sum of the angles
-    is constant."""
+    """Each row contains the factors of a weighted sum of joint angles that stays constant."""
     assert keeps_full_turns(0, rows, (True,) * 3) == turning
 
 

@@ -31,13 +31,14 @@ SEEDS = {
     548: "gears_between_passive_joints",
     5000053: "two_gears_in_a_loop",
 }
-"""Families by seed: two linkages with a closed form, and two linkages without a closed form.
+"""The mechanism family of each seed: two linkages with and two without a closed form.
 
-In the linkages of seeds 548 and 5000053, a coupled joint and the crank pass half a turn."""
+In the linkages of seeds 548 and 5000053, the crank and a coupled joint rotate beyond 180 degrees.
+"""
 
 
 def compare_gravity(robot, linkage):
-    """Compares gravity forces with differences of the potential energy at closed configurations."""
+    """Compare gravity forces with differences of the potential energy at closed configurations."""
     model, gravity = Model(linkage.mechanism), np.array([1.0, -9.0, 3.0])
     masses = [
         PointMass(joint.link, 0.5 + k, [0.1 * k, -0.2, 0.05])
@@ -95,7 +96,6 @@ hand = { rocker = "1/2" }
 
 @pytest.mark.parametrize("limits", [(20, 350), (85, 400), (-700, 700)])
 def test_limits_of_coupled_joint_select_its_full_turn(limits):
-    """A rocker makes full turns. A coupled hand rotates by half the rocker angle."""
     own = f'name = "rocker", limits = [{limits[0]}, {limits[1]}]'
     robot = read_text(DRAG_LINK.replace('name = "rocker"', own, 1))
     model, fk = Model(robot), lower([derive(robot, functions=("fk",)).function("fk")], "r")[0]

@@ -96,7 +96,7 @@ JANSEN = (
 
 
 def tool_of(text):
-    """Returns the hybrid model and the tool pose (4, 4) as a function of q."""
+    """Return the hybrid model and the tool pose (4, 4) as a function of q."""
     derivation = derive(read_text(text), functions=["fk"])
     (kernel,) = lower(derivation.functions, derivation.robot.name)
     return derivation.hybrid, lambda q: np.array(kernel(q)).reshape(4, 4)

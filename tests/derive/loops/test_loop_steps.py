@@ -39,7 +39,7 @@ TRUE = 1e-10
 
 
 def crossed():
-    """Returns a parallelogram in the crossed assembly mode."""
+    """Return a parallelogram in the crossed assembly mode."""
     return Mechanism(
         "crossed",
         (pin("crank", BASE, "arm"), pin("bar", "arm", "coupler", 1)),
@@ -51,7 +51,7 @@ def crossed():
 
 
 def pushed():
-    """Returns a slider-crank with an actuated slider and the tool on its rod."""
+    """Return a slider-crank with an actuated slider and the tool on its rod."""
     whole = slider_crank()
     return replace(whole, name="pushed", actuated=("cross",), tool_body="rod")
 
@@ -64,7 +64,6 @@ BUILDERS = (
 
 
 def flat_legs():
-    """A platform on a telescope, a slider and a crank, each before or after a hinge."""
     return drawn(1, ("RPS", "PRS", "RRS"))
 
 
@@ -78,14 +77,14 @@ def hybrid(build):
 
 
 def steps():
-    """Returns every solution step with its solution."""
+    """Return every solution step with its solution."""
     forward = [hybrid(build).forward for build in BUILDERS]
     backward = [hybrid(build).backward for build in (*PLATFORMS, slider_crank, delta, pushed)]
     return [(solution, step) for solution in (*forward, *backward) for step in solution.steps]
 
 
 class Numbers:
-    """Numeric values of the symbols in a solution step. Three symbols form a spatial vector."""
+    """The values of the symbols in a solution step."""
 
     def __init__(self, solution, equations):
         self.of = solution.reference.of
@@ -178,7 +177,7 @@ def hybrid_of(solution):
 
 
 def numbers_in(solution):
-    """Returns the coordinates of a solution."""
+    """Return the coordinates of a solution."""
     h = hybrid_of(solution)
     return h.q if solution is h.forward else h.theta
 
@@ -199,5 +198,6 @@ def test_step_without_equations_states_a_reason():
 def test_two_branch_steps_have_a_name_and_a_remark():
     for _, step in steps():
         assert bool(step.branch) is step.is_choice
-        # A step has a remark on its branch if it has equations and more than one branch.
+        # A step has a remark on the sign of its root if the step has equations and several
+        # branches.
         assert bool(step.remark) is bool(step.branch and step.equations().vectors)

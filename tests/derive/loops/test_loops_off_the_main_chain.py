@@ -40,11 +40,7 @@ brace_u = 55
 brace_l = -21
 """
 OPEN = 0.184935
-"""Stroke [m] within the limits at which the brace is too short.
-
-From 400 start values, Newton's method never finds the configuration of the leg at the reference,
-but only its mirrored configuration.
-"""
+"""Stroke [m] within the limits at which the brace is too short."""
 FUNCTIONS = ("fk", "link_poses", "jacobian_mixed", "chain", "chain_D_q", "passive", "margin", "ik")
 
 

@@ -1,4 +1,7 @@
-"""Tests the degrees of freedom of textbook mechanisms. Tests closed configurations by formulas."""
+"""Tests the degrees of freedom of textbook mechanisms.
+
+Checks closed configurations with formulas.
+"""
 
 from dataclasses import replace
 

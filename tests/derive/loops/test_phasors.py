@@ -1,4 +1,4 @@
-"""Sums of rotated vectors agree with sums of complex numbers."""
+"""Phasor sums agree with sums of complex numbers."""
 
 import cmath
 import random
@@ -101,7 +101,6 @@ def test_phasor_coordinates_match_complex_sum():
 
 
 def test_loop_relation_shortens_phasor_sum():
-    """In a four-bar, the coupler vector is the sum of the other three vectors."""
     loop = PhasorSum.of((sp.S.One, sp.S.Zero), A) + PhasorSum.of((L, sp.S.Zero), B)
     loop = loop - PhasorSum.of((sp.S(2), sp.S.Zero)) - PhasorSum.of((sp.S(3), sp.S.Zero), A + B)
     long = PhasorSum.of((sp.S(2), sp.S.Zero), A) + PhasorSum.of((2 * L, sp.S.Zero), B)

@@ -58,7 +58,7 @@ class InSpace:
         return self.poses[body][:3, 3] + self.direction(body, value)
 
     def along(self, body, vector):
-        """Returns planar coordinates of a base-frame vector, and its height above the plane."""
+        """Return planar coordinates of a base-frame vector, and its height above the plane."""
         x, y, n = (self.poses[body][:3, :3] @ self.axes[body]).T
         return complex(vector @ x, vector @ y), vector @ n
 

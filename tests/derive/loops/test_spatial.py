@@ -70,7 +70,7 @@ def from_the_platform():
 
 
 def tripod():
-    """Returns a platform on three cylinders with ball joints at both ends."""
+    """Return a platform on three cylinders with ball joints at both ends."""
     legs = [
         Strut(f"leg{k}", Frame(BASE, at(*foot)), Frame("platform", at()), 1, True, "ball")
         for k, foot in enumerate(((1, 0, 0), (-1, 1, 0), (-1, -1, "1/5")))

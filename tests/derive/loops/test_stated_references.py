@@ -52,7 +52,6 @@ def scissor_lift(sign, ram):
 
 
 def ram_length(ram, angle):
-    """Returns the ram length at an angle of the first bar (radian)."""
     middle = {"a0": 0.6 * cmath.exp(1j * angle)}
     middle["b1"] = complex(middle["a0"].real, 3 * middle["a0"].imag)
     points = {
@@ -66,8 +65,6 @@ def ram_length(ram, angle):
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("ram", [(("a0", 0.2), ("b1", -0.2)), (("b1", 0.1), ("a0", 0.3))])
 def test_reference_selects_branch_of_ring_without_stated_joint(ram, sign):
-    """The loop through the ram contains the swing angle of the ram and pin closures. This loop
-    contains no joint of the spanning tree."""
     hybrid = solved(scissor_lift(sign, ram))
     assert not hybrid.forward.open
     chain = hybrid.forward.values
@@ -77,7 +74,7 @@ def test_reference_selects_branch_of_ring_without_stated_joint(ram, sign):
 
 
 def lower_values(hybrid, entries, length):
-    """Evaluates terms as functions of the actuated coordinate."""
+    """Evaluate terms as functions of the actuated coordinate."""
     result = Result("values", tuple(entries), (len(entries),), "rad", "joints")
     q = hybrid.arguments["q"]
     function = SymbolicFunction("values", "Values.", "", (q,), (result,), hybrid.terms)

@@ -1,4 +1,4 @@
-"""Triangles of planar loops agree with 30-digit arithmetic, also near dead points."""
+"""Solved triangles of planar loops agree with 30-digit arithmetic, also near dead points."""
 
 import math
 import random
@@ -26,7 +26,7 @@ x1, x2, x3, x4, x5, x6 = X = sp.symbols("x1:7", real=True)
 
 
 def compiled(terms, symbols, *values):
-    """Compiles the values to a CasADi function of a vector."""
+    """Compile the values to a CasADi function of a vector."""
     argument = Argument("x", tuple(symbols), (len(symbols),), "", "")
     result = Result("y", tuple(sp.sympify(value) for value in values), (len(values),), "", "")
     (function,) = lower([SymbolicFunction("f", "F.", "", (argument,), (result,), terms)], "test")
@@ -34,12 +34,12 @@ def compiled(terms, symbols, *values):
 
 
 def moving(terms, x, y):
-    """Returns a body-fixed vector whose components are coordinates."""
+    """Return a body-fixed vector whose components are coordinates."""
     return Arm((x, y), ZERO, terms.let(x * x + y * y))
 
 
 def circles(v, w, d, sign):
-    """Intersects two circles in 30-digit complex numbers."""
+    """Intersect two circles in 30-digit complex numbers."""
     v, w, d = (mpmath.mpc(*map(mpmath.mpf, pair)) for pair in (v, w, d))
     a, b, c = abs(v), abs(w), abs(d)
     along = (c**2 + a**2 - b**2) / (2 * c)
@@ -71,14 +71,13 @@ def test_two_circles_intersection_matches_mpmath(sign):
         expected = [part for z in (C, W, turn_v, turn_w) for part in (z.real, z.imag)]
         expected = np.array([float(part) for part in (*expected, height, margin)])
         result = np.array(f([*v, *w, *d])).ravel()
-        # Rounding errors grow as a triangle gets thin. Short triangle sides cause additional
-        # rounding errors.
+        # Rounding errors are larger for thin triangles (small margin) and for short triangle sides.
         thin = 1 / min(1.0, *(math.hypot(*pair) for pair in (v, w, d))) ** 3
         assert np.abs(result - expected).max() < 50 * EPS * thin / math.sqrt(float(margin))
 
 
 def area(kind):
-    """Returns the triangle height from three sides, one of them variable."""
+    """Compile the third corner and the height of a triangle with one variable side."""
     terms = Terms({})
     a, b = sp.Rational(3, 10), sp.Rational(7, 10)
     fixed = [arm(terms, PhasorSum.of((length, ZERO))) for length in (a, b)]
@@ -126,7 +125,7 @@ def test_out_of_reach_is_nan_with_a_negative_margin():
 
 
 def derivatives(terms, given, values, loops, angles):
-    """Returns joint rates from the loop equations and from automatic differentiation."""
+    """Return joint rates from the loop equations and from automatic differentiation."""
     symbols = X[: len(given)]
     rates = sp.symbols("r1:7", real=True)[: len(given)]
     tangent = Tangent(terms, dict(zip(symbols, rates, strict=True)), loops)

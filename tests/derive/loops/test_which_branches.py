@@ -16,7 +16,7 @@ from tests.support.loops.solved import solved
 
 
 def in_a_row(count):
-    """Returns four-bars in series, each mounted on the preceding rocker."""
+    """Return four-bars in series, each mounted on the preceding rocker."""
     joints, closures, reference, on = [], [], [], BASE
     for k in range(count):
         joints += [
@@ -63,7 +63,7 @@ def test_cylinder_length_adds_no_branch():
 
 
 def uneven(count):
-    """Returns a parallelogram linkage with several cranks and unequal side lengths."""
+    """Return a parallelogram linkage with several cranks and unequal side lengths."""
     others = [
         Strut(f"rod{k}", Frame(BASE, at(k)), Frame("coupler", at(k)), 1)
         for k in range(2, count + 1)

@@ -16,7 +16,7 @@ SYMBOLS = {sp.Symbol("a", real=True): "0.0892", sp.Symbol("b", real=True): "1.57
 
 
 def expression(dice: random.Random, depth: int) -> sp.Expr:
-    """Returns a random real expression of numbers and symbols."""
+    """Return a random real expression of numbers and symbols."""
     if depth == 0:
         return dice.choice((*PARTS, *SYMBOLS))
     one, two = (expression(dice, depth - 1) for _ in range(2))
@@ -113,7 +113,6 @@ def test_angle_is_real_if_sympy_cannot_decide():
 
 
 def test_roots_and_angles_of_long_numbers_are_unfactored_decimals():
-    # SymPy's limited factor search fails on the square of a product of two large primes.
     long = sp.Rational("0.9999999999996000000000000011") * 10**7 * sp.Integer(32771 * 32779)
     for made, exact in (
         (root(long**2 * 2), sp.sqrt(2) * long),

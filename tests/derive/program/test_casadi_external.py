@@ -1,4 +1,4 @@
-"""casadi.external loads the C of a robot with the same results."""
+"""The generated C code of a robot gives the same results through casadi.external."""
 
 import ctypes
 import re

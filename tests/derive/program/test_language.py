@@ -56,7 +56,7 @@ def text(program, operand):
 
 
 def printed(name, program):
-    """Prints a Python function with flat input and output sequences."""
+    """Print a Python function with flat input and output sequences."""
     sizes = [
         1 + max(s.entry for s in program.stored if s.output == k)
         for k in range(len(program.results))
@@ -92,7 +92,7 @@ def plain_functions(name):
 
 
 def assert_same_values(robot, plain, q):
-    """Compares the Python functions with C. Returns the number of functions."""
+    """Compare the Python functions with C. Returns the number of functions."""
     rng = np.random.default_rng(3)
     given = {"q": q, "qd": rng.uniform(-1, 1, robot.n), "qdd": rng.uniform(-1, 1, robot.n)}
     given["T"] = robot.fk(q)

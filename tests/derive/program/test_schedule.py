@@ -36,7 +36,10 @@ def depths(found: Program) -> list[int]:
 
 
 def kinds(found: Program) -> Counter:
-    """Counts equal statements of a program. Variable names are ignored."""
+    """Return the number of statements of each kind in a program.
+
+    Variable names are ignored.
+    """
     return Counter(
         (
             getattr(s, "operation", None) or (s.output, s.entry),

@@ -33,7 +33,7 @@ SYMBOLS = {operation: name for name, operation in NAMES.items()}
 
 
 def operand(text):
-    """Parses an operand: ``v1`` is a variable, ``x2`` an input, and any other text a number."""
+    """Parse an operand: ``v1`` is a variable, ``x2`` an input, and any other text a number."""
     if found := re.fullmatch(r"([vx])(\d+)", text):
         number = int(found[2])
         return Variable(number) if found[1] == "v" else Input(0, number)
@@ -51,7 +51,7 @@ def shown(value):
 
 
 def computed(number, text):
-    """Parses an operation and its operands: ``* x1 v2``."""
+    """Parse an operation and its operands: ``* x1 v2``."""
     name, *operands = text.split()
     return Compute(Variable(number), NAMES[name], tuple(map(operand, operands)))
 
@@ -67,12 +67,12 @@ def program(given, stored):
 
 
 def all_stored(*given):
-    """Reduces statements. All statements except the first are results."""
+    """Reduce statements. All statements except the first are results."""
     return texts(reduced(program(given, range(2, len(given) + 1))))
 
 
 def after(*given, sign=None):
-    """Reduces statements. Only the last statement is a result."""
+    """Reduce statements."""
     return texts(reduced(program(given, [len(given)]), sign))
 
 

@@ -1,4 +1,4 @@
-"""A program for all branches gives bitwise the results of the single branches."""
+"""A program for all branches returns bitwise the same results as one program per branch."""
 
 import re
 
@@ -53,7 +53,8 @@ SIGNED = [
         rf"^static void {name}_(\w+)_branch\(", (GENERATED / name / f"{name}.c").read_text(), re.M
     )
 ]
-"""Functions with sign inputs, read from the C code, because deriving all robots would be slow."""
+"""Pairs of robot name and function name, for functions with sign inputs. The function names are
+read from the generated C code."""
 SAMPLE = ("ur5e", "iiwa14", "lynxmotion", "five_bar", "slider_crank")
 """Arms with branches, a redundant arm, position tasks, and planar loops."""
 SAMPLED = [pair for pair in SIGNED if pair[0] in SAMPLE]
@@ -62,7 +63,7 @@ A, B, C, D = map(Variable, range(1, 5))
 
 
 def run(program, arguments):
-    """Runs a program on arguments (entries, poses). The outputs are arrays (entries, poses) too."""
+    """Evaluate a program for arguments (entries, poses), and return such arrays."""
     values = {}
 
     def value(operand):
@@ -215,7 +216,6 @@ def test_reversed_difference_keeps_its_value():
 
 
 def random_branch(rng):
-    """Returns a function of random operations. Its inputs are two numbers and two signs."""
     logic = {Operation.NOT, Operation.AND, Operation.OR}
     numbers = [X, Y, S, Input(1, 1), *map(Constant, (0.0, 1.0, -1.0, 0.5, -2.0))]
     conditions, statements = [], []

@@ -45,7 +45,7 @@ def test_convention_determinants_match_papers(convention, own, whole):
 
 
 def by_definition(product, symbols, values):
-    """Returns det(D^T D) for the derivative D of the link's matrix."""
+    """Return det(D^T D) for the derivative D of the link's matrix."""
     A = placement_matrix(product)
     D = sp.Matrix.hstack(*(A.diff(symbol).reshape(16, 1) for symbol in symbols))
     D = np.array(D.xreplace(values).evalf(), dtype=float)
@@ -81,7 +81,7 @@ def test_rank_deficiency_equals_number_of_missed_displacements(name):
         assert str(joint.joint) in str(report)
 
 
-PERPENDICULAR = "turn about the perpendicular of axis and common normal"
+PERPENDICULAR = "rotation about the perpendicular of axis and common normal"
 
 
 def test_dh_misses_only_the_perpendicular_rotation():
@@ -109,15 +109,17 @@ def test_printed_report_names_displacements_missed_by_dh():
     text = str(report_of("ur5e"))
     assert "as described: 36 parameters with base and tool, rank 28: misses 2 of 30" in text
     assert "as suited: 38 parameters with base and tool, rank 30: complete" in text
-    assert "dh          0     misses turn about the perpendicular of axis and common normal" in text
+    assert (
+        "dh          0     misses rotation about the perpendicular of axis and common normal"
+        in text
+    )
 
 
 TURNS, MIXED = ("revolute",) * 3, ("revolute", "revolute", "prismatic", "revolute")
 INCOMPLETE = {"poe": (TURNS, MIXED), "s_model": (MIXED,)}
-"""Conventions with too few parameters, each with the joint types of incomplete arms. A vector that
-represents a direction has no free parameters. In a product of motions, the parameters of an S-model
-come after a rotation and before a translation. Therefore, the S-model has no parameter between a
-prismatic and a revolute joint.
+"""Joint types of arms that a convention cannot describe completely, keyed by the convention. These
+conventions have too few parameters. A vector that represents a direction has no free parameters. In
+a product of motions, the parameters of an S-model come after a rotation and before a translation.
 """
 
 

@@ -1,6 +1,6 @@
 """Functions with branches agree with 40-digit results in scalar, vector and batch code.
 
-The oracle evaluates each branch separately, with its signs in the derived terms.
+For each branch, the oracle inserts the signs of the branch into the derived terms.
 """
 
 import ctypes
@@ -34,7 +34,7 @@ PREFIX = "ur5e"
 FASTEST = COMPILER or "gcc"
 """The compiler is Clang if available, because Clang compiles batches four times faster than GCC."""
 ROWS = 9
-"""Number of inputs per function: a full vector of eight and a part of the next vector."""
+"""Number of inputs per function: more than one full SIMD vector of eight."""
 MANY = ("every_kind_8", "every_kind_16")
 """Functions whose batches take long to compile for the oldest processors.
 
@@ -44,16 +44,17 @@ compile.
 COUNTS = {"ik": 8, **{f"every_kind_{2**n}": 2**n for n in range(5)}}
 AVX2, AVX512 = {"avx2", "fma"}, {"avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
 INSTRUCTION_SETS = {"plain": set(), "avx2": AVX2, "avx512": AVX512}
-"""Processor features needed by each kind of code for a pose."""
+"""Processor features needed by each version of the C code for a single pose."""
 every_isa = pytest.mark.parametrize("isa", INSTRUCTION_SETS)
 FILLED = {"every_kind_8": ("plain", "avx2"), "every_kind_16": ("plain", "avx512")}
-"""C code for functions with many branches: scalar code, and vector code with two full vectors."""
+"""Instruction sets to test for functions with many branches. Their branches fill two SIMD vectors.
+"""
 EVERY_ISA = [(name, isa) for name in COUNTS for isa in FILLED.get(name, INSTRUCTION_SETS)]
 
 
 @cache
 def branched_function(name):
-    """Derives the inverse of the arm, or a function that contains every type of expression."""
+    """Derive the inverse of the arm, or a function that contains every type of expression."""
     return branched.arm() if name == "ik" else branched.every_kind(COUNTS[name].bit_length() - 1)
 
 
@@ -78,7 +79,7 @@ def arm_sources(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def loadable(tmp_path_factory):
-    """Returns a robot folder in which only inverses have branches."""
+    """Return a robot folder in which only inverses have branches."""
     folder = tmp_path_factory.mktemp("loadable")
     return branched.write(folder, [branched_function("ik"), branched_function("every_kind_1")])
 
@@ -93,7 +94,10 @@ def compiled(folder, isa, *flags, program=FASTEST, batches=True):
 
 
 def run_compiler(folder, isa, program, *flags, batches=True):
-    """Compiles scalar code and batches for a processor. Any warning is an error."""
+    """Compile scalar code and batches for a processor.
+
+    A compiler warning counts as an error.
+    """
     sources = [f"{PREFIX}.c", *([f"{PREFIX}_batch.c"] if batches else [])]
     command = [
         *(program, "-O1", "-fno-math-errno", "-fno-trapping-math", "-Wall", "-Wextra"),
@@ -110,7 +114,7 @@ def pointer(array):
 
 
 def one(library, function, inputs):
-    """Computes one pose, and checks that nothing is written beyond the outputs."""
+    """Compute one pose, and check that nothing is written beyond the outputs."""
     results = [np.full(item.size + 1, -77.0) for item in function.outputs]
     buffers = [np.array(x, float).ravel() for x in inputs]
     library[f"{PREFIX}_{function.name}"](*map(pointer, (*buffers, *results)))
@@ -119,7 +123,7 @@ def one(library, function, inputs):
 
 
 def batch(library, function, inputs):
-    """Computes many poses with inputs as rows."""
+    """Compute many poses with inputs as rows."""
     n = len(inputs[0])
     buffers = [np.ascontiguousarray(x, float).reshape(n, -1) for x in inputs]
     results = [np.full((n, *item.shape), -77.0) for item in function.outputs]
@@ -129,7 +133,7 @@ def batch(library, function, inputs):
 
 
 def evaluated(expression):
-    """Converts an expression to a function of a dictionary of numbers."""
+    """Convert an expression to a function of a dictionary of numbers."""
     names = sorted(expression.free_symbols, key=str)
     call = sp.lambdify(names, expression, "mpmath", dummify=True)
     return lambda values: call(*(values[name] for name in names))
@@ -164,7 +168,7 @@ class Oracle:
 
 
 def poses(count, seed=1):
-    """Returns random poses (count, 4, 4) of the arm."""
+    """Return random poses (count, 4, 4) of the arm."""
     q = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, 6))
     return chasles.load("ur5e").fk(q)
 
@@ -177,14 +181,14 @@ def make_inputs(function, count, seed=1):
 
 
 def apart(got, expected):
-    """Returns the largest difference of two results, modulo full turns."""
+    """Return the largest difference of two results, modulo full turns."""
     difference = np.abs(got - expected)
     return np.minimum(difference, np.abs(difference - 2 * np.pi)).max()
 
 
 @cache
 def references(name):
-    """Returns inputs of a function and the exact outputs of each row."""
+    """Return the inputs of a function, and the exact outputs for each row of the inputs."""
     function = branched_function(name)
     oracle, inputs = Oracle(function), make_inputs(function, ROWS)
     return inputs, [oracle([x[k] for x in inputs]) for k in range(ROWS)]
@@ -258,7 +262,7 @@ def assert_exact(library):
 
 @pytest.mark.parametrize("flags", [("-DCHASLES_PLAIN",), ("-std=c99",)], ids=["plain", "c99"])
 def test_other_compiler_flags_give_exact_results(flags, sources, arm_sources):
-    """Batches and other functions only have to compile without a warning.
+    """The batch functions and other functions only have to compile without a warning.
 
     Tests with `compiled_quickly` and tests of the package compile robots at other optimization
     levels.
@@ -314,7 +318,7 @@ void supplement(size_t n, const double *a, const double *y, double *value) {{
 
 @pytest.fixture(scope="module", params=LANES)
 def on_lanes(request, tmp_path_factory):
-    """Loads a C function with several SIMD lanes as a function of arrays."""
+    """Return a function that applies a C function, compiled with SIMD lanes, to arrays."""
     number, needed = LANES[request.param]
     require_features(needed)
     folder = tmp_path_factory.mktemp(request.param)
@@ -327,7 +331,7 @@ def on_lanes(request, tmp_path_factory):
     def call(name, *arrays):
         n, size = len(arrays[0]), -(-len(arrays[0]) // 8) * 8
         buffers = np.zeros((len(arrays) + 2, size))
-        # Vector loads need addresses aligned to cache lines.
+        # Vector loads of the kernels need buffers that are aligned to cache lines.
         buffers = buffers.ravel()[-(buffers.ctypes.data // 8) % 8 :][: size * (len(arrays) + 1)]
         buffers = buffers.reshape(-1, size)
         buffers[:-1, :n] = arrays
@@ -363,8 +367,7 @@ def angles(program):
 def test_shared_branch_angles_are_computed_once():
     made = programs([branched_function("ik")], "arm")
     flat, branch = made.whole["ik"], made.branch["ik"]
-    # Each summand is the number of possible angles of one joint. The absolute angles of joints 3
-    # and 5 do not depend on the branch signs of these joints.
+    # The absolute angles of joints 3 and 5 do not depend on the branch signs of these joints.
     assert len(angles(flat)) == 2 + 8 + 4 + 8 + 2 + 4
     assert len(set(angles(flat))) == len(angles(flat))
     assert len(angles(branch)) == 6
@@ -383,7 +386,6 @@ def test_first_branch_sign_varies_slowest(name):
 def test_branch_order_matches_joint_signs(loadable):
     solutions = chasles.load(loadable).functions["ik"](poses(50))
     q, margin = solutions.q, solutions.margin
-    # The sign of joint 3 is the elbow, and the sign of joint 5 is the wrist.
     as_labelled = np.sign(q[..., 2]) == [1, -1, 1, -1, 1, -1, 1, -1]
     assert as_labelled[margin > 0].all()
     assert (margin > 0).sum() > 300

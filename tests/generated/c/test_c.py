@@ -25,13 +25,13 @@ COMPILERS = {
 }
 """Compiler commands.
 
-Clang reports all warnings before optimization. GCC's optimizer reports the same warnings for C and
-C++. So only the syntax of the C++ code is checked.
+GCC's optimizer reports the same warnings for C and C++. So only the syntax of the C++ code is
+checked.
 """
 
 
 NAMES = ("iiwa14", "jaco2", "well_manipulator", "stewart_gough")
-"""Arms with a redundant and an iterative inverse, spatial loops, and a platform.
+"""A redundant arm, an arm with an iterative inverse, a robot with spatial loops, and a platform.
 
 test_one_unit compiles the C of all robots with each compiler.
 """
@@ -65,7 +65,6 @@ def test_batches_compile_without_a_warning(name, compiler, flags, tmp_path):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_object_exports_only_documented_symbols(name, tmp_path):
-    # GCC's optimizer also reports warnings, but takes seconds per robot.
     target = compiled("gcc" if name == "jaco2" else "fastest", name, tmp_path)
     listing = subprocess.run(["nm", str(target)], capture_output=True, text=True, check=True)
     symbols = [line.split()[-2:] for line in listing.stdout.splitlines()]
@@ -77,7 +76,7 @@ def test_object_exports_only_documented_symbols(name, tmp_path):
     wanted |= {f"{name}_{f.name}_nearest" for f in functions if f.role.is_inverse}
     assert exported == wanted
     assert missing <= LIBM | BUILTIN
-    # Tables of arms and platforms are constant. The loader fills in the addresses of the tables.
+    # The loader fills in the addresses of the tables.
     assert set(state) <= {f"{name}_ik_tables", f"{name}_modes_tables"}
 
 

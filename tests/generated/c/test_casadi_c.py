@@ -29,7 +29,7 @@ def straight(name):
 
 @pytest.fixture(scope="module")
 def library(robot, tmp_path_factory):
-    """Compiles the C code that CasADi generates."""
+    """Compile the C code that CasADi generates."""
     folder = tmp_path_factory.mktemp(robot.name)
     generator = ca.CodeGenerator("casadi_kernels.c")
     for name in straight(robot.name):
@@ -53,7 +53,6 @@ def called(library, kernel, inputs):
 
 
 def every_branch(library, kernel, function, inputs):
-    """Returns the outputs of all branches in sequence."""
     if not function.signs:
         return called(library, kernel, inputs)
     found = [called(library, kernel, [*inputs, signs]) for signs in patterns(function)]
@@ -106,7 +105,7 @@ def test_casadi_generated_c_agrees_with_every_function(robot, library):
 
 
 def computed(own, inputs):
-    """Returns the outputs of the C code of chasles at any pose, including poses out of reach."""
+    """Return the outputs of the C code of chasles at any pose, including poses out of reach."""
     batch = [np.asarray(value, float)[None] for value in inputs]
     result = own.ufunc(*batch)
     return [np.asarray(r)[0] for r in (result if isinstance(result, tuple) else (result,))]

@@ -35,7 +35,7 @@ DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
 
 @pytest.fixture(scope="module")
 def solve(tmp_path_factory):
-    """Returns a function that finds the roots of a polynomial with real roots and complex pairs."""
+    """Return a function that finds the roots of a polynomial with real roots and complex pairs."""
     folder = tmp_path_factory.mktemp("roots")
     for name in CIRCLE:
         (folder / name).write_text(support(name))
@@ -60,7 +60,7 @@ def solve(tmp_path_factory):
 
 
 def distances(roots, found):
-    """Returns the distance of each root from the nearest of the found roots (radian)."""
+    """Return the distance (radian) from each root to the nearest found root."""
     return np.abs(np.angle(np.exp(1j * (roots[:, None] - found)))).min(1)
 
 
@@ -69,8 +69,8 @@ def test_roots_after_a_cluster_of_three_roots_are_found(solve):
     for start in rng.uniform(0.2, 3.0, TRIALS):
         cluster = start + np.array([0.0, 1.2e-4, 3.0e-4])
         simple = np.array([start + 0.014, 4.0, 4.08])
-        # A simple root and a pair of complex roots are near the cluster. So the polynomial is small
-        # near the cluster.
+        # A simple root and two complex roots lie near the three clustered roots, so the polynomial
+        # is small near the cluster.
         found = solve(np.r_[cluster, simple], np.array([start + 0.25j]))
         assert distances(simple, found).max() < SAME
         assert distances(cluster[:1], found).max() < IN_CLUSTER

@@ -62,7 +62,6 @@ def configuration():
 
 @pytest.mark.parametrize("q", [0.9, 0.3, 0.1])
 def test_stride_is_halved_where_the_equations_have_no_value(configuration, q):
-    """The first step along the tangent gives u = 2 q - 1, which is negative for q < 1/2."""
     np.testing.assert_allclose(configuration(q), [q, q * q], rtol=0, atol=1e-12)
 
 

@@ -1,7 +1,4 @@
-"""Every C operation on all kinds of numbers, in scalar and vector code.
-
-The oracle is NumPy, which follows the C rules for NaN, infinities and signed zeros.
-"""
+"""Every C operation on all kinds of numbers, in scalar and vector code."""
 
 import ctypes
 import itertools
@@ -142,7 +139,10 @@ def sources(tmp_path_factory):
 
 
 def compiled(folder, chosen_set, *flags, program=(GCC,)):
-    """Compiles one instruction set. Every operation rounds separately, for comparable results."""
+    """Compile the code for one instruction set.
+
+    Each operation is rounded separately, so that the results are comparable.
+    """
     require_processor(chosen_set)
     target = folder / f"{chosen_set}{len(flags)}{Path(program[0]).name}.so"
     if target.exists():
@@ -163,7 +163,7 @@ def require_processor(chosen_set):
 
 @pytest.fixture(scope="module")
 def numbers():
-    """Returns all pairs of edge cases, and random numbers of all magnitudes."""
+    """Return all pairs of edge cases, and random numbers of all magnitudes."""
     pairs = np.array(list(itertools.product(NUMBERS, NUMBERS))).T
     rng = np.random.default_rng(7)
     sizes = 10.0 ** rng.uniform(-5, 5, (2, 100))
@@ -172,7 +172,7 @@ def numbers():
 
 @pytest.fixture(scope="module")
 def scalar(sources, numbers):
-    """Returns the values of single calls, which do not depend on the instruction set."""
+    """Return the values of single calls, which do not depend on the instruction set."""
     library = compiled(sources, "baseline")
     return cache(lambda name: single(library, name, *numbers))
 
@@ -182,7 +182,7 @@ def pointer(array):
 
 
 def single(library, name, a, b):
-    """Returns the values of a function that is called once for each element."""
+    """Return the values of a function that is called once for each element."""
     call = library[f"{ROBOT.name}_{name}"]
     values = np.empty_like(a)
     arrays = [
@@ -202,7 +202,7 @@ def batch(library, name, a, b):
 
 
 def assert_same(got, expected):
-    """Asserts equal bits. Any NaN equals any NaN."""
+    """Assert equal bits. Any NaN equals any NaN."""
     np.testing.assert_array_equal(got, expected)
     there = ~np.isnan(expected)
     np.testing.assert_array_equal(np.signbit(got[there]), np.signbit(expected[there]))
@@ -218,7 +218,7 @@ def assert_alike(name, got, expected):
 
 
 def assert_near(got, expected):
-    """Asserts the accuracy documented for libmvec, and the signs of zeros."""
+    """Assert the accuracy documented for libmvec, and the signs of zeros."""
     finite = np.isfinite(expected) & (expected != 0)
     assert_same(got[~finite], expected[~finite])
     units = np.abs(got[finite] - expected[finite]) / np.spacing(np.abs(expected[finite]))
@@ -247,7 +247,6 @@ def test_vector_operations_match_scalar_operations(chosen_set, sources, scalar, 
 
 
 def test_old_libmvec_falls_back_to_libm(sources, scalar, numbers):
-    """The call uses the narrowest vectors in the batch code."""
     library = compiled(sources, "baseline", "-include", "old_glibc.h")
     listing = subprocess.run(
         ["nm", "-D", library._name], capture_output=True, text=True, check=True
@@ -266,7 +265,7 @@ def turn(library, angles):
 
 
 def near_right_angles(largest):
-    """Returns the doubles next to multiples of a right angle."""
+    """Return the doubles next to multiples of a right angle."""
     multiples = np.unique(np.geomspace(1, largest, 250).astype(int)) * (np.pi / 2)
     return np.hstack([np.nextafter(multiples, 0), multiples, -np.nextafter(multiples, np.inf)])
 
@@ -290,7 +289,7 @@ ANGLES = {
 
 @cache
 def exact_cosines_and_sines(kind):
-    """Returns cosines and sines with at least thirty correct digits at the largest angle."""
+    """Return cosines and sines with at least thirty correct digits at the largest angle."""
     angles = ANGLES[kind][0]
     with mpmath.workdps(50 + max(0, int(np.log10(np.abs(angles).max())))):
         angles = list(map(mpmath.mpf, angles.tolist()))
@@ -307,7 +306,7 @@ def test_sin_and_cos_match_30_digit_reference(kind, chosen_set, sources):
 
 
 def points(kind, count=800):
-    """Returns arguments (y, x) of atan2 for angles in all quadrants."""
+    """Return arguments (y, x) of atan2 for angles in all quadrants."""
     rng = np.random.default_rng(5)
     turn, size = rng.uniform(-np.pi, np.pi, count), 10.0 ** rng.uniform(-300, 300, count)
     signs = rng.choice([-1.0, 1.0], (2, count))
@@ -333,7 +332,7 @@ KINDS = (
 
 @cache
 def exact_angles(kind):
-    """Returns points and their angles with fifty digits."""
+    """Return points and their angles with fifty digits."""
     ys, xs = points(kind)
     with mpmath.workdps(50):
         pairs = zip(ys.tolist(), xs.tolist(), strict=True)
@@ -395,7 +394,7 @@ def test_other_compilers_give_same_vector_results(
 
 
 def test_code_of_clang_takes_the_instruction_set_of_the_flags(sources):
-    """Zig compiles like clang, but its runtime library reports no features."""
+    """Zig compiles like clang, but its runtime library does not report processor features."""
     flags = ("-march=x86-64-v4", f"{SUPPORTS}undeclared")
     command = [path_of("clang"), "-O0", *flags, "-c", f"{ROBOT.name}_batch.c", "-o", "one_set.o"]
     subprocess.run(command, cwd=sources, check=True)

@@ -1,4 +1,4 @@
-"""C of shipped robots, compiled without the runtime, agrees with Python."""
+"""The C code of shipped robots, compiled without the runtime, gives the same results as Python."""
 
 import ctypes
 import math
@@ -23,7 +23,7 @@ SPREAD = 0.05
 
 
 def native(robot, functions, flags=()):
-    """Loads functions of one input array through ctypes.
+    """Load functions of one input array through ctypes.
 
     The compiler drops functions that are not exported, which saves most of the compile time.
     """

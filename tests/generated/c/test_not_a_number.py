@@ -11,7 +11,7 @@ CHOOSING = {Operation.SELECT, Operation.MIN, Operation.MAX}
 
 
 def inputs_behind(program):
-    """Returns the input entries on which each output entry depends."""
+    """Return the input entries on which each output entry depends."""
     behind, entries = {}, {}
     for statement in program.statements:
         found = set()
@@ -25,7 +25,7 @@ def inputs_behind(program):
 
 
 def arguments(robot, function, rng):
-    """Returns arguments of a function. The arguments are near the reference of the robot. If the
+    """Return arguments of a function. The arguments are near the reference of the robot. If the
     robot has no reference, they are random."""
     reference = getattr(robot, "reference", None)
     known = {}
@@ -54,7 +54,6 @@ def test_nan_reaches_every_entry_that_is_computed_from_it(name):
             continue
         wrong = [np.tile(value, (len(rows), 1)) for value in given]
         for row, entry in enumerate(rows):
-            # All results of a solver call are NaN if an input is NaN.
             is_given = entry.argument < len(given)
             wrong[entry.argument if is_given else 0][row, entry.entry if is_given else 0] = np.nan
         shaped = [

@@ -67,7 +67,7 @@ def built(manifest, folder: Path) -> Path:
 
 
 def evaluated(command, manifest, name, *inputs):
-    """Evaluates a function at rows of inputs. Returns an array for each output."""
+    """Evaluate a function at rows of inputs. Returns an array for each output."""
     names = [function.name for function in manifest.functions]
     function = manifest.functions[names.index(name)]
     index = np.int32(names.index(name)).tobytes()
@@ -81,7 +81,7 @@ def evaluated(command, manifest, name, *inputs):
 
 
 def here(robot, name, *inputs):
-    """Returns the outputs of a function of the installed robot."""
+    """Return the outputs of a function of the installed robot."""
     found = robot.functions[name].ufunc(*inputs)
     return found if isinstance(found, tuple) else (found,)
 
@@ -111,7 +111,6 @@ def test_scalar_code_gives_the_same_values_on_arm(name, tmp_path):
     (T,) = here(robot, "fk", q)
     given = [q[:, k] for k in inverse.role.fixed]
     if not given:
-        # The robot has functions that compute redundancy parameters such as the swivel angle.
         given = [here(robot, item.name, q)[0] for item in inverse.inputs[1:]]
     expected = here(robot, inverse.name, T, *given)
     found = evaluated(program, manifest, inverse.name, T, *given)

@@ -69,7 +69,7 @@ class BodyJoint:
     notes: tuple[str, ...] = ()
 
     def joint(self) -> Joint:
-        """Returns the joint with its parent link.
+        """Return the joint with its parent link.
 
         Raises:
             DescriptionError: The joint has several degrees of freedom.
@@ -138,7 +138,7 @@ class Bodies:
         self.tree = _tree(self.joints)
 
     def release(self, ball: BodyJoint) -> None:
-        """Replaces a ball joint by a free joint to the world, at the initial configuration."""
+        """Replace a ball joint by a free joint to the world, at the initial configuration."""
         data = self.model.mujoco.MjData(self.arrays)
         self.model.mujoco.mj_kinematics(self.arrays, data)
         k = next(k for k in range(self.arrays.njnt) if self.joint_name(k) == ball.name)
@@ -149,13 +149,13 @@ class Bodies:
         self.tree = _tree(self.joints)
 
     def split(self, names: Collection[str]) -> None:
-        """Replaces free joints and ball joints by series of joints with one degree of freedom."""
+        """Replace free joints and ball joints by series of joints with one degree of freedom."""
         split = [_series(joint) if joint.name in names else [joint] for joint in self.joints]
         self.joints = tuple(joint for joints in split for joint in joints)
         self.tree = _tree(self.joints)
 
     def joint_name(self, k: int) -> str:
-        """Returns the name of a joint. An unnamed joint gets the name of its body."""
+        """Return the name of a joint. An unnamed joint gets the name of its body."""
         body = int(self.arrays.jnt_bodyid[k])
         place = k - int(self.arrays.body_jntadr[body])
         return self.model.named("mjOBJ_JOINT", k) or f"{self.names[body]}_joint{place + 1}"
@@ -169,7 +169,7 @@ class Bodies:
             yield _mounted(parent, name, at, turned)
 
     def _of_body(self, body: int, equations: Mapping[str, Equation]) -> Iterator[BodyJoint]:
-        """Yields the joints of a body.
+        """Yield the joints of a body.
 
         The last joint is a fixed joint from the last joint anchor to the body origin, if these
         points differ.
@@ -235,7 +235,7 @@ class Bodies:
         return lower, upper
 
     def _laws(self) -> Iterator[Law]:
-        """Yields the active linear equalities y - y0 = a0 + a1 (x - x0) of joints."""
+        """Yield the active linear equalities y - y0 = a0 + a1 (x - x0) of joints."""
         arrays, eq = self.arrays, self.model.mujoco.mjtEq.mjEQ_JOINT
         start = {k: length(arrays.qpos0[arrays.jnt_qposadr[k]]) for k in range(arrays.njnt)}
         for k in range(arrays.neq):
@@ -256,7 +256,7 @@ def _tree(joints: Sequence[BodyJoint]) -> KinematicTree:
 
 
 def _series(joint: BodyJoint) -> Iterator[BodyJoint]:
-    """Yields joints along and about the axes of the frame of a free joint or ball joint."""
+    """Yield joints along and about the axes of the frame of a free joint or ball joint."""
     freedoms = PLATFORMS["free"]
     freedoms = freedoms if joint.kind == "free" else freedoms[-BALL_FREEDOMS:]
     parent, xyz, rpy, notes = joint.parent, joint.xyz, joint.rpy, joint.notes

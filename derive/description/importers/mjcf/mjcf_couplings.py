@@ -38,7 +38,7 @@ class Equation:
 
     Attributes:
         joint: Name of the dependent joint.
-        ratios: Ratios of the independent joints by name.
+        ratios: Factors of the independent joints in the equation, keyed by joint name.
         offset: Value of the joint if all independent joints are 0 (radian or meter).
     """
 
@@ -48,24 +48,27 @@ class Equation:
 
     @property
     def coupling(self) -> Coupling:
-        """The equation as a coupling between joints of a robot."""
+        """The equation as a coupling."""
         ratios = tuple((identifier(name), ratio) for name, ratio in self.ratios.items())
         return Coupling(identifier(self.joint), ratios, self.offset)
 
 
 def joint_equations(laws: Iterable[Law], names: Sequence[str]) -> tuple[Equation, ...]:
-    """Returns one equation for each dependent joint, in the order of the names.
+    """Return one equation for each dependent joint, in the order of the names.
 
-    Joints that are not in ``names`` depend on the joints in ``names`` if possible. Among the joints
-    in ``names``, a follower of an equality depends on joints that follow no joint. Otherwise, a
-    joint depends on joints before it in ``names``.
+    A joint outside ``names`` depends on joints in ``names`` if possible. A follower in ``names``
+    depends on joints that follow no other joint, if possible. Otherwise, a joint depends on joints
+    before it in ``names``.
+
+    The dependent joints are, in this order of preference: joints that are not in ``names``,
+    followers of equalities, and the last joints of ``names``.
 
     Args:
         laws: The equalities between joints. Their order does not change the result.
         names: Names of joints, from the base.
     """
-    # The sorted equalities give the same digits in each order, even if some of them differ by
-    # rounding errors only.
+    # The equalities are sorted, so the digits of the result do not depend on their order. This also
+    # holds if equalities differ only by rounding errors.
     ordered = sorted(laws, key=str)
     rows, followers = [_row(law) for law in ordered], {law.follower for law in ordered}
     columns = sorted({name for row in rows for name in row.factors} - {*names})
@@ -77,7 +80,7 @@ def joint_equations(laws: Iterable[Law], names: Sequence[str]) -> tuple[Equation
 
 
 def check_agreement(laws: Iterable[Law], names: Collection[str]) -> None:
-    """Raises an error if no positions of the named joints satisfy all equalities.
+    """Raise an error if no positions of the named joints satisfy all equalities.
 
     Raises:
         DescriptionError: The equalities do not have a common solution.
@@ -94,7 +97,7 @@ def check_agreement(laws: Iterable[Law], names: Collection[str]) -> None:
 
 
 def coupled_groups(laws: Iterable[Law]) -> list[set[str]]:
-    """Returns the names of joints that equalities connect, directly or through other joints."""
+    """Return the names of joints that equalities connect, directly or through other joints."""
     groups: list[set[str]] = []
     for law in laws:
         joined = [group for group in groups if group & {law.follower, law.leader}]

@@ -48,7 +48,7 @@ class Tendon:
 
     @property
     def note(self) -> str:
-        """States that the tendon is not modeled."""
+        """State that the tendon is not modeled."""
         over = f"joints {', '.join(self.joints)}" if self.joints else "sites"
         facts = [
             text
@@ -82,7 +82,7 @@ class Drives:
     def notes(
         self, joints: Collection[str], bodies: Collection[str], coordinates: Collection[str] = ()
     ) -> Iterator[str]:
-        """Yields a note on each actuator, tendon or spring that is not modeled.
+        """Yield a note on each actuator, tendon or spring that is not modeled.
 
         Args:
             joints: Names of the robot joints.
@@ -95,13 +95,13 @@ class Drives:
         if coordinates:
             yield f"q holds the lengths of the driven tendons {', '.join(coordinates)}"
         if self.cranks:
-            yield f"actuators with slider and crank are not modeled: {', '.join(self.cranks)}"
+            yield f"slider-crank actuators are not modeled: {', '.join(self.cranks)}"
         springs = [name for name in self.springs if name in joints]
         if springs:
-            yield f"springs of joints are not modeled (stiffness of {', '.join(springs)})"
+            yield f"joint springs are not modeled (stiffness of {', '.join(springs)})"
 
     def check_tendons(self, joints: Iterable[str]) -> None:
-        """Raises an error if a tendon equality couples joints of the robot.
+        """Raise an error if a tendon equality couples joints of the robot.
 
         Raises:
             DescriptionError: A tendon equality couples joints of the robot.
@@ -117,7 +117,7 @@ class Drives:
 
 
 def drives_of(spec: Any, mujoco: Any) -> Drives:
-    """Adds the coefficients of each joint."""
+    """Add the coefficients of each joint."""
     kinds = [getattr(mujoco.mjtTrn, name) for name in OF_JOINTS]
     driven = {str(a.target) for a in spec.actuators if a.trntype == mujoco.mjtTrn.mjTRN_TENDON}
     equalities = [e for e in spec.equalities if e.type == mujoco.mjtEq.mjEQ_TENDON and e.active]

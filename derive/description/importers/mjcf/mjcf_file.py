@@ -27,7 +27,7 @@ class MjcfFile:
     """
 
     def __init__(self, file: Path) -> None:
-        """Reads the model.
+        """Read the model.
 
         Raises:
             DescriptionError: MuJoCo cannot read the file, or a loop is not supported.
@@ -46,7 +46,7 @@ class MjcfFile:
         return self.bodies.tree
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """Returns the chains between base and tip. An end that is None is inferred.
+        """Return the chains between base and tip. An end that is None is inferred.
 
         Raises:
             DescriptionError: A link is unknown, or no chain exists.
@@ -58,7 +58,7 @@ class MjcfFile:
             self._fail(error.field, error.value, error.expected)
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> Described:
-        """Returns the chain between two links.
+        """Return the chain between two links.
 
         Args:
             base: A body or site. The default base is the world, or the child body of a free joint.
@@ -83,7 +83,7 @@ class MjcfFile:
             self._fail("", None, f"a robot ({error})")
 
     def _check_tip(self, tip: str | None) -> None:
-        """Raises an error if the tip is on a rod between two ball joints.
+        """Raise an error if the tip is on a rod between two ball joints.
 
         Raises:
             NoChain: The joints do not determine the pose of the tip.
@@ -92,7 +92,7 @@ class MjcfFile:
             expected = (
                 "a tip whose pose the joints determine; this body is a rod between two ball "
                 "joints, which rotates freely about the line between them. Replace one ball joint "
-                "by two hinges whose axes meet, and keep the tip"
+                "by two hinges with intersecting axes, and keep the tip"
             )
             raise NoChain("tip", tip, expected)
 
@@ -122,7 +122,7 @@ class MjcfFile:
     def _with_loops(
         self, ends: Ends, name: str, loop_joints: Sequence[Closure | Strut]
     ) -> Described:
-        """Builds the robot at the common ancestor of all loops, and then changes its base."""
+        """Build the robot at the common ancestor of all loops, and then change its base."""
         links = {ends.base, ends.tip, *self.loops.links(loop_joints)}
         root = self.tree.common_ancestor(sorted(links))
         connected = {
@@ -161,7 +161,7 @@ class MjcfFile:
         loop_joints: Sequence[object],
         tendons: Collection[str] = (),
     ) -> Iterator[str]:
-        """Yields notes on the joints of a robot, and on omitted parts of the model."""
+        """Yield notes on the joints of a robot, and on omitted parts of the model."""
         yield from self.loops.notes
         yield from (note for joint in tree for note in joint.notes)
         drives = self.model.drives
@@ -177,7 +177,7 @@ class MjcfFile:
 
 
 def check_leaders(path: Sequence[BodyJoint], ends: Ends) -> None:
-    """Raises an error if a coupled joint is in the chain without its leader.
+    """Raise an error if a coupled joint is in the chain without its leader.
 
     Raises:
         NoChain: The leader of a coupled joint is not in the chain.

@@ -34,7 +34,7 @@ pin joint.
 
 @dataclass(frozen=True)
 class _End:
-    """The frame on a link at which an equality acts: position (meter) and angles (radian)."""
+    """The frame on a link that an equality constrains: position (meter) and angles (radian)."""
 
     link: str
     xyz: Vector
@@ -57,11 +57,11 @@ class ModelLoops:
 
     Attributes:
         notes: Reasons why equalities are not modeled.
-        rod_links: Links of the bodies that are rods between two ball joints.
+        rod_links: Names of links whose bodies are rods between two ball joints.
     """
 
     def __init__(self, model: CompiledModel, bodies: Bodies) -> None:
-        """Reads the equalities."""
+        """Read the equalities."""
         self.model, self.bodies, self.arrays = model, bodies, model.arrays
         self.rod_links: set[str] = set()
         self.carried = {joint.child: joint for joint in bodies.joints}
@@ -75,7 +75,7 @@ class ModelLoops:
         self.notes: list[str] = []
 
     def through(self, path: Sequence[BodyJoint]) -> tuple[Closure | Strut, ...]:
-        """Returns the closures of all loops that share moving joints with a chain.
+        """Return the closures of all loops that share moving joints with a chain.
 
         A joint equality may connect the joints of two loops, like a gear pair.
 
@@ -98,13 +98,13 @@ class ModelLoops:
         return tuple(_closures(found))
 
     def links(self, loop_joints: Iterable[Closure | Strut]) -> set[str]:
-        """Returns the links with closures or rods."""
+        """Return the links with closures or rods."""
         names = {loop_joint.name for loop_joint in loop_joints}
         selected = [e for e in self.equalities if e.name in names]
         return {frame.link for equality in selected for frame in (equality.a, equality.b)}
 
     def check_laws(self, joints: Iterable[BodyJoint], is_in_a_tree: bool) -> None:
-        """Raises an error if a joint of the robot has an unsupported coupling.
+        """Raise an error if a joint of the robot has an unsupported coupling.
 
         Raises:
             DescriptionError: A joint of the robot has an unsupported coupling, or no joint
@@ -124,23 +124,23 @@ class ModelLoops:
                 leader = int(self.arrays.eq_obj2id[k])
                 to = f" to {self.bodies.joint_name(leader)!r}" if leader >= 0 else ""
                 raise DescriptionError(
-                    f"joint {joint.name!r} is coupled{to} by {equality}; a follower's value is "
-                    "linear in that of another joint"
+                    f"joint {joint.name!r} is coupled{to} by {equality}; the position of a "
+                    "coupled joint is linear in the position of another joint"
                 )
 
     def _is_linear(self, k: int) -> bool:
-        """Whether a joint equality fixes a joint, or has no terms above the first order."""
+        """Whether a joint equality fixes a joint or couples two joints linearly."""
         return int(self.arrays.eq_obj2id[k]) < 0 or not any(self.arrays.eq_data[k][2:5])
 
     def couplings(self, tree: Sequence[BodyJoint]) -> tuple[Coupling, ...]:
-        """Returns the couplings between the joints of a tree with loops."""
+        """Return the couplings between the joints of a tree with loops."""
         inside = {joint.name for joint in tree}
         return tuple(e.coupling for e in self._equations(tree) if e.joint in inside)
 
     def motors(self, tree: Sequence[BodyJoint]) -> tuple[Drive, ...]:
-        """Returns the motor hinges outside the robot's tree. Each drives a joint of the tree.
+        """Return the drives of tree joints.
 
-        A joint with its own actuator has no motor hinge.
+        The motor of each drive turns a hinge outside the tree.
         """
         inside, moved = {joint.name for joint in tree}, self.model.drives.joints
         turning = {joint.name for joint in self.bodies.joints if joint.kind == "revolute"}
@@ -154,11 +154,11 @@ class ModelLoops:
         )
 
     def _equations(self, tree: Sequence[BodyJoint]) -> tuple[Equation, ...]:
-        """Returns the equations of dependent joints, with joints of the tree as leaders."""
+        """Return the equations that express dependent joints by other joints of the tree."""
         return joint_equations(self.bodies.laws, [joint.name for joint in tree])
 
     def actuated(self, tree: Sequence[BodyJoint]) -> tuple[str, ...]:
-        """Returns the joints and motors with an actuator, in the order of the actuators.
+        """Return the joints and motors with an actuator, in the order of the actuators.
 
         Raises:
             DescriptionError: No joint has an actuator.
@@ -177,7 +177,7 @@ class ModelLoops:
         return tuple(map(identifier, moved))
 
     def springs(self, tree: Sequence[BodyJoint]) -> tuple[tuple[str, sp.Expr], ...]:
-        """Returns the rest positions of the passive joints with springs."""
+        """Return the rest positions of the passive joints with springs."""
         drives = self.model.drives
         free = [name for name in drives.springs if name not in drives.joints]
         return tuple(
@@ -187,7 +187,7 @@ class ModelLoops:
         )
 
     def reference(self, tree: Sequence[BodyJoint]) -> tuple[tuple[str, sp.Expr], ...]:
-        """Returns the nonzero joint values in the reference configuration of the model."""
+        """Return the nonzero joint values in the reference configuration of the model."""
         names = {joint.name for joint in tree}
         found = []
         for k in range(self.arrays.njnt):
@@ -198,7 +198,7 @@ class ModelLoops:
         return tuple(found)
 
     def _around(self, equality: _Equality) -> list[BodyJoint]:
-        """Returns the joints on the path between the two bodies of an equality."""
+        """Return the moving joints between the two bodies of an MJCF equality constraint."""
         to_a, to_b = (self._path_to(end.link) for end in (equality.a, equality.b))
         return [j for j in (*to_a, *to_b) if (j in to_a) != (j in to_b) and j.kind != "fixed"]
 
@@ -212,7 +212,7 @@ class ModelLoops:
     # --- rods ---
 
     def _as_rod(self, equality: _Equality, others: Sequence[_Equality]) -> _Equality:
-        """Returns a ``connect`` equality as a rod if its body hangs on a ball joint."""
+        """Return a ``connect`` equality as a rod if its body hangs on a ball joint."""
         if equality.kind == "connect":
             for rod, end in ((equality.a, equality.b), (equality.b, equality.a)):
                 ball = next((j for j in self._path_to(rod.link) if j.kind != "fixed"), None)
@@ -225,7 +225,7 @@ class ModelLoops:
         return equality
 
     def _rods_in_tree(self, others: Sequence[_Equality]) -> Iterator[_Equality]:
-        """Yields rods between two ball joints of the tree.
+        """Yield rods between two ball joints of the tree.
 
         The body at the far end of a rod loses its ball joint and becomes a free body.
         """
@@ -256,7 +256,7 @@ class ModelLoops:
         )
 
     def _from_ball(self, ball: BodyJoint, point: _End) -> Vector:
-        """Returns a point of a rod, relative to the ball joint of the rod."""
+        """Return a point of a rod, relative to the ball joint of the rod."""
         x, y, z = point.xyz
         for joint in self._path_to(point.link):
             if joint is ball:
@@ -305,7 +305,7 @@ class ModelLoops:
         return _End(link, lengths(self.arrays.site_pos[site]), rpy)
 
     def _of_bodies(self, k: int, is_weld: bool) -> tuple[_End, _End]:
-        """Returns the frames of an equality on both bodies.
+        """Return the two frames that an equality connects, one on each body.
 
         The data of a ``weld`` are the point on the second body, the point on the first body, and
         the relative orientation.
@@ -320,7 +320,7 @@ class ModelLoops:
 
 
 def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
-    """Yields a closure for each equality.
+    """Yield a closure or strut for each equality between two bodies.
 
     ``connect`` equalities between the same bodies are merged.
     """
@@ -342,7 +342,7 @@ def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
 
 
 def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
-    """Returns the pin joint through the points of two ``connect`` equalities."""
+    """Return the pin joint through the points of two ``connect`` equalities."""
     if len(others) + 1 > MAX_CONNECTS:
         raise DescriptionError(
             f"{len(others) + 1} connect equalities join {first.a.link!r} and {first.b.link!r}; "

@@ -53,9 +53,10 @@ REMOVED = (
     "texts",
     "plugins",
 )
-"""Elements that do not affect poses. An element that refers to another element comes first."""
+"""Elements of a model that do not affect poses. An element that refers to another element comes
+first."""
 OPENED = ("include", "model", "flexcomp")
-"""Elements with files that MuJoCo opens."""
+"""XML elements whose ``file`` attribute names a file that MuJoCo opens."""
 MEANT_EQUALITIES = ("mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT")
 
 
@@ -69,7 +70,7 @@ class CompiledModel(NamedTuple):
     drives: Drives
 
     def named(self, kind: str, index: int) -> str:
-        """Returns the name of a body, joint, site or equality.
+        """Return the name of a body, joint, site or equality.
 
         Unnamed objects have an empty name.
         """
@@ -78,7 +79,7 @@ class CompiledModel(NamedTuple):
 
 
 def compiled(file: Path) -> CompiledModel:
-    """Compiles an MJCF file.
+    """Compile an MJCF file with MuJoCo.
 
     Raises:
         NotInstalledError: The Python package mujoco is not installed.
@@ -114,7 +115,8 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
     for equality in list(spec.equalities):
         if equality.type not in meant:
             spec.delete(equality)
-    # Removed shapes have no masses, but MuJoCo requires a mass.
+    # MuJoCo requires a mass for moving bodies. The deleted shapes defined this mass, so these
+    # settings provide a substitute.
     spec.compiler.boundmass = spec.compiler.boundinertia = 1
     spec.compiler.balanceinertia = 1
     for joint in spec.joints:
@@ -125,7 +127,7 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
 
 
 def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
-    """Checks a file and its included files before MuJoCo opens them.
+    """Check a file and its included files before MuJoCo opens them.
 
     All numbers must be finite. MuJoCo itself does not reject infinite numbers, but writes a log
     file. Included files must be in the folder of the model. MuJoCo opens no other files, because
@@ -134,7 +136,7 @@ def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
     Args:
         file: The model file or an included file.
         by: The model.
-        seen: The checked files, to which the function adds ``file``.
+        seen: The files that were already checked. The function appends ``file`` to this list.
     """
     seen.append(file)
     # MuJoCo reads every file as UTF-8 and ignores the declared encoding.
@@ -154,7 +156,7 @@ def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
 
 
 def _included(element: etree._Element, file: Path, by: Path) -> Path:
-    """Returns an included file. The folder of the model comes first."""
+    """Return an included file. The folder of the model comes first."""
     name = str(element.get("file"))
     for folder in (by.parent, file.parent):
         try:
@@ -167,7 +169,7 @@ def _included(element: etree._Element, file: Path, by: Path) -> Path:
 
 
 def _check_model(file: Path, arrays: Any, mujoco: Any) -> None:
-    """Raises an error if a position or orientation of the compiled model is not finite."""
+    """Raise an error if a position or orientation of the compiled model is not finite."""
     kinds = {
         "body": ("mjOBJ_BODY", ("body_pos", "body_quat")),
         "joint": ("mjOBJ_JOINT", ("jnt_pos", "jnt_axis", "jnt_range")),
@@ -195,32 +197,35 @@ def _refused(file: Path, reason: str) -> DescriptionError:
 
 
 def length(value: float) -> sp.Expr:
-    """Converts a length (meter) of the compiled model to an exact number without rounding noise."""
+    """Convert a length (meter) of the compiled model to an exact number without rounding noise."""
     return read(repr(round(float(value), COMPILED_DECIMALS)))
 
 
 def lengths(values: Any) -> Vector:
-    """Converts a vector (meter) of the compiled model to exact numbers without rounding noise."""
+    """Convert a vector (meter) of the compiled model to exact numbers without rounding noise."""
     x, y, z = (length(value) for value in values)
     return x, y, z
 
 
 def angle(value: float) -> sp.Expr:
-    """Returns an angle (radian) of the compiled model, rounded to pi/12 if it is close."""
+    """Return an angle (radian) of the compiled model.
+
+    An angle close to a multiple of pi/12 is rounded to this multiple.
+    """
     exact = length(value)
     multiple = snap_angle(exact)
     return multiple if abs(float(multiple) - float(value)) < COMPILED_ANGLE else exact
 
 
 def roll_pitch_yaw(quaternion: Any) -> Vector:
-    """Returns roll, pitch and yaw (radian) of a quaternion (w, x, y, z)."""
+    """Return roll, pitch and yaw (radian) of a quaternion (w, x, y, z)."""
     with mp.workdps(EVALUATION_DIGITS):
         roll, pitch, yaw = of_quaternion(*map(mp.mpf, quaternion))
     return angle(roll), angle(pitch), angle(yaw)
 
 
 def snapped(angles: Vector) -> tuple[Vector, list[str]]:
-    """Rounds angles to near multiples of pi/12, and returns a note for each changed angle."""
+    """Round angles to near multiples of pi/12, and return a note for each changed angle."""
     exact = [snap_angle(value) for value in angles]
     notes = [
         f"{which} = {float(value)!r} taken as {taken}"
@@ -232,7 +237,11 @@ def snapped(angles: Vector) -> tuple[Vector, list[str]]:
 
 
 def direction(model: CompiledModel, joint: int) -> Vector:
-    """Returns a joint axis with the numbers of the file, if MuJoCo only normalized it."""
+    """Return a joint axis.
+
+    If the compiled axis differs from the axis in the file only by normalization, the numbers of the
+    file are used.
+    """
     unit = [float(value) for value in model.arrays.jnt_axis[joint]]
     written = model.axes[joint]
     size = sum(value**2 for value in written) ** 0.5

@@ -18,7 +18,7 @@ from .mjcf_drives import Drives, Tendon
 def tendon_couplings(
     drives: Drives, chain: Sequence[BodyJoint]
 ) -> tuple[tuple[Coupling, ...], tuple[Motor, ...]]:
-    """Returns the couplings of joints to tendons, and the tendons as motors.
+    """Return the couplings of joints to tendons, and the tendons as motors.
 
     A tendon is omitted if its joints are not all determined or not all in the chain.
 
@@ -48,7 +48,7 @@ def tendon_couplings(
 
 
 def _groups(drives: Drives, kinds: Mapping[str, str]) -> Iterator[tuple[list[str], list[Tendon]]]:
-    """Yields each set of coupled joints with its tendons."""
+    """Yield each set of coupled joints with its tendons."""
     taken = {identifier(name) for name in kinds}
     left = [
         tendon

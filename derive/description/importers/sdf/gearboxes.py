@@ -34,11 +34,11 @@ class Gearboxes:
     def equations(
         self, tree: KinematicTree, joints: Mapping[str, etree._Element]
     ) -> Iterator[LinearEquation]:
-        """Yields the equation theta_2 + ratio * theta_1 = 0 of each gearbox.
+        """Yield the equation theta_2 + ratio * theta_1 = 0 of each gearbox.
 
         Args:
             tree: The links and joints of the model.
-            joints: The elements of the joints by name.
+            joints: XML elements of the joints, keyed by joint name.
 
         Raises:
             DescriptionError: A joint axis is not parallel to the axis of a gearbox, or no joint
@@ -65,7 +65,7 @@ class Gearboxes:
 
     @staticmethod
     def _is_downward(joint: TreeJoint, base: str, path: Sequence[TreeJoint]) -> bool:
-        """Whether a path from a base link passes a joint from its parent to its child."""
+        """Whether a path from a base link passes a joint in the direction from parent to child."""
         link = base
         for each in path:
             if each is joint:
@@ -74,7 +74,7 @@ class Gearboxes:
         return True
 
     def _sign(self, gearbox: etree._Element, axis: str, joint: etree._Element) -> int:
-        """Returns 1 if a joint rotates about the axis of a gearbox, or -1 against it.
+        """Return 1 if a joint rotates about the axis of a gearbox, or -1 against it.
 
         The result is 0 for a prismatic joint.
         """
@@ -83,12 +83,12 @@ class Gearboxes:
         cosine = float(self._direction(gearbox, axis) @ self._direction(joint, "axis"))
         if abs(abs(cosine) - 1) > PARALLEL_GEARS:
             name = str(joint.get("name"))
-            expected = f"a direction parallel to the axis of joint {name!r}, which turns a gear"
+            expected = f"a direction parallel to the axis of joint {name!r}, which rotates a gear"
             self.frames.fail(gearbox, axis, gearbox.findtext(f"{axis}/xyz"), expected)
         return 1 if cosine > 0 else -1
 
     def _direction(self, joint: etree._Element, axis: str) -> NDArray[np.float64]:
-        """Returns the unit vector of an axis in the model frame, with all joints at zero."""
+        """Return the unit vector of an axis in the model frame, with all joints at zero."""
         with mp.workdps(EVALUATION_DIGITS):
             T = pose_in_digits(self.frames.relative(MODEL, str(joint.get("name"))), {})
             R = np.array([[float(T[i, j]) for j in range(3)] for i in range(3)])

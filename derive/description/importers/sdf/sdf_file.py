@@ -56,7 +56,7 @@ class SdfFile:
     """A parsed SDF file that contains one model."""
 
     def __init__(self, file: str, text: str) -> None:
-        """Reads the links, frames and joints of the model.
+        """Read the links, frames and joints of the model.
 
         Raises:
             DescriptionError: The text is not valid SDF, includes other files, or does not contain
@@ -111,7 +111,7 @@ class SdfFile:
         return found
 
     def _order(self, joint: etree._Element) -> tuple[bool, bool]:
-        """Returns the sort key of a joint: ball joints are the last joints of the tree."""
+        """Return the sort key of a joint: ball joints are the last joints of the tree."""
         return self._is_passive(joint), joint.get("type") == "ball"
 
     @staticmethod
@@ -155,7 +155,7 @@ class SdfFile:
         return "" if mimic is None else str(mimic.get("joint"))
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """Returns the chains between base and tip. An end that is None is inferred.
+        """Return the chains between base and tip. An end that is None is inferred.
 
         Raises:
             DescriptionError: A link is unknown, or no chain exists.
@@ -166,7 +166,7 @@ class SdfFile:
             self.fail(self.frames.model, error.field, error.value, error.expected)
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> Described:
-        """Returns the chain between two links or frames.
+        """Return the chain between two links or frames.
 
         Args:
             base: The link of the base frame. The default is the root link of the model.
@@ -203,7 +203,8 @@ class SdfFile:
         joints: list[Joint] = []
         link = ends.base
         for each in path:
-            # On the way up, the fixed joint to the child link comes first.
+            # If the path leads from a child link to its parent link, the fixed joint at the child
+            # link comes first.
             is_down = each.parent == link
             joints += self._joints(each) if is_down else reversed([*self._joints(each)])
             link = each.child if is_down else each.parent
@@ -275,7 +276,7 @@ class SdfFile:
     # --- a single joint of the model ---
 
     def _joints(self, joint: TreeJoint) -> Iterator[Joint]:
-        """Yields a joint.
+        """Yield a joint.
 
         If the joint frame differs from the frame of the child link, a fixed joint to the child link
         follows.
@@ -335,7 +336,7 @@ class SdfFile:
         return Closure(identifier(name), CLOSURES[kind], a, b)
 
     def _rod(self, joint: TreeJoint) -> Strut:
-        """Returns a link between two ball joints as a rod with the name of the second joint.
+        """Return a link between two ball joints as a rod with the name of the second joint.
 
         Raises:
             DescriptionError: The link between the two ball joints has further joints.
@@ -395,7 +396,10 @@ class SdfFile:
         return lower, upper
 
     def _couplings(self, joints: Sequence[TreeJoint]) -> Iterator[Coupling]:
-        """Yields the couplings of the mimic joints. The leaders are not coupled."""
+        """Yield the couplings of the mimic joints.
+
+        Each coupling refers to a joint that is not a mimic joint.
+        """
         for joint in joints:
             multiplier, offset, seen = sp.S.One, sp.S.Zero, [self.joints.get(joint.name)]
             while seen[-1] is not None and (mimic := seen[-1].find("axis/mimic")) is not None:
@@ -420,7 +424,7 @@ class SdfFile:
         return tuple(Gearboxes(self.frames, self._axis).equations(self.tree, self.joints))
 
     def _geared(self, path: Sequence[TreeJoint]) -> tuple[Coupling, ...]:
-        """Returns the couplings of the mimic joints and of the gearboxes.
+        """Return the couplings of the mimic joints and of the gearboxes.
 
         The equations of gearboxes are solved for passive joints if possible.
         """

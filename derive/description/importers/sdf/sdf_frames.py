@@ -36,7 +36,7 @@ _NUMBERS = {"euler_rpy": 6, "quat_xyzw": 7}
 
 
 def merged(placement: Placement) -> Placement:
-    """Returns a placement with consecutive motions merged and zero motions removed."""
+    """Return a placement with consecutive motions merged and zero motions removed."""
     found: Placement = ()
     for motion in placement:
         last = found[-1] if found else None
@@ -54,7 +54,7 @@ def merged(placement: Placement) -> Placement:
 
 
 def origin_of(placement: Placement) -> tuple[Vector, Vector]:
-    """Returns the position, and roll, pitch and yaw.
+    """Return the position, and roll, pitch and yaw.
 
     The result is exact for a product T Rz Ry Rx.
     """
@@ -77,10 +77,7 @@ def origin_of(placement: Placement) -> tuple[Vector, Vector]:
 
 
 class SdfFrames:
-    """The frames of a model.
-
-    Its methods read the numbers of elements, and raise errors for invalid numbers.
-    """
+    """The frames of a model."""
 
     def __init__(self, file: str, model: etree._Element) -> None:
         self.file, self.model = file, model
@@ -95,7 +92,7 @@ class SdfFrames:
         self._known[WORLD] = inverse(self._pose(model.find("pose")))
 
     def placed(self, name: str, waiting: tuple[str, ...] = ()) -> Placement:
-        """Returns the pose of a frame in the model frame."""
+        """Return the pose of a frame in the model frame."""
         if name not in self._known:
             element = self._element(name)
             if name in waiting or len(waiting) > len(self.elements):
@@ -107,11 +104,11 @@ class SdfFrames:
         return self._known[name]
 
     def relative(self, base: str, name: str) -> Placement:
-        """Returns the pose of a frame in another frame, with all joints at zero."""
+        """Return the pose of a frame in another frame, with all joints at zero."""
         return merged(inverse(self.placed(base)) + self.placed(name))
 
     def link_of(self, name: str, waiting: tuple[str, ...] = ()) -> str:
-        """Returns the link to which a frame is rigidly attached."""
+        """Return the link to which a frame is rigidly attached."""
         if name == WORLD:
             return name
         if name == MODEL:
@@ -159,7 +156,7 @@ class SdfFrames:
     # --- values ---
 
     def number(self, element: etree._Element, field: str, text: str) -> sp.Expr:
-        """Returns a decimal number with the digits of the file."""
+        """Return a decimal number exactly as written in the file."""
         if not DECIMAL.fullmatch(text.strip()):
             self.fail(element, field, text, "a decimal number")
         try:
@@ -168,7 +165,7 @@ class SdfFrames:
             self.fail(element, field, text, f"a number ({error})")
 
     def text(self, element: etree._Element, tag: str) -> str:
-        """Returns the text of a child element."""
+        """Return the text of a child element."""
         child = element.find(tag)
         found = (child.text or "").strip() if child is not None else ""
         if not found:
@@ -176,14 +173,14 @@ class SdfFrames:
         return found
 
     def attribute(self, element: etree._Element | None, name: str) -> str:
-        """Returns an attribute of an element. The attribute must not be empty."""
+        """Return an attribute of an element. The attribute must not be empty."""
         value = None if element is None else element.get(name)
         if not value:
             self.fail(self.model if element is None else element, name, value, f'{name}="..."')
         return value
 
     def fail(self, element: etree._Element, field: str, value: object, expected: str) -> NoReturn:
-        """Raises an error with file, line and element."""
+        """Raise an error with file, line and element."""
         words: Mapping[str, str] = {"tag": str(element.tag), "name": element.get("name") or ""}
         about = f"<{' '.join(filter(None, words.values()))}> {field}".strip()
         raise file_error(self.file, element.sourceline, about, value, expected) from None

@@ -6,7 +6,7 @@ from lxml import etree
 
 
 def split_universal_joints(model: etree._Element) -> None:
-    """Replaces the universal joints of a model.
+    """Replace each universal joint of a model by two revolute joints.
 
     A universal joint ``J`` becomes a revolute joint ``J`` about the first axis, a link ``J_cross``,
     and a revolute joint ``J_2`` about the second axis. The two revolute joints and the link have
@@ -39,7 +39,7 @@ def _split(model: etree._Element, joint: etree._Element, name: str) -> None:
 
 
 def _change(joint: etree._Element, texts: dict[str, str], removed: str) -> None:
-    """Makes a joint revolute, changes its texts and removes its other axis."""
+    """Make a joint revolute, set the texts of child elements, and remove one axis element."""
     joint.set("type", "revolute")
     for tag, text in texts.items():
         for element in joint.findall(tag):

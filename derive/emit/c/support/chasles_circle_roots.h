@@ -1,8 +1,8 @@
 /* Finds the real roots of a trigonometric polynomial of degree at most 8. This file is part of
  * chasles and is the same for every robot.
  *
- * The circle is divided into 96 cells. Each cell has a Taylor series. A cell is halved until its
- * Taylor terms show that the polynomial has no root, is monotonic or is convex. */
+ * The circle is divided into 96 cells. A cell is halved until its Taylor terms show that the
+ * polynomial has no root, is monotonic or is convex. */
 #ifndef CHASLES_CIRCLE_ROOTS_H
 #define CHASLES_CIRCLE_ROOTS_H
 
@@ -20,8 +20,7 @@
 #define CHASLES_MAX_ROOTS 32
 /* Number of terms in a Taylor series. The first omitted term is 1e-14 of the largest term. */
 #define CHASLES_TERMS 11
-/* Maximum number of examined intervals. Typical poses need fifty intervals, degenerate poses far
- * more. */
+/* Maximum number of examined intervals. */
 #define CHASLES_MAX_PARTS 400
 /* Maximum number of halvings of a cell. The smallest width is 1e-6 rad. Roots closer than this
  * width count as one root. */
@@ -106,14 +105,12 @@ typedef struct {
     int count;
     int unresolved;                      /* whether the interval may contain further roots */
     int parts;                           /* number of examined intervals */
-    double angle[CHASLES_MAX_ROOTS];     /* angle of the suppressed joint */
-    double imaginary[CHASLES_MAX_ROOTS]; /* half the distance of two close roots, or 0 */
+    double angle[CHASLES_MAX_ROOTS];     /* angle at each real root of the determinant */
+    double imaginary[CHASLES_MAX_ROOTS]; /* half of the distance between two close roots, or 0 */
 } chasles_circle_roots;
 
 /* Computes the Taylor series of a trigonometric polynomial about each of several angles x0. `c` and
- * `s` are the cosines and sines of the angles x0. The variable of a series is (x - x0) / radius.
- * The factor weight[k][m] of the k-th derivative of cos(m x) or sin(m x) is (m radius)^k / k!, with
- * the sign of the k-th derivative. */
+ * `s` are the cosines and sines of the angles x0. The variable of a series is (x - x0) / radius. */
 CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series, int degree,
                                           const double (*weight)[CHASLES_DEGREE + 1],
                                           const double *c, const double *s, chasles_vector *t)
@@ -162,9 +159,8 @@ static void chasles_circle_doubt(chasles_circle_roots *roots, double error)
     roots->unresolved = roots->unresolved || !(error < CHASLES_DOUBT);
 }
 
-/* Computes the Taylor series on half of an interval. The value of `side` is -1 or 1. New
- * coefficient i is side^i times the sum over k of binomial(k, i) (side / 2)^k times old coefficient
- * k. */
+/* Computes the Taylor series on half of an interval. The value of `side` is -1 or 1. The new
+ * coefficients are half[i] = side^i sum_k binomial(k, i) (side / 2)^k whole[k]. */
 static void chasles_circle_half(const chasles_circle_part *whole, double side,
                                 chasles_circle_part *half)
 {
@@ -200,8 +196,7 @@ static double chasles_circle_at(const double *t, double z, double *slope)
     return value;
 }
 
-/* Finds the zero of a Taylor series by Newton's method. The values of the series at `low` and
- * `high` have different signs. */
+/* Finds the zero of a Taylor series by Newton's method. */
 static double chasles_circle_zero(const double *t, double low, double high)
 {
     double slope;
@@ -272,8 +267,7 @@ static void chasles_circle_convex(const chasles_circle_part *part, chasles_circl
 static void chasles_circle_divided(const chasles_circle_part *part, int halvings,
                                    chasles_circle_roots *roots)
 {
-    /* Each test proves one fact about the interval: no root, no extremum, or no inflection point.
-     */
+    /* Each test proves that an interval contains no root, no extremum or no inflection point. */
     const double wide = 1.0 + part->nearly / part->radius;
     double change = 0.0, value = 0.0, slope = part->noise, bend = part->noise, power = 1.0;
     for (int k = 1; k < CHASLES_TERMS; k++) {
@@ -291,8 +285,7 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
         return;
     }
     if (change < part->noise || halvings == 0) {
-        /* In a smaller interval, rounding errors are larger than the values. All roots of the
-         * interval are stored as a single point. */
+        /* Roots that cannot be separated are stored as a single root. */
         const int last = roots->count - 1;
         if (last < 0 || !(fabs(roots->angle[last] - part->from) < CHASLES_TWINS))
             chasles_circle_add(roots, part->from, part->radius);
@@ -313,7 +306,7 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
 /* Recomputes the Taylor series of an interval from new samples. */
 typedef void (*chasles_circle_sampler)(const void *source, chasles_circle_part *part);
 
-/* Finds the roots in a cell. */
+/* Finds the roots of the polynomial in one cell. */
 static void chasles_circle_cell(chasles_circle_sampler sampler, const void *source, double noise,
                                 chasles_circle_part *part, chasles_circle_roots *roots)
 {
@@ -324,7 +317,6 @@ static void chasles_circle_cell(chasles_circle_sampler sampler, const void *sour
     if (sampler && most < CHASLES_BLURRED * noise)
         sampler(source, part);
     chasles_circle_divided(part, CHASLES_HALVINGS, roots);
-    /* Rounding errors may hide roots near a cell boundary. */
     if (fabs(chasles_circle_at(part->t, 1.0, &slope)) < CHASLES_UNSURE * part->noise)
         chasles_circle_add(roots, part->from + part->radius, CHASLES_EDGE);
 }

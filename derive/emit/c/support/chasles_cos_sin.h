@@ -9,9 +9,7 @@
 
 #include <math.h>
 
-/* GCC 12 computed wrong results when it packed scalar code into AVX-512 vectors. The wrong results
- * occurred for the rods of a delta robot with -O2 -march=native -fno-math-errno. Packing into
- * vectors does not make the code of this file faster. */
+/* GCC 12 computed wrong results when it packed scalar code into AVX-512 vectors. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("no-tree-slp-vectorize")
 #endif
@@ -46,8 +44,7 @@ static inline void chasles_cos_sin(int n, const double *angle, double *c, double
 {
     for (int k = 0; k < n; k += CHASLES_ANGLES) {
         size_t bytes = (size_t)(n - k < CHASLES_ANGLES ? n - k : CHASLES_ANGLES) * sizeof(double);
-        /* The halves are joined in registers. If the halves were joined in memory, the load of the
-         * vector would wait for the stores of both halves. */
+        /* The halves are joined in registers. */
         const chasles_angles some = {
             CHASLES_ANGLE(0), CHASLES_ANGLE(1), CHASLES_ANGLE(2), CHASLES_ANGLE(3),
 #if CHASLES_ANGLES == 8

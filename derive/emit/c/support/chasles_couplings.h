@@ -1,33 +1,35 @@
-/* Selects the solution nearest to a seed for a robot whose motors move several joints.
- * This file is part of chasles and is the same for every robot.
+/* Selects the solution nearest to a seed for a robot whose motors move several joints. This file is
+ * part of chasles and is the same for every robot.
  *
- * A full turn of a joint may move several coordinates by fractions of a turn. The limits of
- * coordinates and joints form a polytope. For each revolute joint, the search tries the number of
- * full turns nearest to the seed within the limits, and the adjacent numbers. If no solution is
- * within the limits, the search tries up to four full turns more and up to four full turns
- * fewer. */
+ * The limits of coordinates and joints form a polytope. For each revolute joint, the search tries
+ * the number of full turns nearest to the seed within the limits, and the adjacent numbers. If none
+ * of these numbers gives a solution within the limits, the search tries numbers that differ from
+ * the nearest number by up to four. */
 #ifndef CHASLES_COUPLINGS_H
 #define CHASLES_COUPLINGS_H
 
 #include "chasles_nearest.h"
 
-/* Maximum number of full turns between the solution nearest to the seed and a returned one. */
+/* Maximum number of full turns by which a returned joint angle may differ from the angle within the
+ * limits nearest to the seed. */
 #define CHASLES_MAX_WINDINGS 4
 
 /* The couplings of n coordinates q and the joints theta. The independent joints phi determine q. */
 typedef struct {
     int n, joints;
-    const double *measure; /* phi = measure q + constants (n, n) */
+    const double *measure; /* matrix (n, n) of the equation phi = measure q + constants */
     const double *step;    /* change of q per full turn of each phi (n, n); 0 if phi cannot turn */
     const double *joint;   /* theta = joint q + offset (joints, n) */
     const double *offset;
-    const int
-        *only; /* index of the only phi that moves a joint, or -1 if several move it (joints) */
+    const int *only;     /* for each joint, the index of the only phi that moves the joint, or -1 if
+                            several phi move the joint */
     const double *ratio; /* change of each joint per unit of phi[only] */
-    const int *alone;    /* index of the only coordinate that a turn of each phi changes, or -1 */
+    const int *alone;    /* for each phi, the index of the only coordinate that a full turn of phi
+                            changes, or -1 */
 } chasles_couplings;
 
-/* Returns the scalar product of two rows. Zeros are skipped, because limits may be infinite. */
+/* Returns the scalar product of two rows. Terms with a zero factor are skipped, because q may
+ * contain infinite limits, and 0 * infinity is NaN. */
 static inline double chasles_row(int n, const double *row, const double *q)
 {
     double sum = 0;
@@ -37,7 +39,7 @@ static inline double chasles_row(int n, const double *row, const double *q)
     return sum;
 }
 
-/* Writes the range of phi - c for an independent joint phi, with the constant c of its coupling.
+/* Writes the limits of phi[j] into `low` and `high`, without the constant offset of the coupling.
  * The range follows from the limits of the coordinates and of the joints. */
 static inline void chasles_range(const chasles_couplings *c, const chasles_moves *moves, int j,
                                  double *low, double *high)
@@ -84,9 +86,8 @@ static inline double chasles_distance_within(const chasles_couplings *c, const c
     return distance;
 }
 
-/* Writes the first and the last number of full turns to try for an independent joint. Both numbers
- * differ by at most `width` from the number nearest to the seed. Returns 0 if no number of turns is
- * within the limits or the seed is not finite. */
+/* Writes the first and the last number of full turns to try for an independent joint. Returns 0 if
+ * no number of turns is within the limits or the seed is not finite. */
 static inline int chasles_turns(const chasles_couplings *c, const chasles_moves *moves,
                                 const double *slot, const double *q_seed, int j, int width,
                                 double *first, double *last)
@@ -106,8 +107,9 @@ static inline int chasles_turns(const chasles_couplings *c, const chasles_moves 
     return 1;
 }
 
-/* Returns whether an independent joint may make full turns. A coordinate with period 0 in `moves`
- * must not make full turns. A fixed coordinate has the period 0. */
+/* Returns whether an independent joint may make full turns. If the period of a coordinate in
+ * `moves` is 0, full turns of the coordinate are not allowed. A fixed coordinate has the period 0.
+ */
 static inline int chasles_can_turn(const chasles_couplings *c, const chasles_moves *moves, int j)
 {
     const double *step = c->step + j * c->n;
@@ -120,8 +122,8 @@ static inline int chasles_can_turn(const chasles_couplings *c, const chasles_mov
 }
 
 /* Shifts a solution by the full turns that bring it nearest to the seed. Returns the distance from
- * the seed, or INFINITY if no number of turns is within the limits. For equal distances, the sum of
- * the displacements decides. */
+ * the seed, or INFINITY if no number of turns is within the limits. Of several shifted solutions at
+ * the same distance, the one with the smallest sum of displacements is selected. */
 static inline double chasles_wound(const chasles_couplings *c, const chasles_moves *moves,
                                    const double *slot, const double *q_seed, int width, double *q)
 {

@@ -25,7 +25,7 @@ static const double lanes_sine[] = {1.589623007685026e-10,  -2.505074776274793e-
 static const double lanes_cosine[] = {-1.1358536307896614e-11, 2.0875700837723448e-09,
                                       -2.755731417926397e-07,  2.4801587288851585e-05,
                                       -0.0013888888888873056,  0.041666666666666595};
-/* pi/2 as a sum of doubles, rounded down so that range reduction maps the angle -0 to -0. */
+/* pi/2 as a sum of doubles, rounded down. */
 static const double lanes_right_angle[] = {1.5707963267948966, 6.123233995736765e-17,
                                            1.0828566739219139e-32};
 #define LANES_FARTHEST 1e5 /* maximum angle [rad]; libmvec computes functions of larger angles */
@@ -38,8 +38,8 @@ static const double lanes_arctangent[] = {
 
 #define LANES_TINY 5e-324 /* the smallest positive double */
 #define LANES_INLINE static inline __attribute__((always_inline)) LANES_TARGET
-/* LANES_SCHEDULED lets the compiler interleave two independent vectors. LANES_SPARING spills fewer
- * registers to memory. LANES_SPARING suits code with long chains of dependencies. */
+/* LANES_SCHEDULED lets the compiler interleave two independent vectors. LANES_SPARING makes the
+ * compiler spill fewer registers to memory. */
 #ifdef __clang__
 #define LANES_SCHEDULED
 #define LANES_SPARING
@@ -76,7 +76,7 @@ static const double lanes_arctangent[] = {
     LANES_NAME(lanes_cos_sin)(&x, &c, &s)
 
 /* Functions take lane vectors by address, because the baseline ABI cannot pass wide vectors by
- * value. Each function calls libmvec once per register. */
+ * value. */
 #define LANES_PART(x, k) (((lanes_part *)(x))[k])
 #define LANES_PARTS (int)(sizeof(lanes) / sizeof(lanes_part))
 #define LANES_BY_PARTS(name, function)                                       \
@@ -122,11 +122,10 @@ static const double lanes_arctangent[] = {
 #undef lanes_mask
 #undef lanes_part
 #undef lanes_where
-/* GCC tunes the code for Haswell, so that code with two interleaved vectors needs the fewest stores
- * of registers (GCC 12). Tuning for Skylake or Zen makes the code a third slower.
+/* Tuning for Skylake or Zen makes the code a third slower.
  *
- * LANES_MAX and LANES_MIN return the second argument if an argument is NaN. LANES_MINUS is the sign
- * bit in lanes with a true condition, otherwise 0. */
+ * LANES_MAX and LANES_MIN return the second argument if an argument is NaN. LANES_MINUS returns the
+ * sign bit in each lane in which the condition is true, and 0 in the other lanes. */
 #if CHASLES_ISA == 2
 #define LANES 8
 #define LANES_SET avx512
@@ -169,7 +168,8 @@ static const double lanes_arctangent[] = {
 #define LANES_MIN(x, y) ((lanes)_mm256_min_pd(LANES_OF(x), LANES_OF(y)))
 #define LANES_FMA(x, y, z) ((lanes)_mm256_fmadd_pd(x, y, z))
 #define LANES_LESS_PRODUCT(z, x, y) ((lanes)_mm256_fnmadd_pd(x, y, z))
-#define LANES_NEGATIVE(x) ((lanes_mask)(x)) /* only the first bit of a condition matters */
+#define LANES_NEGATIVE(x) \
+    ((lanes_mask)(x)) /* the blend instruction uses only the sign bit of a condition */
 #define LANES_CHOICE(condition, x, y) \
     ((lanes)_mm256_blendv_pd(LANES_OF(y), LANES_OF(x), (__m256d)(condition)))
 #define LANES_ANY(condition) _mm256_movemask_pd((__m256d)(condition))
@@ -207,7 +207,7 @@ typedef double LANES_NAME(lanes_row)
     __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double))));
 static const lanes LANES_NAME(lanes_zero) = {0};
 
-/* ---- functions of lanes ---- */
+/* ---- functions that operate on SIMD lanes ---- */
 
 LANES_LIBMVEC(sin)
 LANES_LIBMVEC(cos)
@@ -274,8 +274,6 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
     cosine = LANES_FMA(z, LANES_FMA(z, cosine, LANES_OF(-0.5)), LANES_OF(1.0));
     /* Restores the sign of -0, which the sum has lost. */
     const lanes_mask sine_bits = (lanes_mask)sine | ((lanes_mask)y & INT64_MIN);
-    /* Each quarter turn swaps the cosine and the sine. The sine is negative after 2 or 3 quarter
-     * turns, the cosine after 1 or 2 quarter turns. */
     const lanes_mask quarter = (lanes_mask)shifted, odd = -(quarter & 1);
     const lanes_mask swapped = (sine_bits ^ (lanes_mask)cosine) & odd;
     *s = (lanes)(sine_bits ^ swapped ^ ((quarter << 62) & INT64_MIN));
@@ -295,9 +293,10 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
 }
 #endif
 
-/* Computes the angle of a point (y, x) as the arc tangent of (a - b) / (a + b) near a diagonal,
- * else of a / b. Here a <= b are |x| and |y|. Only a + b and the division cause rounding errors.
- * The angle is wrong if |x| and |y| differ and their sum overflows. */
+/* Computes the angle of a point (y, x). Let a <= b be |x| and |y|. The angle follows from the arc
+ * tangent of (a - b) / (a + b) near a diagonal, otherwise from the arc tangent of a / b. Only a + b
+ * and the division cause rounding errors. The angle is wrong if |x| and |y| differ and their sum
+ * overflows. */
 LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes *value)
 {
     const double *const p = lanes_arctangent;
@@ -323,19 +322,19 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     odd = LANES_FMA(zz, odd, LANES_OF(p[3]));
     even = LANES_FMA(zz, even, LANES_OF(p[0]));
     odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
-    /* The arc tangent is measured from the axis or diagonal at `count` eighths of a turn from the x
-     * axis. The sign of the arc tangent is negated if exactly one of |y| > |x| and x < 0 holds. */
+    /* The arc tangent is the angle from the axis or diagonal whose direction is `count` times 45
+     * degrees. */
     const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
     const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
     const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));
     const lanes count = axis + (lanes)((lanes_mask)LANES_NUMBER(diagonal) ^ backwards);
     const lanes curved = LANES_FMA(signed_t * z, LANES_FMA(z, odd, even), count * rest);
-    /* The products of an eighth of a turn with the integers 0 to 4 are exact. */
     const lanes angle = LANES_FMA(count, LANES_OF(eighth), signed_t + curved);
     *value = (lanes)((lanes_mask)angle | ((lanes_mask)*y & INT64_MIN));
 }
 
-/* Computes the angles of two points at once; each point is the same in lanes 2 k and 2 k + 1. */
+/* Computes the angles atan2(y, x) of two points at once. The coordinates of each point must be
+ * equal in lanes 2 k and 2 k + 1. */
 LANES_INLINE void LANES_NAME(lanes_two_atan2)(const lanes *y1, const lanes *x1, const lanes *y2,
                                               const lanes *x2, lanes *value1, lanes *value2)
 {
@@ -356,7 +355,6 @@ LANES_INLINE void LANES_NAME(lanes_two_atan2)(const lanes *y1, const lanes *x1, 
 #endif
 }
 
-/* For an angle a in [-pi, pi], computes the angle with magnitude pi - |a| and the sign of y. */
 LANES_INLINE void LANES_NAME(lanes_supplement)(const lanes *a, const lanes *y, lanes *value)
 {
     lanes size;
@@ -435,7 +433,8 @@ static inline LANES_TARGET void LANES_NAME(lanes_load)(const double *row, int wi
 #endif
 }
 
-/* The transposition uses registers: a wide load would wait until narrow stores reach the cache. */
+/* The values are transposed in registers, because a wide load would wait for the preceding narrow
+ * stores. */
 static inline LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptrdiff_t step,
                                                          int size, int count, lanes *to)
 {
@@ -460,7 +459,6 @@ LANES_INLINE void LANES_NAME(lanes_scatter)(const lanes *from, int size, int cou
     int k = 0;
     for (; k < size && size >= LANES; k += LANES) {
         lanes block[LANES];
-        /* If fewer columns than lanes remain, some columns are written twice. */
         k = k + LANES > size ? size - LANES : k;
         LANES_NAME(lanes_transpose)(from + k, block);
         if (count == LANES) {

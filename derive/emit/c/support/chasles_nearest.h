@@ -12,7 +12,7 @@
 
 #ifdef __TINYC__
 /* The compiler tcc accepts neither its own INFINITY nor a negated infinity in constant expressions.
- * Without parentheses, -INFINITY expands to -1e308 * 1e308, a product of finite constants. */
+ */
 #undef INFINITY
 #define INFINITY 1e308 * 1e308
 #endif
@@ -22,14 +22,14 @@
 #define CHASLES_MAX_SLOTS 64   /* maximum number of solution slots of an inverse */
 #define CHASLES_MAX_JOINTS 64  /* maximum number of coordinates of a robot */
 
-/* A function returns one of these negative numbers instead of a solution slot. The number states
- * why no solution slot is returned. */
+/* A function returns one of these negative numbers instead of a solution slot. A negative number
+ * states the reason for a missing solution. */
 #define CHASLES_OUT_OF_REACH (-1)   /* no solution reaches the pose */
 #define CHASLES_OUTSIDE_LIMITS (-2) /* all solutions of the pose are outside the limits */
 #define CHASLES_NOT_FINITE (-3)     /* the seed or every residual is NaN, or the seed is infinite */
 
-/* Number of full turns nearest to each displacement in a vector. Adding and subtracting 1.5 * 2^52
- * rounds to an integer. */
+/* Converts each displacement in a vector to a number of turns, and rounds this number to an
+ * integer. Adding and subtracting 1.5 * 2^52 does the rounding. */
 #define CHASLES_TURNS(apart) \
     (((apart) * (1 / CHASLES_FULL_TURN) + 6755399441055744.0) - 6755399441055744.0)
 
@@ -48,8 +48,8 @@ typedef struct {
     double tolerance; /* largest residual of a valid solution */
 } chasles_slots;
 
-/* Writes the coordinates of a solution; each is shifted by full turns to the value within its
- * limits that is nearest to the seed. Returns the distance from the seed, or INFINITY if a
+/* Writes the coordinates of a solution. Shifts each coordinate by full turns to the value within
+ * its limits that is nearest to the seed. Returns the distance from the seed, or INFINITY if a
  * coordinate has no value within its limits. A coordinate that violates a limit only by rounding is
  * set to the limit. */
 static inline double chasles_limited(int n, const chasles_moves *moves, const double *slot,
@@ -91,8 +91,7 @@ static inline int chasles_is_inside(int n, const chasles_moves *moves, const dou
     return inside;
 }
 
-/* Writes the distance of each solution from the seed. The limits are ignored, so the distance is a
- * lower bound of the distance within the limits. */
+/* Writes the distance of each solution from the seed. */
 static inline void chasles_distances(const chasles_slots *of, const chasles_moves *moves,
                                      const double *q_seed, double *distance)
 {
@@ -103,9 +102,7 @@ static inline void chasles_distances(const chasles_slots *of, const chasles_move
     }
 }
 
-/* Returns the solution slot with the smallest distance, or -1 if all distances are infinite. If
- * distances differ only by rounding, the lowest slot is returned, because the slot number replaces
- * the last bits of the distance. */
+/* Returns the solution slot with the smallest distance, or -1 if all distances are infinite. */
 static inline int chasles_least(int slots, const double *distance)
 {
     uint64_t least = UINT64_MAX;
@@ -116,8 +113,8 @@ static inline int chasles_least(int slots, const double *distance)
     return least < chasles_rounded(INFINITY) ? (int)(least & CHASLES_ROUNDING) : -1;
 }
 
-/* Sets q to NaN. Writes the smallest residual of all slots, and the margin of the slot with this
- * residual. Returns the reason why there is no solution. */
+/* Sets q to NaN. Writes the smallest residual of all solution slots, and the margin of the slot
+ * with this residual. Returns the reason why there is no solution. */
 static inline int chasles_none(const chasles_slots *of, const double *q_seed, double *q,
                                double *residual, double *margin)
 {
@@ -189,8 +186,8 @@ static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *
 }
 
 /* Applies chasles_nearest to rows of solutions: the batch has `rows` poses, each with k solution
- * slots of n coordinates. The limits and weights are the arrays of chasles_moves; the outputs are
- * dense rows of q, residual and margin. */
+ * slots of n coordinates. `moves` contains the limits and weights in the layout of chasles_moves.
+ * The outputs q, residual and margin are dense rows. */
 static inline void chasles_nearest_slots(size_t rows, int n, int k, const double *const *slots,
                                          double tolerance, const double *const *moves,
                                          const double *q_seed, ptrdiff_t seed_step,

@@ -20,7 +20,7 @@ typedef struct {
 
 typedef struct {
     const char *name;
-    int inputs, required, outputs; /* inputs after the required inputs may be NULL */
+    int inputs, required, outputs; /* inputs beyond the first `required` inputs may be NULL */
     chasles_array in[CHASLES_MAX_ARRAYS], out[CHASLES_MAX_ARRAYS];
     void (*call)(const double *const *in, double *const *out);
 } chasles_function;
@@ -30,7 +30,7 @@ static size_t chasles_size(const chasles_array *array)
     return (size_t)array->shape[0] * (size_t)array->shape[1] * (size_t)array->shape[2];
 }
 
-/* Returns the offset in MATLAB of the entry that C stores at the offset `index`. */
+/* Converts the C offset `index` of an array entry to its MATLAB offset. */
 static size_t chasles_offset(const chasles_array *array, size_t index)
 {
     const size_t rows = (size_t)array->shape[0], columns = (size_t)array->shape[1];

@@ -39,7 +39,7 @@ TREES = {
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
-    """Returns a cache with three small repositories."""
+    """Return a cache with three small repositories."""
     monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(tmp_path))
     monkeypatch.setenv("ROBOT_DESCRIPTION_COMMIT", BRANCH)
     monkeypatch.setenv("GIT_CONFIG_COUNT", "1")

@@ -66,7 +66,7 @@ LOOP = """<mujoco model="four_bar"><worldbody>
 
 
 def fk_of(robot):
-    """Returns the forward kinematics q -> (4, 4) of a description."""
+    """Return the forward kinematics q -> (4, 4) of a description."""
     (fk,) = lower(derive(robot, functions=("fk",)).functions, "r")
     return lambda q: np.array(fk(q)).reshape(4, 4)
 

@@ -1,9 +1,8 @@
 """Malicious files run no command, read no other file and write nothing.
 
-``@MARK@`` is a file that no command may create. ``@OUT@`` is a folder with files that contain
-``CANARY``. ``@PIPE@`` is a named pipe without a writer, and ``@URL@`` a network address. In
-archives, the placeholder ``@MARK@`` is not replaced by a path. Commands in archives would therefore
-create a file with the name ``@MARK@`` in the current folder.
+``@MARK@`` is a file that no command may create. ``@PIPE@`` is a named pipe without a writer, and
+``@URL@`` a network address. In archives, the placeholder ``@MARK@`` is not replaced by a path.
+Commands in archives would therefore create a file with the name ``@MARK@`` in the current folder.
 """
 
 import os
@@ -23,8 +22,7 @@ from tests.support.counting import stopped_after
 FOLDER = Path(__file__).parent / "crafted"
 CANARY = "73917391"
 MAX_CALLS = 5_000_000
-"""A reader that needs more calls than this limit counts as hanging; descriptions in XML have
-separate limits."""
+"""Maximum number of function calls that a reader may make for one file."""
 OUTSIDE = {
     "secret.txt": CANARY,
     "secret.yaml": f"key: {CANARY}",
@@ -40,7 +38,7 @@ def calibration(file):
 
 @pytest.fixture(scope="module", autouse=True)
 def imported():
-    """Imports the readers once instead of once per file."""
+    """Import the readers once instead of once per file."""
     for package in ("mujoco", "xacro", "yaml"):
         pytest.importorskip(package)
 
@@ -76,7 +74,7 @@ def content(name, words):
 
 
 def outcome(file):
-    """Returns the text of the result or of the error, and whether the reader raised an error."""
+    """Return the text of the result or of the error, and whether the reader raised an error."""
     reader = READERS.get(file.suffix, read)
     try:
         if file.suffix in SUFFIXES:

@@ -61,7 +61,7 @@ def kinematics():
 
 @pytest.fixture
 def files(cache, monkeypatch):
-    """Creates the input files for the commands on the documentation page about imported files."""
+    """Create the input files for the commands on the documentation page about imported files."""
     for name, content in {
         "arm.urdf": ARM.format(name="arm", reach=1),
         "arm.urdf.xacro": XACRO,

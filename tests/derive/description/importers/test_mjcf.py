@@ -70,11 +70,11 @@ def test_mjcf_import_keeps_names_limits_and_notes(path):
     assert robot.joints[2].limits == (None, None)
     assert robot.notes == (
         "tip: hand; also there: leg",
-        "joint slide states no range of limits: taken as unlimited",
+        "the file states no limits for joint slide, which is unlimited",
     )
     leg = read_model(path, ARM, tip="leg")
     assert leg.base_frame == "free"
-    assert "base: free, which the floating or planar joint drift carries" in leg.notes
+    assert "base: free, the child of the floating or planar joint drift" in leg.notes
     assert read_model(path, ARM.replace(' model="arm"', "")).name == "model"
     noisy = ARM.replace('name="hand" pos', 'name="hand" euler="0 0 30.00000001" pos')
     assert any("joint slide: y = 0.523598775" in note for note in read_model(path, noisy).notes)

@@ -48,7 +48,6 @@ def path(tmp_path):
 
 
 def closed(model, joint, value):
-    """Solves MuJoCo's equality constraints after a joint moved by ``value`` from its reference."""
     data = mujoco.MjData(model)
     mujoco.mj_resetData(model, data)
     at = model.joint(joint).qposadr[0]
@@ -69,7 +68,7 @@ def closed(model, joint, value):
 
 
 def joint_values(model, data):
-    """Returns all joint values. A ball joint gives angles about the axes z, y, x."""
+    """Return all joint values. A ball joint gives angles about the axes z, y, x."""
     found = {}
     for k in range(model.njnt):
         joint, body = model.joint(k), data.body(model.jnt_bodyid[k])
@@ -85,7 +84,7 @@ def joint_values(model, data):
 
 
 def compare(path, text, motor, tip):
-    """Compares ``fk`` with MuJoCo near the reference, or residuals if the loops are iterated."""
+    """Compare ``fk`` with MuJoCo near the reference, or residuals if the loops are iterated."""
     robot = read_model(path, text, "world", tip)
     hybrid = solved_loops(loop_model(robot))
     function = (
@@ -148,7 +147,8 @@ def test_joint_equality_in_loops_matches_mujoco(path, bodies, equalities, motor,
     [
         (
             '<joint name="cam" joint1="right" joint2="left" polycoef="0 1 2 0 0"/>',
-            "joint 'right' is coupled to 'left' by equality 'cam'; a follower's value is linear",
+            "joint 'right' is coupled to 'left' by equality 'cam'; the position of a coupled joint "
+            "is linear",
         ),
         (
             GEAR.format(a="right", b="left", c=0.1, r=2)
@@ -165,8 +165,8 @@ def test_unsupported_joint_equality_is_refused_by_name(path, equalities, words):
 
 
 def test_order_of_joint_equalities_does_not_change_the_robot(path):
-    # All equalities hold at these joint positions. The joint left has ``ref`` = 0.2. In the
-    # equalities, MuJoCo uses the position of left minus 0.2.
+    # All equalities hold at these joint positions. For the joint ``left``, MuJoCo subtracts the
+    # ``ref`` of 0.2 from the position.
     values = {"left": 0.3, "right": 0.7, "link": -0.6, "coupler": 0.05}
     equalities = (
         GEAR.format(a="right", b="left", c=0.5, r=2),
@@ -176,12 +176,12 @@ def test_order_of_joint_equalities_does_not_change_the_robot(path):
         GEAR.format(a="left", b="shaft", c=0, r=1),
     )
     found = set()
-    # Every fifth of the 120 orders: each equality takes every place.
+    # Try every fifth of the 120 possible orders of the equalities.
     for ordered in [*permutations(equalities)][::5]:
         text = FIVE_BAR.format(bodies=SHAFT, equalities="".join(ordered), motor="coupler")
         found.add(read_model(path, text, "world", "tool").couplings)
     (couplings,) = found
-    # The five equations have rank four. One equation determines the shaft angle.
+    # The five equations have rank four.
     assert [c.joint for c in couplings] == ["left", "right", "link"]
     for c in couplings:
         follows = sum(ratio * values[name] for name, ratio in c.ratios) + c.offset
@@ -209,7 +209,7 @@ def test_order_of_joint_equalities_does_not_change_a_chain(path):
         for ordered in permutations(equalities)
     ]
     assert {robot.couplings for robot in robots} == {robots[0].couplings}
-    # Each joint except c and d is the first joint of an equality.
+    # Equalities determine all joints except c and d.
     assert [c.name for c in robots[0].coordinates] == ["c", "d"]
     (fk,) = lower([derive(robots[0], functions=("fk",)).function("fk")], "r")
     T = np.array(fk([0.3, 0.7])).reshape(4, 4)
@@ -221,7 +221,6 @@ def test_ball_joint_in_the_tree_with_a_pin_matches_mujoco(path):
     text = BALL.format(second=second)
     robot, _ = compare(path, text, "crank", "tool")
     assert [closure.kind for closure in robot.closures] == ["pin"]
-    # The loop has a closed form, as a serial arm between two bodies.
     fk = lower([derive(robot, functions=("fk", "actuators_all")).function("fk")], "r")[0]
     data, q = closed(mujoco.MjModel.from_xml_string(text), "crank", 0.07)
     T, site = np.array(fk([q])).reshape(4, 4), data.site("tool")

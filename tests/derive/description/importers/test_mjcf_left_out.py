@@ -59,12 +59,12 @@ def path(tmp_path):
         ),
         (
             '<default><joint stiffness="3"/></default>',
-            ("springs of joints are not modeled (stiffness of shoulder, pitch, roll)",),
+            ("joint springs are not modeled (stiffness of shoulder, pitch, roll)",),
         ),
         (
             '<actuator><general name="piston" cranksite="tcp" slidersite="here" cranklength="1"/>'
             "</actuator>",
-            ("actuators with slider and crank are not modeled: piston",),
+            ("slider-crank actuators are not modeled: piston",),
         ),
     ],
     ids=["none", "driven tendon", "tendon spring", "spatial tendon", "springs", "slider-crank"],
@@ -117,7 +117,7 @@ def test_joints_without_range_are_noted_as_unlimited(path):
     for text in (open_, zero):
         robot = read_model(path, text.format(parts=""), tip="tcp")
         assert robot.joints[1].limits == (None, None)
-        assert robot.notes == ("joint pitch states no range of limits: taken as unlimited",)
+        assert robot.notes == ("the file states no limits for joint pitch, which is unlimited",)
     law = '<equality><joint joint1="pitch" joint2="roll"/></equality>'
     assert read_model(path, open_.format(parts=law), tip="tcp").notes == ()
 

@@ -24,8 +24,6 @@ from tests.support.mjcf_models import (
 
 POSES, LOOPS = 1, (0, 1)
 LINKAGES = (5, 0, 1, 4)
-"""Seeds of linkages whose loops close at bodies, at sites, at a weld constraint, or at two connect
-constraints."""
 
 
 @pytest.fixture
@@ -40,7 +38,7 @@ def test_linkage_in_any_plane_writes_latex_rates(path):
 
 
 def satisfied(model, crank):
-    """Solves MuJoCo's equality constraints by Newton's method.
+    """Solve MuJoCo's equality constraints by Newton's method.
 
     Returns MuJoCo's data, or None if the loops do not close.
     """
@@ -60,7 +58,7 @@ def satisfied(model, crank):
 
 
 def at_solutions(path, text, tip, cranks):
-    """Returns the robot, its functions, MuJoCo's model, and closed joint values."""
+    """Return the robot, its functions, MuJoCo's model, and closed joint values."""
     robot = read_model(path, text, "world", tip)
     if tip == "tool":
         made = derive(robot, functions=("fk", "constraint")).functions
@@ -96,7 +94,6 @@ def compare_linkage(path, seed):
 
 @pytest.mark.parametrize("leads", [True, False])
 def test_joint_outside_the_loop_drives_the_crank_like_in_mujoco(path, leads):
-    """The joint with the motor leads the joint of the loop, or follows it."""
     pair, ratio = (
         ('joint1="inner" joint2="crank"', 2) if leads else ('joint1="crank" joint2="inner"', 0.5)
     )
@@ -165,7 +162,7 @@ def compare_delta(path, seed):
 
 
 def delta_at(text, q):
-    """Returns MuJoCo's data of a delta for motor values (3,)."""
+    """Return MuJoCo's data of a delta for motor values (3,)."""
     model = mujoco.MjModel.from_xml_string(
         text.replace("<compiler", '<option jacobian="dense"/><compiler')
     )

@@ -127,8 +127,7 @@ def test_mimic_in_loops_is_a_gear(tmp_path):
     ],
 )
 def test_gearbox_in_loops_is_a_gear(tmp_path, axes, hand, sign):
-    """A gearbox couples a hand on the rocker to the coupler. Newton's method computes the reference
-    pose."""
+    """Newton's method computes the reference pose."""
     extra = f"""<link name="hand"><pose>0.1 0.2 0 0 0 0</pose></link>
 <joint name="e" type="revolute"><parent>rocker</parent><child>hand</child>
   <axis><xyz>{hand}</xyz><limit><effort>0</effort></limit></axis></joint>
@@ -164,8 +163,7 @@ def test_gearbox_of_an_arm_moves_two_joints_by_one_motor(tmp_path):
   <gearbox_reference_body>one</gearbox_reference_body></joint></model></sdf>"""
     passive = "<limit><effort>0</effort></limit>"
     robot = read(file_of(tmp_path, text.format(axis="0 0 1", passive=passive)))
-    # Relative to link one, the base rotates by -first, and link two by -second. So second = -3
-    # first.
+    # Relative to link one, the base rotates by -first, and link two by -second.
     assert [c.name for c in robot.coordinates] == ["first"]
     (coupling,) = robot.couplings
     assert (coupling.joint, coupling.ratios) == ("second", (("first", -3),))

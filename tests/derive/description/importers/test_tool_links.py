@@ -17,10 +17,10 @@ TREES = 200
 
 
 def tree(text):
-    """Builds a tree of links from words such as ``parent>child:m``.
+    """Build a tree of links from words such as ``parent>child:m``.
 
-    The suffix is the joint type. The default joint name is ``<child>_joint``, and ``a>b:m:name``
-    sets the name. The kind ``s`` is prismatic. The leader of a mimic joint comes last,
+    The default joint name is ``<child>_joint``, and ``a>b:m:name`` sets the name. The kind ``s`` is
+    prismatic. For a mimic joint, the word ends with the name of the leader joint:
     ``a>b:c:name:leader``.
     """
     links, joints = [], []
@@ -178,7 +178,7 @@ def test_joints_before_an_inferred_base_are_noted():
     lifted = tree(f"world>lift:m lift>trunk:x {arm('l', 3, 'trunk')}")
     for tip in (None, "l3", "l1"):
         found = only_chain(lifted, None, tip)
-        note = "base: trunk, which the floating or planar joint trunk_joint carries"
+        note = "base: trunk, the child of the floating or planar joint trunk_joint"
         assert found.base == "trunk"
         assert f"{note}; left out before it: lift_joint" in found.notes
     assert only_chain(lifted, "trunk", "l3").notes == ()
@@ -229,7 +229,7 @@ def test_missing_end_is_inferred_and_invalid_ends_are_rejected():
 
 
 def random_tree(dice):
-    """Returns a tree of links with an arm and further branches, and the base and tip of the arm."""
+    """Return a tree of links with an arm and further branches, and the base and tip of the arm."""
     count = dice.randint(4, 7)
     words = [arm("j", count, "base")]
     tool = dice.choice(("tool0", "my_tcp", "left_ee_link", "flange", "gripper/tool_frame"))

@@ -90,7 +90,7 @@ UR10 |= {"d6": "0.0922"}
 
 
 def arm(sizes=None):
-    """Returns the UR5e, or an arm of the same structure with other dimensions."""
+    """Return the UR5e, or an arm of the same structure with other dimensions."""
     robot = read(ROBOTS / "ur5e.toml")
     if sizes is None:
         return robot
@@ -120,7 +120,7 @@ def forward(robot):
 
 
 def random_deltas(dice):
-    """Returns realistic deviations, with large offsets along the nearly parallel axes 2 to 4."""
+    """Return realistic deviations, with large offsets along the nearly parallel axes 2 to 4."""
     theta, d, a, alpha = ([dice.gauss(0, 2e-4) for _ in LINKS] for _ in DELTAS)
     a[-1] = alpha[-1] = 0.0
     d[1], d[2] = dice.uniform(-20, 20), dice.uniform(-60, 60)
@@ -140,8 +140,6 @@ def compare(path, robot, deltas, dice):
     fk, table = forward(measured), rows(robot, deltas)
     for _ in range(POSES):
         q = [dice.uniform(-np.pi, np.pi) for _ in LINKS]
-        # With offsets of 90 m, rounding errors of the products are four digits larger than those of
-        # the frames.
         far = 1 + np.abs(table[:, 1]).max()
         assert np.abs(fk(q) - plain_dh(table, q)).max() <= ORACLE * far
     return measured
@@ -164,7 +162,7 @@ def test_random_calibration_matches_plain_dh_product(tmp_path):
 
 
 def urdf_of(kinematics):
-    """Returns the URDF that ur_description generates."""
+    """Return the URDF that ur_description generates."""
     rows = [
         ("base_link-base_link_inertia", "base_link", "inertia", "0 0 0", "0 0 3.141592653589793")
     ]

@@ -23,7 +23,7 @@ JOINT = """
 
 
 def written(folder, package="arm", **texts):
-    """Creates a package folder with xacro files."""
+    """Create a package folder with xacro files."""
     folder = folder / "src" / package / "urdf"
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
@@ -32,7 +32,7 @@ def written(folder, package="arm", **texts):
 
 
 def refusal(file, *arguments):
-    """Returns the error message for a file as one line."""
+    """Return the error message for a file as one line."""
     with pytest.raises(DescriptionError) as caught:
         expanded(file, arguments)
     message = str(caught.value)

@@ -93,4 +93,4 @@ def test_missing_and_zero_limits_are_noted_as_unlimited(tmp_path, limit):
     path.write_text(URDF.format(encoding="", limit=limit), encoding="utf-8")
     robot = read(path)
     assert robot.moving[1].limits == (None, None)
-    assert robot.notes == ("joint elbow states no range of limits: taken as unlimited",)
+    assert robot.notes == ("the file states no limits for joint elbow, which is unlimited",)

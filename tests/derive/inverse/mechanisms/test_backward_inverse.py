@@ -77,7 +77,7 @@ b = {{ body = "platform", xyz = ["200*cos({at})", "200*sin({at})", 0] }}
 
 
 def tripod():
-    """Returns a tube that three unequal cylinders tilt and push."""
+    """Return a tube that three unequal cylinders tilt and push."""
     sizes = enumerate(((520, 0, 10), (480, 128, -20), (505, 236, 35)))
     return read_text(
         TRIPOD.format(
@@ -88,7 +88,7 @@ def tripod():
 
 
 def hexa():
-    """Returns a platform on three pairs of arms at 120 degrees."""
+    """Return a platform on three pairs of arms at 120 degrees."""
     legs = []
     for k in range(6):
         middle, side = 120 * (k // 2), 2 * (k % 2) - 1
@@ -101,7 +101,7 @@ def hexa():
 
 
 def twisted_delta():
-    """Returns a delta whose second pair of rods is wider at the platform."""
+    """Return a delta whose second pair of rods is wider at the platform."""
     text = (ROBOTS / "delta.toml").read_text(encoding="utf-8")
     wide = text.replace("cos(120) - w*sin(120)", "cos(120) - w*sin(130)")
     return read_text(
@@ -127,10 +127,7 @@ def solved(make):
 
 @cache
 def drawn(make):
-    """Returns random coordinates (n,) and platform poses (m, 4, 4) near the reference.
-
-    Newton's method finds the poses from several start configurations.
-    """
+    """Return random coordinates (n,) and platform poses (m, 4, 4) near the reference."""
     mechanism, rng = make(), np.random.default_rng(0)
     model, at = Model(mechanism), dict(mechanism.reference)
     reach = np.where([c.kind == "prismatic" for c in mechanism.coordinates], 0.1, 0.3)

@@ -1,8 +1,6 @@
-"""Inverse of arms with joints before and on a platform with legs.
+"""Inverses of arms with a platform on legs, and joints before or on the platform.
 
 Each leg keeps one ball joint of the platform in a plane.
-
-The generating coordinates come from Newton's method on a NumPy model.
 """
 
 from dataclasses import replace
@@ -29,7 +27,8 @@ AXES = [
 ]
 """Axis and origin (meter) of each joint on a platform; the axes do not meet in one point."""
 PARALLEL = [AXES[0], ((0, 0, 1), AXES[1][1]), AXES[2]]
-"""Three axes. The first two axes are parallel, so that their angles are not eliminated together."""
+"""Axis and origin of three joints. The first two axes are parallel, so that their angles are not
+eliminated together."""
 RAIL, SPIN = ("rail", (1, 0, 0), ("0.1", 0, 0)), ("turntable", (0, 0, 1), (0, "0.1", 0))
 ROBOTS = {
     "three offset axes": (lambda: carrying(drawn(2, ("RPS",) * 3), PARALLEL), ()),
@@ -48,7 +47,7 @@ ROBOTS = {
 
 @pytest.fixture(scope="module", params=ROBOTS)
 def loaded(request, tmp_path_factory):
-    """Returns a robot, its fixed joints, its NumPy model, and closed configurations (N, n_z)."""
+    """Return a robot, its fixed joints, its NumPy model, and closed configurations (N, n_z)."""
     make, fixed = ROBOTS[request.param]
     mechanism, rng = make(), np.random.default_rng(3)
     folder = tmp_path_factory.mktemp("arm")
@@ -85,7 +84,7 @@ def test_solutions_contain_the_generating_coordinates_and_reach_the_pose(loaded)
 
 
 def half_flat():
-    """Returns a platform with four degrees of freedom, two legs in planes and a UPS leg."""
+    """Return a platform with four degrees of freedom, two legs in planes and a UPS leg."""
     mechanism = drawn(1, ("RPS", "RPS", "UPS"))
     return replace(mechanism, actuated=(*mechanism.actuated, "u0_2"))
 
@@ -97,7 +96,8 @@ def half_flat():
             driven_by_a_leg,
             [((0, 0, 1), xyz) for _, xyz in AXES],
             (),
-            "any two of axis_0, axis_1 and axis_2 have a resultant of zero, such as parallel axes",
+            "any two of axis_0, axis_1 and axis_2 have a resultant of zero, for example because "
+            "their axes are parallel",
         ),
         (
             half_flat,

@@ -29,7 +29,7 @@ def configurations(mechanism, seed):
 
 
 def slots_at(ik, T, given):
-    """Returns coordinates (k, N, n) and residuals (k, N) of all solution slots."""
+    """Return coordinates (k, N, n) and residuals (k, N) of all solution slots."""
     (kernel,) = lower([ik], "carried")
     q, residual = [], []
     for signs in patterns(ik):
@@ -56,7 +56,6 @@ def test_pose_and_redundant_joints_determine_the_generating_coordinates(seed):
     slots, residual = slots_at(ik, model.tip(z), given)
     own = np.abs(slots - q).max(-1) < SAME
     assert (own & (residual < SAME)).any(0).all()
-    # Every solution with a small residual closes the loops at the pose.
     for slot, left in zip(slots, residual, strict=True):
         at = z.copy()
         at[:, model.actuated] = slot * model.ratio

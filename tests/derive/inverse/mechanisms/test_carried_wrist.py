@@ -1,7 +1,7 @@
 """Wrist on a platform whose three legs each keep a ball joint in a plane, such as a 3-RPS.
 
-The generating coordinates come from a NumPy model. Newton's method from many starts counts the
-platform rotations that keep the balls in their planes.
+The generating coordinates come from a NumPy model. The number of platform rotations is found by
+Newton's method from many start configurations.
 """
 
 from functools import cache, partial
@@ -39,7 +39,7 @@ def carried(name):
 
 @pytest.fixture(scope="module", params=COMPILED)
 def loaded(request, tmp_path_factory):
-    """Returns a robot, its NumPy model, and closed configurations (N, n_z)."""
+    """Return a robot, its NumPy model, and closed configurations (N, n_z)."""
     mechanism, rng = carried(request.param), np.random.default_rng(3)
     folder = tmp_path_factory.mktemp("carried")
     robot = compiled(mechanism, folder, ["ik", "fk", "configuration"], ["c"])
@@ -67,7 +67,7 @@ def test_solutions_contain_the_generating_coordinates_and_reach_the_pose(loaded)
 
 
 def rotations(model, z, start):
-    """Returns the number of platform rotations at the pose z[0], by Newton's method in NumPy.
+    """Count platform rotations about the center of z[0] with all balls in their planes.
 
     Each plane is fitted to the positions of its ball in several configurations.
 
@@ -78,7 +78,6 @@ def rotations(model, z, start):
     """
     platform = model.poses(z)["platform"]
     levers, sides, normals = [], [], []
-    # The first leg is in the main chain; its ball is the origin of the platform.
     balls = [np.zeros(3), *(closure.b.placement[0].vector for closure in model.mechanism.closures)]
     for ball in np.array(balls, dtype=float):
         moved = platform[:, :3, :3] @ ball + platform[:, :3, 3]
@@ -103,7 +102,7 @@ def rotations(model, z, start):
 
 
 def turns(vectors):
-    """Returns the rotations (k, 3, 3) about vectors (k, 3) by their lengths (Rodrigues)."""
+    """Return the rotations (k, 3, 3) about vectors (k, 3) by their lengths (Rodrigues)."""
     angle = np.linalg.norm(vectors, axis=-1)[:, None, None]
     axes = vectors / np.maximum(angle[:, 0], 1e-300)
     K = np.cross(axes[:, None], -np.eye(3))

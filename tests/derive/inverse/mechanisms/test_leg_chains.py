@@ -21,20 +21,22 @@ POSES, CLOSED, SAME, NEAR = 20, 1e-12, 1e-12, 1e-9
 REACH = {"revolute": 0.2, "prismatic": 0.05}
 """Maximum distance of a coordinate from the reference (radian or meter)."""
 STEP, CURVED = 1e-5, 1e-3
-"""Step of a second difference (s), and its error relative to the largest acceleration."""
+"""Time step of a finite difference (s), and tolerance relative to the largest acceleration."""
 SLOTS = {"tripteron": 1, "exechon": 8, "3-UPU": 8, "3-URU": 8, "3-PUU": 8, "3-RUU with offsets": 64}
-"""Number of solution slots: one for a decoupled robot, otherwise two per leg, or four with a folded
-rod. 3-PUU with offsets and 3-RUU without offsets have the same steps as the platforms listed."""
+"""Number of solution slots. A decoupled robot has one slot. For other robots, each leg multiplies
+the number of slots by two, or by four with a folded rod. 3-PUU with offsets and 3-RUU without
+offsets are not listed, because they have the same solution steps as the listed platforms."""
 WITHOUT_SLOTS = ("Exechon with a head", "pentapod")
 KINDS = {kind: (LEG_KINDS | MACHINE_KINDS)[kind] for kind in (*SLOTS, *WITHOUT_SLOTS)}
 SHORT = {"pentapod": 0.1}
-"""Fraction of the reach in which Newton's method converges, for platforms near a singularity."""
+"""Sampling range of platforms near a singularity, as a fraction of the reach. Newton's method
+converges within this range."""
 MAPS = ("actuators", "actuators_D_chain", "actuator_rates", "actuator_accelerations")
 
 
 @pytest.fixture(scope="module", params=KINDS)
 def platform(request):
-    """Returns kernels of a platform, and closed configurations (N, n_z) near its reference."""
+    """Return kernels of a platform, and closed configurations (N, n_z) near its reference."""
     mechanism = drawn_as(KINDS[request.param], 0)
     inverse = ("ik_legs",) if request.param in SLOTS else ()
     functions = kernels(mechanism, (*MAPS, "actuator_margin", *inverse))
@@ -42,7 +44,7 @@ def platform(request):
 
 
 def configurations(mechanism, part=1.0):
-    """Returns a model and closed configurations (N, n_z) near the reference of a mechanism."""
+    """Return a model and closed configurations (N, n_z) near the reference of a mechanism."""
     model, rng = Model(mechanism), np.random.default_rng(0)
     at = dict(mechanism.reference)
     z = np.repeat([[float(at.get(name, 0)) for name in model.names]], POSES, 0)
@@ -59,7 +61,7 @@ def configurations(mechanism, part=1.0):
 
 
 def kernels(mechanism, names):
-    """Returns the named functions and their CasADi kernels; each function has a closed form."""
+    """Return the named functions and their CasADi kernels; each function has a closed form."""
     found = derive(mechanism, functions=names)
     functions = [found.function(name) for name in names]
     assert not any(function.calls for function in functions)
@@ -67,7 +69,7 @@ def kernels(mechanism, names):
 
 
 def evaluated(kernels, names, *inputs):
-    """Returns the first result (N, ...) of each named function."""
+    """Return the first result (N, ...) of each named function."""
     results = []
     for function, kernel in (kernels[name] for name in names):
         values = kernel(*(x.T for x in inputs[: len(function.inputs)]))
@@ -77,7 +79,7 @@ def evaluated(kernels, names, *inputs):
 
 
 def slots_at(ik, T):
-    """Returns coordinates (k, N, n) and residuals (k, N) of all solution slots."""
+    """Return coordinates (k, N, n) and residuals (k, N) of all solution slots."""
     (kernel,) = lower([ik], "legs")
     q, residual = [], []
     for signs in patterns(ik):
@@ -134,10 +136,7 @@ def test_unreachable_pose_has_a_residual(platform):
 
 @pytest.mark.parametrize("platform", ["3-RUU with offsets"], indirect=True)
 def test_rotary_delta_agrees_with_the_formula_of_its_arms(platform):
-    """Projected onto the arm's plane, each arm and its rod form a triangle.
-
-    The formula gives only one of the two folded configurations of a rod.
-    """
+    """In the projection onto the arm's plane, each arm and its rod form a triangle."""
     functions, model, z = platform
     q, residual = slots_at(functions["ik_legs"][0], model.tip(z))
     assert (residual < NEAR).all()
@@ -159,7 +158,6 @@ def test_rotary_delta_agrees_with_the_formula_of_its_arms(platform):
 
 
 def test_missing_inverse_of_guided_platform_has_reason(tmp_path):
-    """No structure fits the passive chain PRPU of the 5-UPS/PRPU platform."""
     mechanism = drawn_as(partial(guided, ("ahead", Y, "up", X, Y)), 3)
     reason = "for the main chain, the nearest structure is"
     assert f"There is no ik; {reason}" in str(explain(mechanism))

@@ -1,7 +1,6 @@
 """All solutions for the joints before and on a platform, compared with Newton's method.
 
-Newton's method runs in NumPy from many random starts. The planes of the ball joints are fitted to
-closed configurations of a NumPy model.
+Newton's method runs in NumPy from many random starts.
 """
 
 import ctypes
@@ -63,12 +62,13 @@ ARMS = {
     "three slides": ("", "sss"),
     "turntable and slide": (SPIN, "s"),
 }
-"""Joint before the legs, and joints on the platform: revolute joints r and prismatic joints s."""
+"""For each arm: the joint before the legs, and the types of the joints on the platform (revolute r,
+prismatic s)."""
 
 
 @pytest.fixture(params=ARMS)
 def solver(request, tmp_path):
-    """Returns a NumPy model, its unknown joints and their solver in C."""
+    """Return a NumPy model, its unknown joints and their solver in C."""
     before, behind = ARMS[request.param]
     kinds = ["revolute" if letter == "r" else "prismatic" for letter in behind]
     mechanism = carrying(drawn(4, LEGS), OBLIQUE[: len(behind)], kinds)
@@ -99,7 +99,7 @@ def solver(request, tmp_path):
 
 
 def closed(model, joints, rng):
-    """Returns closed configurations with random positions of the joints around the reference."""
+    """Return closed configurations whose joint values vary randomly around the reference."""
     at = dict(model.mechanism.reference)
     z = np.repeat([[float(at.get(name, 0)) for name in model.names]], CONFIGURATIONS, 0)
     own = model.places_of(joint.name for joint in joints)
@@ -111,7 +111,7 @@ def closed(model, joints, rng):
 
 
 def planes(model, start, z):
-    """Returns the balls on the platform, and normals and offsets of their planes, by a fit."""
+    """Fit the plane of each ball joint and return the ball joint, the normal and the offset."""
     poses, found = model.poses(z), []
     P = np.linalg.inv(poses[start]) @ poses["platform"]
     balls = [closure.b.placement[0].vector for closure in model.mechanism.closures]
@@ -123,7 +123,7 @@ def planes(model, start, z):
 
 
 def errors(model, start, fitted, own, x, T):
-    """Returns the distances (N, 3) of the balls from their planes for values x (N, n)."""
+    """Return the distances (N, 3) of the balls from their planes for values x (N, n)."""
     z = np.zeros((len(x), len(model.names)), x.dtype)
     z[:, own] = x
     poses = model.poses(z)
@@ -133,7 +133,7 @@ def errors(model, start, fitted, own, x, T):
 
 
 def newton(distances, joints, rng):
-    """Returns the distinct solutions of Newton's method from random starts."""
+    """Return the distinct solutions of Newton's method from random starts."""
     x = rng.uniform(-np.pi, np.pi, (STARTS, len(joints)))
     for _ in range(STEPS):
         moved_by = [x + 1j * TINY * row for row in np.eye(len(joints))]
@@ -150,7 +150,7 @@ def is_slide(joints):
 
 
 def apart(joints, x, others):
-    """Returns the distance of each row of x from the nearest of the other rows."""
+    """Return the distance of each row of x from the nearest of the other rows."""
     change = x[:, None] - others
     angles = ~is_slide(joints)
     change[..., angles] = np.remainder(change[..., angles] + np.pi, 2 * np.pi) - np.pi

@@ -12,7 +12,7 @@ from tests.support.loops.solved import solved
 
 
 def drawn_four_bar(rng):
-    """Returns the four link lengths (mm) of a four-bar linkage. The loop closes with the crank
+    """Return the four link lengths (mm) of a four-bar linkage. The loop closes with the crank
     perpendicular to the ground."""
     while True:
         a, b, c, d = rng.integers(50, 500, 4)

@@ -15,7 +15,7 @@ from tests.support.loops.solved import solved
 
 
 def limited(name, **limits):
-    """Returns a shipped robot with other limits (radian or meter)."""
+    """Return a shipped robot with other limits (radian or meter)."""
     robot = read(ROBOTS / f"{name}.toml")
     exact = {key: tuple(map(sp.nsimplify, pair)) for key, pair in limits.items()}
     return replace(

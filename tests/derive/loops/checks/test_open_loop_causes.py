@@ -26,7 +26,7 @@ length = 997
 
 
 def with_rod(length):
-    """Returns the loader arm with a rod as its front link."""
+    """Return the loader arm with a rod as its front link."""
     closure, cylinder = LOADER.index("[[closures]]"), LOADER.index("[[cylinders]]")
     text = LOADER[:closure].replace(FRONT, "").replace("front = 142, ", "") + LOADER[cylinder:]
     return text + ROD.replace("997", length)
@@ -39,10 +39,10 @@ def message(text):
 
 
 def test_pin_across_its_loop_is_named_although_another_loop_is_open():
-    """The pin closes at the reference, but locks the joints of the cylinder."""
+    """The loop of the pin closes at the reference, but the pin locks the joints of the cylinder."""
     text = message(LOADER.replace(", rpy = [90, 0, 0]", ""))
     assert "the loop of 'lift' does not close" in text
-    assert "'pin' locks the joints of its loop: a pin rotates about the z axis" in text
+    assert "'pin' immobilizes the joints of its loop: a pin rotates about the z axis" in text
     assert "rotate frame a by rpy = [90, 0, 0] deg and frame b by rpy = [90, 0, 0] deg" in text
     assert "Any one of these" not in text
 
@@ -92,7 +92,6 @@ def test_note_compares_an_omitted_cylinder_with_the_stated_joints():
     rear, arm = np.radians([135, -142])
     ends = [115 + 890j, 430 + 330j]
     far = ends[0] + np.exp(1j * rear) * (623 + np.exp(1j * arm) * (900 - 130j)) - ends[1]
-    # The stated angles are rounded, so the loop of the pin closes only approximately.
     assert float(found) == pytest.approx(abs(far), abs=10)
 
 

@@ -1,7 +1,7 @@
 """Error messages for impossible mechanisms are complete and correct.
 
 Each robot with loops is corrupted in typical ways. If the message proposes a range, the loops must
-close in the middle of the range. The oracle does not use the equations of the compiler.
+close in the middle of the range.
 """
 
 import math
@@ -53,7 +53,7 @@ def with_parameter(robot, name, value):
 
 
 def error_of(robot):
-    """Returns the error that the loops of a robot raise, or None."""
+    """Return the error that the loops of a robot raise, or None."""
     try:
         hybrid = solved(robot)
         assert hybrid.forward is not None
@@ -63,13 +63,13 @@ def error_of(robot):
 
 
 def message(robot):
-    """Returns the error text of a robot's loops, or "" without an error."""
+    """Return the text of the error that a robot's loops raise, or "" without an error."""
     return str(error_of(robot) or "")
 
 
 @cache
 def spoilt_error(name, parameter, value):
-    """Returns the error of a shipped robot with a changed parameter."""
+    """Change one parameter of a shipped robot, and return the resulting exception."""
     return error_of(with_parameter(mechanism(name), parameter, value))
 
 
@@ -81,7 +81,7 @@ OFFER = re.compile(
 
 
 def offers(text):
-    """Returns the name and the range of each remedy in meters and radians."""
+    """Yield the name, minimum and maximum of each suggested value, in meters or radians."""
     for name, low, high, unit, or_more in OFFER.findall(text):
         factor = 1e-3 if unit == "mm" else np.pi / 180
         bottom = float(low) * factor
@@ -90,7 +90,6 @@ def offers(text):
 
 
 def closes(robot, name, value):
-    """Tests with the oracle whether a value closes the loops."""
     if name in robot.actuated:
         reference = dict(robot.reference) | {name: sp.nsimplify(round(value, 9))}
         robot = replace(robot, reference=tuple(reference.items()))
@@ -177,7 +176,6 @@ def test_ambiguous_reference_error_proposes_a_configuration():
     text = message(replace(mechanism("five_bar"), reference=level))
     assert "The loops close at left_elbow = " in text
     assert "write values close to these in [reference]" in text
-    # The loops close at the middle of the limits, a dead point of the slider.
     assert message(replace(mechanism("five_bar"), reference=())) == ""
     assert "choose a reference" in message(replace(mechanism("slider_crank"), reference=()))
 
@@ -238,8 +236,7 @@ def test_proposal_starts_at_the_stated_joints_and_includes_the_stroke():
 
 def test_default_swing_angle_points_along_its_strut():
     robot = read_text(BONNET)
-    # At zero joint values, the strut is 1.8 mm too short. At the reference, the strut is vertical,
-    # far from the zero of its swing angle.
+    # At zero joint values, the strut is 1.8 mm too short.
     assert message(robot) == ""
     z = closed_configuration(robot)
     assert max(abs(z[name]) for name in ("front", "hinge", "rear")) < 0.1
@@ -307,9 +304,9 @@ def test_error_on_pin_with_wrong_axis_proposes_a_rotation():
 
 
 def spoilt_actuation(name):
-    """Yields robots with a wrong actuator, or without a joint or strut.
+    """Yield robots with a wrong actuator, or without a joint or strut.
 
-    Words of the expected error accompany each robot.
+    Each robot is paired with words of the expected error message.
     """
     robot = mechanism(name)
     taken = {c.moves for c in robot.coordinates}
@@ -331,7 +328,8 @@ def spoilt_actuation(name):
 
 
 TESTED = {"four_bar": 1, "slider_crank": 1, "five_bar": 2, "excavator": 5, "planar_3rrr": 5}
-"""Number of tested cases of each robot; together they contain each kind of mistake."""
+"""Number k for each robot: every k-th case of the robot is tested. The tested cases contain each
+kind of mistake."""
 
 
 @pytest.mark.parametrize("name", LOOPED)
@@ -375,7 +373,7 @@ def test_dependent_actuators_are_rejected():
 
 
 def swapped(rod):
-    """Returns a rod with swapped ends."""
+    """Return a rod with swapped ends."""
     a, b = rod.a, rod.b
     return replace(rod, a=replace(a, placement=b.placement), b=replace(b, placement=a.placement))
 
@@ -407,7 +405,7 @@ def test_shipped_mechanisms_have_no_swapped_rod_diagnostics():
 
 
 def with_a_tilted_rocker(kind, closure):
-    """Returns a four-bar whose rocker axis is tilted by 0.05 degrees."""
+    """Return a four-bar whose rocker axis is tilted by 0.05 degrees."""
     tilt = ("x", sp.pi / 3600)
     return Mechanism(
         "tilted",
@@ -436,7 +434,7 @@ def test_error_reports_nonparallel_axes_and_redundant_constraints(kind):
 
 
 def with_a_third_crank(closure, miss="0.0002"):
-    """Returns a parallelogram with a third crank that has a length error (meter)."""
+    """Return a parallelogram with a third crank that has a length error (meter)."""
     lengths = (("rod", 2, 1), ("third", 1, 1 + sp.Rational(miss)))
     rods = tuple(
         Strut(name, Frame(BASE, at(x)), Frame("coupler", at(x)), length)
@@ -457,8 +455,7 @@ def test_error_names_the_redundant_third_crank():
     stated = message(with_a_third_crank("exact"))
     assert "0.2 mm too long" in stated
     assert "1 constraint is redundant" in stated
-    # The closure error has the direction (1, -2). The lever arm of the rod is twice the lever arm
-    # of the third crank.
+    # The closure error has the direction (1, -2).
     assert "'third' 0.16 mm in length, 'rod' 0.08 mm in length" in stated
     assert "omitting 'rod' or 'third' adds no freedom" in stated
     (note,) = solved(with_a_third_crank("least squares")).mechanism.notes

@@ -1,4 +1,4 @@
-"""The message on a nearly planar loop states only deviations of this loop."""
+"""The message about an almost planar loop contains only the deviations of this loop."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Start poses with complex numbers for platforms on six rods. All robots use one table."""
+"""Start poses with complex numbers for platforms on six rods."""
 
 import numpy as np
 import pytest
@@ -82,7 +82,7 @@ def test_complex_pose_count_matches_known_number(kind):
 
 
 def test_monodromy_paths_permute_the_found_poses():
-    """Along a closed path of platform parameters, the set of complex poses returns permuted."""
+    """Closed parameter paths permute the complex poses of a platform."""
     generator = np.random.default_rng(2)
     a, b = points("3-3", generator)
     found = family(a, b, generator)
@@ -99,7 +99,6 @@ def test_monodromy_paths_permute_the_found_poses():
 
 
 def test_start_poses_are_independent_of_rounding(monkeypatch):
-    """Random errors of rounding size may change the order of the paths, but not the start poses."""
     from chasles.derive.loops.modes import hexapod_starts
 
     generator = np.random.default_rng(3)
@@ -118,8 +117,11 @@ def test_start_poses_are_independent_of_rounding(monkeypatch):
 
 
 def test_architecturally_singular_platform_has_no_start_pose():
-    """The base points form the same hexagon as the platform points, on a circle. This platform can
-    move at constant leg lengths (Husty 2000)."""
+    """The base points and the platform points form the same hexagon.
+
+    The hexagon has its corners on a circle. This platform can move at constant leg lengths (Husty
+    2000).
+    """
     generator = np.random.default_rng(5)
     angles = generator.uniform(0, 6, 6)
     a = np.stack([np.cos(angles), np.sin(angles), 0 * angles], 1)

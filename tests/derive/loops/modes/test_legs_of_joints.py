@@ -1,8 +1,7 @@
 """Platforms on random legs with a ball joint: RPS, PRS, RRS, UPS, PUS and RUS.
 
 A leg with two joints before its ball joint keeps the ball in a plane. Three legs with two joints
-each leave three degrees of freedom of the platform. Legs with three joints, or cylinders, do not
-constrain the platform.
+each leave three degrees of freedom of the platform.
 """
 
 from dataclasses import replace
@@ -21,18 +20,15 @@ from tests.support.loops.solved import solved
 
 POSES = 12
 KINDS = {1: ("RPS", "PRS", "RRS"), 10: ("UPS", "PUS", "RUS", "C", "C", "C")}
-"""Platform seeds and leg types: planar legs, then spatial legs and three cylinders."""
 SLOTS = 4
-"""Number of branches: two for a prismatic joint, times two for a revolute arm.
-
-Lengths keep their sign, and no coordinate depends on the branch of a universal joint.
-"""
+"""Number of branches: two solutions of the leg with a prismatic joint times two solutions of the
+leg with a revolute arm."""
 FOUND = 1e-8
 MAPS = ("actuators", "actuator_rates")
 
 
 def closed_configurations(mechanism, seed):
-    """Returns closed configurations (N, n_z) near the reference."""
+    """Return closed configurations (N, n_z) near the reference."""
     model, rng = Model(mechanism), np.random.default_rng(seed)
     at = dict(mechanism.reference)
     start = np.array([float(at.get(name, 0)) for name in model.names])
@@ -45,7 +41,10 @@ def closed_configurations(mechanism, seed):
 
 
 def inverse_at(ik, model, z):
-    """Returns actuators (k, N, n) and residuals (k, N) of all solutions, and the actuators in z."""
+    """Return actuator values (k, N, n) and residuals (k, N) of all k solutions.
+
+    The third result contains the actuator values in the configurations z.
+    """
     (kernel,) = lower([ik], "drawn")
     T, slots = model.tip(z).reshape(-1, 16).T, []
     for signs in product((1.0, -1.0), repeat=len(ik.signs)):
@@ -69,8 +68,6 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
     assert len(arms) == SLOTS
     assert ((turned_apart(arms, q) < FOUND) & (residual < FOUND)).any(0).all()
     maps, rates = lower([derivation.function(name) for name in MAPS], "drawn")
-    # One solution is on the reference branch. The derivative of this solution equals the actuator
-    # velocities.
     theta = z[:, model.chain]
     own = np.array(maps(theta.T)).T
     assert (turned_apart(arms, own) < FOUND).any(0).all()
@@ -82,7 +79,6 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
 
 
 def test_legs_with_tilted_hinge_have_no_closed_form_inverse():
-    """Two crank angles solve the length equation, but only one angle closes the loop."""
     flat = drawn(3, ("RRS", "RRS", "PRS"))
     angle = sp.Rational(3, 10)
     joints = tuple(
@@ -101,9 +97,13 @@ def test_legs_with_tilted_hinge_have_no_closed_form_inverse():
 
 def test_explanation_names_the_leg_steps():
     message = str(explain(drawn(1, ("RPS", "PRS", "RRS"))))
-    for title in ("a distance gives a travel", "a line meets a sphere", "a circle meets a sphere"):
+    for title in (
+        "a displacement from a distance",
+        "intersection of a line and a sphere",
+        "intersection of a circle and a sphere",
+    ):
         assert title in message
-    assert message.count("a hinge points to a ball") == 3
+    assert message.count("a hinge that points to a ball") == 3
 
 
 @pytest.mark.parametrize(("make", "modes"), [(driven_by_a_leg, 2), (agile_eye, 8)])

@@ -61,7 +61,7 @@ def reference(pose, ends, pins, q):
 
 
 def newton(ends, pins, lengths, generator, count=150):
-    """Finds poses on three circles by Newton's method from random starts."""
+    """Find poses on three circles by Newton's method from random starts."""
     size = np.abs(pins).max() + np.max(lengths)
     x = generator.uniform([-size, -size, -np.pi], [size, size, np.pi], (count, 3))
     for _ in range(60):
@@ -173,7 +173,6 @@ def queries(monkeypatch):
 
 
 def test_legs_with_prismatic_joints_are_derived_quickly_with_long_decimals(monkeypatch, queries):
-    """SymPy does not query the sign of products of sines."""
     monkeypatch.setattr(planar_platforms, "_rounded", lambda place: tuple(map(float, place)))
     platform = drawn_platform(np.random.default_rng(0), (("PRP", 2), ("RPP", 1), ("PRP", 2)))
     hybrid = derive(read_text(platform.text("platform")), functions=["legs", "actuators"]).hybrid

@@ -18,7 +18,7 @@ RODS = (sp.Rational(1, 2), sp.Rational(3, 5), sp.Rational(2, 5))
 
 
 def harmonics(coefficients, c, s):
-    """Evaluates the trigonometric polynomial for a cosine and a sine."""
+    """Evaluate the trigonometric polynomial for a cosine and a sine."""
     double = c**2 - s**2, 2 * c * s
     triple = double[0] * c - double[1] * s, double[0] * s + double[1] * c
     a0, *rest = coefficients
@@ -27,14 +27,14 @@ def harmonics(coefficients, c, s):
 
 
 def expanded(terms, expressions):
-    """Expands expressions until they contain only points and parameters."""
+    """Expand expressions until they contain only points and parameters."""
     argument = Argument("p", NAMES, (6,), "m", "points")
     result = Result("y", tuple(expressions), (len(expressions),), "1", "")
     return SymbolicFunction("f", "", "", (argument,), (result,), terms).expanded()[0]
 
 
 def eliminated(points, c, s):
-    """Eliminates the platform's position from three circles with the centers A_i - R b_i.
+    """Eliminate the position of a platform from three circles with the centers A_i - R b_i.
 
     A_i are base points, and b_i are platform points. The first equation is subtracted from the
     other equations. The two differences are linear in the position, and Cramer's rule solves them.
@@ -57,7 +57,6 @@ def eliminated(points, c, s):
 def test_triad_polynomial_equals_elimination_of_the_position():
     terms = Terms({})
     found = harmonics(expanded(terms, triad_polynomial(terms, Triad(POINTS, PINS, RODS))), C, S)
-    # Up to a constant factor, the polynomials agree for c^2 + s^2 = 1.
     ratio = None
     rng = np.random.default_rng(0)
     for _ in range(6):
@@ -71,8 +70,7 @@ def test_triad_polynomial_equals_elimination_of_the_position():
 
 
 def test_the_fourth_harmonic_cancels():
-    # The square |k_3 u_2 - k_2 u_3|^2 has factors of degree 2. As a polynomial in z = exp(i phi),
-    # the square has no z^4 term.
+    # The square |k_3 u_2 - k_2 u_3|^2 has factors of degree 2.
     z, k0, l0 = sp.symbols("z k0 l0")
     k1, l1, b2, b3, a2, a3 = sp.symbols("k1 l1 b2 b3 a2 a3")
     k1c, l1c, b2c, b3c, a2c, a3c = sp.symbols("k1c l1c b2c b3c a2c a3c")
@@ -87,7 +85,7 @@ def test_the_fourth_harmonic_cancels():
 
 @pytest.fixture(scope="module")
 def compiled():
-    """Returns the polynomial, the position and its mirror image as functions."""
+    """Return functions for the polynomial, the position, and the mirrored position."""
     terms = Terms({})
     phi = sp.Symbol("phi", real=True)
     cs = terms.cos_sin(phi)
@@ -134,7 +132,7 @@ def test_every_pose_is_a_root_and_its_position_is_recovered(compiled):
 def test_collinear_centers_give_double_root_and_both_positions(compiled):
     polynomial, position, mirror = compiled
     pose = np.array([0.3, -0.2, 0.7])
-    # The centers A_i - R b_i are on the platform's x axis. All rods reach one point of the x axis.
+    # The centers A_i - R b_i are on the platform's x axis.
     heights = np.arcsin(0.25 / np.array(RODS, float))
     p = platform_with(pose, heights)
     a = polynomial(p)

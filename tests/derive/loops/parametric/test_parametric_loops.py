@@ -1,7 +1,4 @@
-"""Parametric functions of robots with loops agree with robots derived at these parameters.
-
-CasADi checks the derivatives.
-"""
+"""Parametric functions of robots with loops agree with robots derived at these parameters."""
 
 from dataclasses import replace
 
@@ -31,12 +28,12 @@ SLIDERS = {
     "x": (ALONG_X, near(("crank", 1), ("elbow", -1), ("cross", 3))),
     "y": (ALONG_Y, near(("crank", 1), ("elbow", "3/4"), ("cross", "15/4"))),
 }
-"""Keyed by the normal of the loop's plane: the rotation of the slider frame, and a reference
-configuration."""
+"""The rotation of the slider's frame and the reference configuration, keyed by the normal of the
+loop's plane."""
 
 
 def closed(loops, functions, w, p):
-    """Solves the unknown variables by Newton's method."""
+    """Solve the unknown variables by Newton's method."""
     w, n = w.copy(), len(loops.hybrid.q)
     for _ in range(20):
         c, D = (np.array(part) for part in functions["closure_p"](w, p))

@@ -24,7 +24,7 @@ FUNCTIONS = ["chain", "chain_rates", "configuration", "margin", "chain_all", "ac
 
 
 def turned_round():
-    """Returns the mechanism with a reversed rod."""
+    """Return the mechanism with a reversed rod."""
     return Mechanism(
         "turned_round",
         (
@@ -41,7 +41,7 @@ def turned_round():
 
 
 def spherical():
-    """Returns a spherical four-bar with a crank. A pin away from the center closes the loop."""
+    """Return a spherical four-bar with a crank. A pin away from the center closes the loop."""
     crank, coupler, rocker, ground = (sp.pi * sp.Rational(k, 36) for k in (8, 16, 14, 15))
     outside = Translation((0, 0, 1))
     return Mechanism(
@@ -108,7 +108,8 @@ def test_solution_lies_on_the_branch_of_the_reference(name):
     at_reference = solved(mechanism).at_reference
     for joint, value in at_reference.items():
         assert np.cos(value - float(mechanism.reference_of(joint))) > 0.8
-    # If the reference has a flipped universal joint, the solution must be on the second branch.
+    # If the reference contains the flipped angles of the universal joint, the solver must select
+    # the second branch.
     over = {"yoke": at_reference["yoke"] + np.pi, "swing": np.pi - at_reference["swing"]}
     if name == "turned_round":
         values = [(n, sp.Rational(f"{over.get(n, v):.3f}")) for n, v in at_reference.items()]

@@ -13,7 +13,7 @@
 #include "chasles_closure_tolerances.h"
 
 /* Moves the angles q (n,) of a solution by full turns to within half a turn of the reference
- * angles. Entries whose reference angle is NaN stay. */
+ * angles. */
 static inline void chasles_mode_turns(double *q, const double *angles, int n)
 {
     const double turn = 6.283185307179586;
@@ -23,10 +23,9 @@ static inline void chasles_mode_turns(double *q, const double *angles, int n)
     }
 }
 
-/* Returns the residual of a solution: the larger of the leg error `legs` and the deviation of its
- * fk pose `reached` from T. The residual is infinite if the fk pose belongs to another assembly
- * mode, or NaN if the forward kinematics fails. Two modes are compared with lengths relative to the
- * robot size. */
+/* Returns the residual of a solution: the larger of the leg error and the distance between T and
+ * the pose from forward kinematics. The residual is infinite if forward kinematics returns another
+ * assembly mode. The residual is NaN if forward kinematics fails. */
 static inline double chasles_mode_residual(const double T[16], const double reached[16],
                                            double legs, double size)
 {

@@ -36,8 +36,7 @@ static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q]
     memcpy(w, s->w, sizeof s->w);
 }
 
-/* Computes L = J_u c_u^-1 (6 x M) from the tool's Jacobian J (6 x W). With c_u = Q R, each row j of
- * J_u gives the row l = Q y of L, where R^T y = j. */
+/* Computes L = J_u c_u^-1 (6 x M) from the tool's Jacobian J (6 x W). */
 static void CLOSURE_NAME(levers)(CLOSURE_NAME(closed) * s, const double *J, double *L)
 {
     CLOSURE_NAME(factored)(s);
@@ -61,7 +60,8 @@ static void CLOSURE_NAME(levers)(CLOSURE_NAME(closed) * s, const double *J, doub
     }
 }
 
-/* Computes J = J_x - L c_x for the first columns of two arrays with different row lengths. */
+/* Computes J = J_x - L c_x for the first `columns` columns of J_x and c_x. Rows of J_x and c_x have
+ * `width` entries. */
 static void CLOSURE_NAME(through)(const double *J_x, const double *L, const double *c_x, int width,
                                   int columns, double *J)
 {
@@ -82,8 +82,8 @@ static void CLOSURE_NAME(by_q)(const CLOSURE_NAME(closed) * s, const double *J_w
     CLOSURE_NAME(through)(J_w, L, s->D, CLOSURE_W, CLOSURE_Q, J);
 }
 
-/* Computes the tool's Jacobian (6 x P) with respect to the parameters, from its Jacobian at
- * constant w. */
+/* Computes the tool's Jacobian (6 x P) with respect to the parameters. The argument J_p is the
+ * tool's Jacobian at constant w. */
 static void CLOSURE_NAME(by_p)(const CLOSURE_NAME(closed) * s, const double *J_p, const double *L,
                                const double *c_p, double *J)
 {

@@ -1,7 +1,6 @@
-/* Back-substitution: computes the other joints at each root of the suppressed joint. This file is
- * part of chasles and is the same for every robot. For a prismatic joint, c and s are the
- * displacement and its square.
- */
+/* Back-substitution: computes the other joints from each root of det M. This file is part of
+ * chasles and is the same for every robot. For a prismatic joint, c and s are the displacement and
+ * its square. */
 #ifndef CHASLES_GENERAL_BACK_H
 #define CHASLES_GENERAL_BACK_H
 
@@ -23,13 +22,10 @@ CHASLES_INLINE void chasles_general_unit(chasles_vector x, chasles_vector y, cha
     *s = chasles_vector_chosen(is_there, y / size, zero);
 }
 
-/* Computes cos and sin of the two joints after the suppressed joint from the null vector of M.
- * Index 0 is the half-angle joint; index 1 is the other joint, which may be prismatic. */
+/* Computes cos and sin of the two joints after the suppressed joint from the null vector of M. */
 CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, chasles_vector *c,
                                         chasles_vector *s)
 {
-    /* The null vector n is a product (sin, cos) x (1, cos, sin) of the two joints, written as two
-     * rows. The row with the larger norm determines both angles. */
     const double c0 = cos(CHASLES_HALF_FROM), s0 = sin(CHASLES_HALF_FROM);
     const chasles_vector zero = {0.0};
     const chasles_vector high = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
@@ -57,7 +53,7 @@ CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, cha
     chasles_general_unit(sign * r[1], sign * r[2], c + 1, s + 1);
 }
 
-/* Computes cos and sin of one joint of the pair from x and y, which depend only on this joint. */
+/* Computes cosine and sine of one joint of the pair from x and y. */
 CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasles_vector y,
                                             chasles_vector *c, chasles_vector *s)
 {
@@ -68,8 +64,9 @@ CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasle
 }
 
 /* Computes cos and sin of both joints of the pair, from the cosines and sines of the three joints
- * after it. Returns the residual of the equations whose pivots are zero. If both joints of the pair
- * are prismatic, three products of unknowns are absent from the equations. */
+ * after the pair. Returns the sum of the absolute residuals of the equations whose pivots are zero.
+ * If both joints of the pair are prismatic, three products of unknowns are absent from the
+ * equations. */
 CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system *system,
                                                    chasles_vector *c, chasles_vector *s)
 {
@@ -113,8 +110,8 @@ CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, c
     c[5] = turned[0], s[5] = -turned[1];
 }
 
-/* Computes all joints of at most CHASLES_VECTOR_LANES starts, from the null vectors of the starts.
- */
+/* Computes all joints of up to CHASLES_VECTOR_LANES start configurations from the null vectors of
+ * their matrices. */
 static void chasles_general_all(const chasles_general_six *six, const chasles_general_order *order,
                                 const chasles_general_system *system, chasles_general_start *starts,
                                 int count)
@@ -183,7 +180,7 @@ static void chasles_general_plane(const double (*R)[6], double (*n)[6])
 
 /* Finds two 2 x 3 matrices of rank 1 in the span of the matrices a and b, which are stored row by
  * row. The outer product of (sin, cos) of one angle and (1, cos, sin) of another angle has rank 1.
- * Returns 0 if the span contains no real matrix of rank 1. */
+ * Returns 0 if no real linear combination of the matrices a and b has rank 1. */
 static int chasles_general_products(const double (*n)[6], double (*product)[6])
 {
     const double *a = n[0], *b = n[1];
@@ -207,7 +204,6 @@ static int chasles_general_products(const double (*n)[6], double (*product)[6])
     const double square = of[1] * of[1] - 4.0 * of[0] * of[2];
     if (!(square >= 0.0))
         return 0;
-    /* The ratio z = x / y solves of[2] z^2 + of[1] z + of[0] = 0. */
     const double sum = -0.5 * (of[1] + copysign(sqrt(square), of[1]));
     const double x[2] = {sum, of[0]}, y[2] = {of[2], sum};
     for (int v = 0; v < 2; v++) {
@@ -217,7 +213,8 @@ static int chasles_general_products(const double (*n)[6], double (*product)[6])
     return 1;
 }
 
-/* The triangular matrices, one per SIMD lane; each matrix is singular at its root. */
+/* The triangular matrices, one per SIMD lane. Each matrix is singular at its root of the
+ * determinant. */
 static void chasles_general_triangles(const chasles_general_system *system,
                                       const chasles_general_start *const *starts, int count,
                                       chasles_vector (*R)[6])
@@ -233,10 +230,8 @@ static void chasles_general_triangles(const chasles_general_system *system,
     chasles_general_factored(system, &c, &s, R, &value);
 }
 
-/* Returns whether A determines the pair of joints at the given pose. If a joint of the pair is
- * prismatic and the dimensions are round numbers, A is often singular at joint angles that are
- * multiples of 90 degrees. Then several solutions for the pair of joints belong to one solution for
- * the other joints. */
+/* Returns whether the pivots of the matrix A are large enough to compute the pair of joints at the
+ * given pose. Returns 1 if both joints of the pair are revolute. */
 static int chasles_general_tells_pair(const chasles_general_system *system)
 {
     double least = DBL_MAX, most = 0.0;
@@ -269,9 +264,9 @@ static int chasles_general_isolated(const chasles_general_system *system,
            (series.most > CHASLES_VANISHED || series.noise < rounding);
 }
 
-/* Removes starts that solve the six equations but not the other eight. If both joints of the pair
- * are prismatic, half of the starts are removed. Returns the number of remaining starts.
- */
+/* If both joints of the pair are prismatic, removes the start configurations that do not solve all
+ * fourteen equations. In this case, about half of the start configurations are removed. Returns the
+ * number of start configurations that remain. */
 static int chasles_general_kept(const chasles_general_system *system, chasles_general_start *starts,
                                 int count)
 {
@@ -305,7 +300,6 @@ static int chasles_general_starts(const chasles_general_six *six,
             before += i < k && apart < CHASLES_TWINS;
         }
         *certain = *certain && near < 2;
-        /* The solutions at three or more close roots are found from nearby poses. */
         if (near > 1 && before > 0)
             continue;
         along[count] = starts[count].along = roots->angle[k];
@@ -332,8 +326,8 @@ static int chasles_general_starts(const chasles_general_six *six,
     return chasles_general_kept(system, starts, count);
 }
 
-/* Adds two starts for each root that is near another root, one start per null vector. Returns the
- * number of starts. */
+/* If a root is near another root, adds two start values for this root, one from each null vector.
+ * Returns the number of starts. */
 static int chasles_general_twins(const chasles_general_six *six, const chasles_general_order *order,
                                  const chasles_general_system *system,
                                  const chasles_general_start *starts, int count,

@@ -1,6 +1,5 @@
-/* Newton's iteration of a six-joint arm towards a pose; a step without improvement is damped. This
- * file is part of chasles and is the same for every robot.
- */
+/* Damped Newton iteration that moves a six-joint arm to a target pose. This file is part of chasles
+ * and is the same for every robot. */
 #ifndef CHASLES_GENERAL_NEWTON_H
 #define CHASLES_GENERAL_NEWTON_H
 
@@ -16,9 +15,9 @@ typedef struct {
     double n[6];      /* the null vector of M */
     double along;     /* the suppressed angle */
     double c, s;      /* cos and sin of the suppressed angle */
-    double imaginary; /* imaginary part of the suppressed angle, or 0 for a real root */
+    double imaginary; /* imaginary part of `along`, or 0 for a real root */
     int has_twin;     /* whether another root is close to this root */
-    double left;      /* residual of the eight equations that M does not contain */
+    double left;      /* residual of the eight equations that are not part of M */
 } chasles_general_start;
 
 /* The state of Newton's iteration towards a pose. */
@@ -32,8 +31,8 @@ typedef struct {
     int is_over;    /* whether no further step can improve the result */
 } chasles_general_iterate;
 
-/* Computes all joints of the robot (rad, m) from the unknown joints; the prismatic coordinates are
- * relative to a length (m). */
+/* Computes all joints of the robot (rad, m) from the unknown joints. The unknown prismatic
+ * coordinates are divided by a length (m). */
 static void chasles_general_all_joints(const chasles_general_six *six, const double *q,
                                        double length, double *all)
 {
@@ -131,8 +130,6 @@ static double chasles_general_error(const double *T, const double *at, double *e
         position += e[k] * e[k];
     }
     const double sine = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    /* Ratio of the angle to its sine; for small angles, a series with an error of 1e-13 replaces
-     * the arc tangent. */
     const double factor = turned < CHASLES_SMALL_TURN ? 1.0 + sine * sine / 6.0
                           : sine > 0.0                ? atan2(sine, 0.5 * (trace - 1.0)) / sine
                                                       : 1.0;
@@ -163,7 +160,7 @@ static void chasles_general_damped(const chasles_general_iterate *iterate, doubl
     chasles_solve_six(b, step);
 }
 
-/* Returns the pose error as a sum of squares, which each step decreases. */
+/* Returns the sum of the squared pose errors. Every accepted step decreases this sum. */
 static double chasles_general_cost(const double *e, double length)
 {
     double meters = 0.0, radians = 0.0;
@@ -338,7 +335,7 @@ static void chasles_general_margins(const double (*J)[36], int count, double len
 typedef struct {
     chasles_general_iterate iterate;
     double v[6], u[6];
-    double left; /* u . e, the error that no joint can remove */
+    double left; /* u . e, the component of the error that no joint motion can remove */
 } chasles_general_walk_point;
 
 /* Solves (J + u v^T) x = b, or the system with the transposed matrix. Returns whether x is finite.
@@ -372,8 +369,8 @@ static void chasles_general_normalise(double *x)
         x[k] /= sqrt(squares);
 }
 
-/* Moves a point onto the self-motion curve, on which the pose error is parallel to u. Returns
- * whether the iteration converged. */
+/* Moves a point onto the self-motion curve. On this curve, the pose error is parallel to the vector
+ * u of the point. Returns whether the iteration converged. */
 static int chasles_general_onto_curve(const chasles_general_six *six, const double *T,
                                       chasles_general_walk_point *point)
 {

@@ -1,7 +1,5 @@
 /* Inverse kinematics of an arm with general geometry and five unknown joints; all other joints are
- * fixed. An added sixth joint rotates the tool; its coordinate is 0 in every solution. This file is
- * part of chasles and is the same for every robot.
- */
+ * fixed. This file is part of chasles and is the same for every robot. */
 #ifndef CHASLES_GENERAL_TOOL_H
 #define CHASLES_GENERAL_TOOL_H
 
@@ -98,9 +96,10 @@ static void chasles_general_tool_descend(const chasles_general_six *six, const d
     }
 }
 
-/* Iterates five joints towards a pose from quasi-random starts (multiples of square roots). If a
- * prismatic joint moves in the plane of other joints, the solutions for six joints form a
- * continuum, and the roots of the determinant miss them. */
+/* Iterates the values of five joints towards a pose, starting from quasi-random values. The start
+ * values are multiples of square roots, modulo one turn. If a prismatic joint moves in the plane of
+ * other joints, the solutions for six joints form a continuum, and the roots of the determinant
+ * miss them. */
 static void chasles_general_tool_restart(const chasles_general_six *six, const double *T, double *q)
 {
     static const double roots[5] = {1.41421356, 1.73205081, 2.23606798, 2.64575131, 3.31662479};

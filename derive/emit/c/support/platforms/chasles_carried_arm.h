@@ -10,8 +10,8 @@
  *     r_i . A_m ... A_1 T A_n ... A_(m+1) b_i = 0,   i = 1, 2, 3.
  *
  * A map is linear in (1, cos, sin) of a revolute joint and in (1, x) of a prismatic joint. Up to
- * three joints are unknown. The equations are linear in the map of each unknown joint, so that the
- * unknown joints are eliminated one after the other:
+ * three joints are unknown. The equations are linear in the map of each unknown joint. Therefore,
+ * the unknown joints are eliminated one after the other:
  *
  * - one angle: the least-squares solution of the equations;
  * - two angles: the 3 x 3 determinant of the equations in (1, cos, sin) of the first angle is a
@@ -19,8 +19,8 @@
  * - three angles: the 8 x 8 Dixon determinant of the first two angles is a trigonometric polynomial
  *   of degree up to 24 in the third, which is sampled.
  * The equations contain no product of displacements. If two displacements and an angle are unknown,
- * a 3 x 3 determinant is zero. The determinant has degree 3 in the angle. If one displacement and
- * two angles are unknown, the displacement is eliminated: linearly if its coefficients are
+ * the angle is a zero of a 3 x 3 determinant, which has degree 3 in this angle. If one displacement
+ * and two angles are unknown, the displacement is eliminated: linearly if its coefficients are
  * constant, otherwise by a 4 x 4 Dixon determinant. Newton's iteration refines all unknowns.
  */
 #ifndef CHASLES_CARRIED_ARM_H

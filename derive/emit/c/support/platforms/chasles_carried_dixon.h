@@ -1,6 +1,6 @@
-/* Dixon's resultant of three equations in three angles, or in a displacement and two angles: the
- * joints before and on a platform. This file is part of chasles and is the same for every robot.
- */
+/* Dixon's resultant of three equations. The unknowns are three angles, or two angles and a
+ * displacement. They belong to joints before the legs of a platform, or to joints on the platform.
+ * This file is part of chasles and is the same for every robot. */
 #ifndef CHASLES_CARRIED_DIXON_H
 #define CHASLES_CARRIED_DIXON_H
 
@@ -11,18 +11,15 @@
 /* Number of samples of the determinant, and maximum number of steps to a root. */
 #define CHASLES_ARM_CIRCLE 256
 #define CHASLES_ARM_BISECTIONS 40
-/* Number of samples of the slope per sample of the determinant. */
+/* Number of slope samples between two neighboring samples of the determinant. */
 #define CHASLES_ARM_PARTS 16
 #define CHASLES_DIXON 8
 /* Maximum degree of the determinant. The degree is at most 16 if all unknown joints are on one side
  * of the legs. */
 #define CHASLES_ARM_RESULTANT 24
 
-/* Writes the Dixon matrix of three equations, which are polynomials of degree 2 in the tangents x
- * and y of the half inner and outer angle. The determinant of the polynomials at (x, y), (u, y) and
- * (u, v), divided by (x - u) (y - v), is a sum of products of monomials in (x, y) and in (u, v). If
- * x is a displacement, the polynomials are linear in x, and only the first four rows and columns
- * matter. */
+/* Writes the Dixon matrix of three equations. The equations have degree 2 in x, the tangent of half
+ * the inner angle, and degree 2 in y, the tangent of half the outer angle. */
 static void chasles_arm_dixon(const chasles_arm_pair *pair, int is_slide,
                               double (*matrix)[CHASLES_DIXON])
 {
@@ -70,8 +67,8 @@ static void chasles_arm_dixon(const chasles_arm_pair *pair, int is_slide,
                 }
 }
 
-/* Returns the Dixon determinant at an angle of the third unknown, and the product of the row sizes
- * of its matrix. */
+/* Returns the Dixon determinant at a value of the third angle, and the product of the row sizes of
+ * its matrix. */
 static double chasles_arm_determinant(const chasles_arm_equations *equations, double angle,
                                       double *bound)
 {
@@ -176,7 +173,8 @@ static double chasles_arm_slope(const chasles_arm_slopes *slopes, double angle)
     return sum;
 }
 
-/* Returns the extremum between two angles at which the slope has different signs. */
+/* Returns the extremum between two angles. The slopes at the two angles must have different signs.
+ */
 static double chasles_arm_extremum(const chasles_arm_slopes *slopes, double low, double high)
 {
     const int falls = chasles_arm_slope(slopes, low) < 0.0;
@@ -190,7 +188,7 @@ static double chasles_arm_extremum(const chasles_arm_slopes *slopes, double low,
     return low;
 }
 
-/* Solves at the roots of a parabola with the given value at its vertex, an extremum. Two nearly
+/* Tries the vertex and the two roots of a parabola with the given value at its vertex. Two nearly
  * equal roots may be real although the computed determinant has no root. */
 static void chasles_arm_touch(const chasles_arm_equations *equations,
                               const chasles_arm_slopes *slopes, double vertex, double value,
@@ -204,7 +202,8 @@ static void chasles_arm_touch(const chasles_arm_equations *equations,
         chasles_arm_try(equations, vertex + side * apart, found);
 }
 
-/* Finds the zero of the determinant between two angles. The determinant is monotonic there. */
+/* Finds the zero of the determinant in an interval of angles, if any. The determinant is monotonic
+ * in the interval. */
 static void chasles_arm_between(const chasles_arm_equations *equations, double low, double at_low,
                                 double high, double at_high, chasles_arm_solutions *found)
 {

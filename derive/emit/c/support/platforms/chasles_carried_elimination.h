@@ -1,6 +1,5 @@
-/* Equations of joints before and on a platform, with up to two unknown angles. This file is part of
- * chasles and is the same for every robot.
- */
+/* Equations of the joints before and after a platform, with up to two unknown angles. This file is
+ * part of chasles and is the same for every robot. */
 #ifndef CHASLES_CARRIED_ELIMINATION_H
 #define CHASLES_CARRIED_ELIMINATION_H
 
@@ -10,7 +9,8 @@
 
 #include "chasles_carried_platform.h"
 
-/* Maximum numbers of joints before and on the platform, of unknown joints, and of solutions. */
+/* Maximum number of joints before the legs and on the platform, maximum number of unknown joints,
+ * and maximum number of solutions. */
 #define CHASLES_ARM_JOINTS 6
 #define CHASLES_ARM_UNKNOWN 3
 #define CHASLES_ARM_SOLUTIONS 48
@@ -21,12 +21,13 @@ typedef struct {
     void (*legs)(const double *T, const double *v, double *q, double *residual, double *margin);
     void (*fk)(const double *q, double *T);
     int slots, coordinates;
-    int joints, before;  /* number of joints, and of joints before the legs */
+    int joints, before;  /* number of all joints; number of joints before the legs */
     int unknown, slides; /* number of unknowns; number of prismatic unknowns, which come first */
-    int dixon;           /* whether the last unknown follows from Dixon's resultant */
+    int dixon;           /* whether Dixon's resultant gives the last unknown */
     int solutions;       /* maximum number of solutions */
     int places[CHASLES_ARM_JOINTS]; /* index of the joint of each map */
-    int ranks[CHASLES_ARM_JOINTS];  /* unknown of each map, or -1 - index of its given value */
+    int ranks[CHASLES_ARM_JOINTS];  /* for each map: k if unknown k belongs to the map, or -1 - k if
+                                       fixed value k belongs to the map */
     int kinds[CHASLES_ARM_JOINTS];  /* 1 if the joint of a map is prismatic, otherwise 0 */
     double size;                    /* length of the mechanism (meter) */
     double maps[CHASLES_ARM_JOINTS][3][16];
@@ -35,7 +36,7 @@ typedef struct {
 } chasles_carried_arm_arm;
 
 /* The equations at a tool pose, divided by the size of the mechanism. Each equation is linear in
- * (1, cos, sin) or (1, x, 0) of each unknown. */
+ * one triple for each unknown: (1, cos, sin) for an angle, and (1, x, 0) for a displacement x. */
 typedef struct {
     const chasles_carried_arm_arm *arm;
     double at[3][3][3][3];
@@ -50,13 +51,15 @@ typedef struct {
     chasles_arm_solution solution[CHASLES_ARM_SOLUTIONS];
 } chasles_arm_solutions;
 
-/* Up to three equations, linear in (1, cos, sin) of an inner and of an outer angle. */
+/* Up to three equations. Each equation is linear in (1, cos, sin) of an inner angle, and linear in
+ * (1, cos, sin) of an outer angle. */
 typedef struct {
     int count;
     double at[3][3][3];
 } chasles_arm_pair;
 
-/* Writes (1, cos, sin) or (1, x, 0), and the derivative. */
+/* Writes (1, cos x, sin x) for a revolute joint or (1, x, 0) for a prismatic joint. Also writes the
+ * derivative with respect to x. */
 static void chasles_arm_basis(double x, int is_slide, double *u, double *rate)
 {
     u[0] = 1.0;
@@ -67,8 +70,9 @@ static void chasles_arm_basis(double x, int is_slide, double *u, double *rate)
     rate[2] = is_slide ? 0.0 : u[1];
 }
 
-/* Multiplies rows by the map of one joint. For an unknown joint, each row becomes three rows: the
- * factors of 1, cosine and sine. Returns the new number of rows. */
+/* Multiplies rows by the inverse pose matrix of one joint. For an unknown joint, each row becomes
+ * three rows: the coefficients of 1, of the cosine and of the sine. Returns the new number of rows.
+ */
 static int chasles_arm_mapped(const chasles_carried_arm_arm *arm, int map, const double *given,
                               int count, double (*rows)[4])
 {
@@ -238,8 +242,8 @@ static int chasles_arm_polished(const chasles_arm_equations *equations,
     return error <= closed;
 }
 
-/* Refines and inserts a new solution. The sum of cosines, which is largest for small angles, sorts
- * the solutions. */
+/* Refines a new solution and inserts it into the list. The solutions are sorted by the sum of the
+ * cosines of their angles. */
 static void chasles_arm_add(const chasles_arm_equations *equations, const double *x,
                             chasles_arm_solutions *found)
 {
@@ -302,8 +306,9 @@ static int chasles_arm_angles(int count, const double (*rows)[3], double *angles
     return 3;
 }
 
-/* Writes the equations in the inner unknown at an outer angle. Returns the polynomial: the
- * determinant of three equations, or the condition that two equations have a common angle. */
+/* Writes the coefficients of the equations in the inner unknown at one value of the outer angle.
+ * Returns the determinant of three equations, or the resultant of two equations for a common angle.
+ */
 static double chasles_arm_condition(const chasles_arm_pair *pair, double c, double s,
                                     double (*rows)[3])
 {
@@ -328,8 +333,8 @@ static void chasles_arm_scaled(chasles_arm_pair *pair)
     }
 }
 
-/* Writes the outer angles at which the equations have a common inner angle. Returns 0 if the
- * equations have a common inner angle at every outer angle. */
+/* Writes each value of the outer angle at which the equations have a common inner angle. Returns 0
+ * if the equations have a common inner angle for all values of the outer angle. */
 static int chasles_arm_outer(const chasles_arm_pair *pair, chasles_circle_roots *roots)
 {
     const double *cosine = chasles_circle_cosine, *sine = chasles_circle_cosine + 72;
@@ -365,7 +370,8 @@ static void chasles_arm_finish(const chasles_arm_equations *equations, double *x
         chasles_arm_add(equations, x, found);
 }
 
-/* Solves for an angle and for the unknown number `inner` before it, an angle or a displacement. */
+/* Solves for an angle and for the preceding unknown. The argument `inner` is the index of the
+ * preceding unknown, which is an angle or a displacement. */
 static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_arm_pair *pair,
                               int inner, double *x, chasles_arm_solutions *found)
 {
@@ -373,7 +379,7 @@ static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_ar
     chasles_circle_roots roots;
     if (slides == 1 && inner == 0) {
         /* At a solution, the constant column and the displacement column of the equations are
-         * parallel. A matrix of these two columns and any third column then has determinant 0. */
+         * parallel, so a matrix of these two columns and any third column has determinant 0. */
         const double third[3] = {0.5773, -0.2113, 0.7887};
         for (int i = 0; i < 3; i++)
             pair->at[i][2][0] = third[i];
@@ -409,8 +415,8 @@ static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_ar
     }
 }
 
-/* Eliminates the only prismatic unknown, which has constant coefficients, and writes the remaining
- * equations. */
+/* Eliminates the prismatic unknown, which has constant coefficients. Writes the remaining two
+ * equations to `pair`. */
 static void chasles_arm_without_slide(const chasles_arm_equations *equations,
                                       chasles_arm_pair *pair)
 {
@@ -432,7 +438,8 @@ static void chasles_arm_without_slide(const chasles_arm_equations *equations,
     pair->count = count;
 }
 
-/* Computes the equations in the first two unknown joints for a value of the third unknown joint. */
+/* Substitutes a value of the third unknown joint. The results are equations in the first two
+ * unknown joints. */
 static void chasles_arm_at(const chasles_arm_equations *equations, double angle,
                            chasles_arm_pair *pair)
 {

@@ -1,6 +1,5 @@
-/* Vectors, polynomials and solution slots of a platform with joints before or on it. This file is
- * part of chasles and is the same for every robot.
- */
+/* Vectors, polynomials and solution slots of a parallel platform with serial joints before or after
+ * the platform. This file is part of chasles and is the same for every robot. */
 #ifndef CHASLES_CARRIED_PLATFORM_H
 #define CHASLES_CARRIED_PLATFORM_H
 
@@ -56,8 +55,8 @@ static void chasles_carried_unused(int first, int end, int n, double *q, double 
         residual[k] = margin[k] = NAN;
 }
 
-/* Replaces the residuals of the slots of the legs by residuals of the poses that fk reaches.
- * Limits the margin of each slot to at most `least`. */
+/* Computes the pose of each leg solution with fk, and replaces the residual of the solution by the
+ * residual of this pose. Reduces the margin of each solution to at most `least`. */
 static void chasles_carried_reached(void (*fk)(const double *q, double *T), const double *T,
                                     double size, double least, int slots, int n, const double *q,
                                     double *residual, double *margin)

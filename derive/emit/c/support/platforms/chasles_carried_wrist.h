@@ -1,12 +1,9 @@
-/* Finds every solution for a wrist on a platform whose three legs each keep a ball joint in a plane
- * (3-RPS). This file is part of chasles and is the same for every robot.
+/* Finds every solution of an arm with a 3-RPS platform and a wrist on the platform. Each leg of the
+ * platform keeps a ball joint in a plane. This file is part of chasles and is the same for every
+ * robot.
  *
  * The tool pose determines the wrist center. The rotation R of the platform satisfies one equation
- * n^T R m = e for each of the three balls. The direction m of the first ball has the azimuth alpha
- * about the normal n of its plane, and the platform rotates by beta about this direction. The other
- * two equations are linear in cos(beta) and sin(beta); their resultant is a trigonometric
- * polynomial of degree 4 in alpha. Newton's iteration refines the rotations.
- */
+ * n^T R m = e for each of the three balls. Newton's iteration refines the rotations. */
 #ifndef CHASLES_CARRIED_WRIST_H
 #define CHASLES_CARRIED_WRIST_H
 
@@ -28,7 +25,7 @@ typedef struct {
     double normals[3][3];  /* normals of the three planes, in base axes */
     double offsets[3];     /* offsets of the three planes (meter) */
     double levers[3][3];   /* unit vectors from the wrist center to the balls, in platform axes */
-    double lengths[3];     /* distances between wrist center and balls (meter) */
+    double lengths[3];     /* distances between the wrist center and the ball joints (meter) */
     double center[3];      /* wrist center in the platform frame (meter) */
     double tool_center[3]; /* wrist center in the tool frame (meter) */
 } chasles_carried_wrist_arm;
@@ -146,7 +143,8 @@ static double chasles_wrist_error(const chasles_carried_wrist_arm *arm,
     return most;
 }
 
-/* Rotates R by the vector `turn` / 2 of a quaternion whose scalar part is 1. */
+/* Rotates R by the Rodrigues vector `turn`, the rotation axis times the tangent of half the angle.
+ */
 static void chasles_wrist_turn(const double *turn, const double (*R)[3], double (*next)[3])
 {
     const double scale = 2.0 / (1.0 + chasles_carried_dot(turn, turn));
@@ -203,8 +201,8 @@ static int chasles_wrist_polished(const chasles_carried_wrist_arm *arm,
 }
 
 /* Iterates from the angles alpha and beta. If the resulting platform rotation is new, it is
- * inserted into the list. The trace, which is largest for the smallest rotation angle, sorts the
- * rotations. Returns the number of rotations. */
+ * inserted into the list. The list is sorted by the trace of the rotation matrix, which decreases
+ * with the rotation angle. Returns the number of rotations. */
 static int chasles_wrist_added(const chasles_carried_wrist_arm *arm,
                                const chasles_wrist_equations *equations, const double (*axes)[3],
                                double beta, chasles_wrist_rotation *found, int count)
@@ -254,8 +252,6 @@ static int chasles_wrist_rotations(const chasles_carried_wrist_arm *arm,
             const double alpha = roots.angle[k] + side * near;
             double axes[3][3], linear[2][3];
             chasles_wrist_linear(arm, equations, cos(alpha), sin(alpha), axes, linear);
-            /* The equations of the second and third ball have the same root beta, unless two
-             * rotations share the angle alpha. */
             const double sizes[2] = {hypot(linear[0][0], linear[0][1]),
                                      hypot(linear[1][0], linear[1][1])};
             const double *L = linear[sizes[1] > sizes[0]], size = sizes[sizes[1] > sizes[0]];

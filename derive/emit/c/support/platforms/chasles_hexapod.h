@@ -1,11 +1,10 @@
 /* Finds every assembly mode of a platform on six rods. This file is part of chasles and is the same
  * for every robot.
  *
- * For the start rods, all complex poses are known and stored in a table. Path tracking leads from
- * the complex poses for the start rods to the complex poses for the current rods; the real poses
- * are the assembly modes. If the rods end in three double joints, the zeros of a polynomial are
- * tried before path tracking.
- */
+ * Path tracking starts from the known complex poses of a platform with start rods. It follows these
+ * poses while the rods change to the current rods. The real poses for the current rods are the
+ * assembly modes. If the rods end in three double joints, the zeros of a polynomial give the
+ * assembly modes. Path tracking then runs only if the number of assembly modes is uncertain. */
 #ifndef CHASLES_HEXAPOD_H
 #define CHASLES_HEXAPOD_H
 
@@ -30,7 +29,7 @@ typedef struct {
     int moves;      /* whether the actuators move the rod ends */
     int paths;      /* number of complex poses, and number of solution slots */
     int joined;     /* which side has joints shared by two rods (0 none, 1 platform, 2 base) */
-    int pairs[6];   /* the rods, in pairs whose rods share a joint */
+    int pairs[6];   /* the rods, ordered in pairs; the two rods of a pair share a joint */
     double b[6][3]; /* rod ends on the platform, relative to the size */
     chasles_hexapod_number a[6][3], c[6];
     chasles_hexapod_number starts[CHASLES_MAX_PATHS][CHASLES_SOMA];
@@ -99,8 +98,8 @@ static int chasles_hexapod_ended(const chasles_hexapod_end *end)
     return end->t > 1.0 - CHASLES_PATH_ALMOST;
 }
 
-/* Marks the paths that must be repeated with smaller corrections, which are lost paths and paths
- * with equal ends. */
+/* Marks the paths that must be repeated with smaller corrections. A path is repeated if it did not
+ * reach its end, or if its end coincides with the end of another path. */
 static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int *which)
 {
     int again = 0;
@@ -115,8 +114,8 @@ static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int
     return again;
 }
 
-/* Computes the real pose at the end of a path. Returns 0 if the path end is far from real or at
- * infinity. */
+/* Computes the real pose at the end of a path. Returns 0 if the pose at the path end is not nearly
+ * real, or is at infinity. */
 static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_mode *mode)
 {
     const chasles_hexapod_number *x = end->x;
@@ -149,8 +148,8 @@ static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_
     return 1;
 }
 
-/* Computes the rod length errors, and the rods as rows (n, r x n) of the Jacobian. Returns the
- * largest error. */
+/* Computes the errors of the rod lengths. The Jacobian has one row (n, r x n) for each rod. Returns
+ * the largest error. */
 static double chasles_hexapod_excess(const chasles_hexapod_platform *platform,
                                      const chasles_hexapod_rods *rods,
                                      const chasles_hexapod_mode *mode, double (*J)[7])
@@ -283,8 +282,8 @@ static int chasles_hexapod_unpaired(const chasles_hexapod_end *ends, int count)
     return unpaired;
 }
 
-/* Computes the rods relative to the platform size. Returns 0 if one of the numbers is not finite.
- */
+/* Computes the lengths of the rods and their ends on the base, relative to the platform size.
+ * Returns 0 if one of the numbers is not finite. */
 static int chasles_hexapod_given(const chasles_hexapod_platform *platform, const double *q,
                                  chasles_hexapod_rods *rods)
 {
@@ -328,8 +327,8 @@ static void chasles_hexapod_path_to(const chasles_hexapod_platform *platform,
     path->moves = platform->moves;
 }
 
-/* Follows all paths from the start rods to the current rods. Returns the number of paths with an
- * uncertain end. */
+/* Follows all homotopy paths from the poses with the start rods to the poses with `rods`. Returns
+ * the number of paths with an uncertain end. */
 static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
                                 const chasles_hexapod_rods *rods, chasles_hexapod_end *ends)
 {
@@ -418,8 +417,9 @@ static int chasles_hexapod_followed(const chasles_hexapod_platform *platform,
     return count;
 }
 
-/* Writes all assembly modes, the highest platform first, then NaN. Also writes the margin of each
- * assembly mode, and the number of complex poses that were not certainly found. */
+/* Writes all assembly modes, the highest platform first, and fills the remaining slots with NaN.
+ * Also writes the margin of each assembly mode, and the number of complex poses that may be
+ * missing. */
 static void chasles_hexapod_modes(const chasles_hexapod_platform *platform, const double *q,
                                   double *theta, double *margin, double *unsure)
 {

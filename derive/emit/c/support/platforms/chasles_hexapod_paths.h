@@ -1,11 +1,11 @@
-/* Follows paths of complex poses from the start rods, for which all poses are known, to the current
- * rods. This file is part of chasles and is the same for every platform on six rods.
+/* Follows the solution paths from the start rods to the current rods. All complex poses of the
+ * start rods are known. This file is part of chasles and is the same for every platform on six
+ * rods.
  *
- * A step along a path consists of a Runge-Kutta step and two Newton corrections. Each SIMD lane
- * follows one path with its own step size. When a path ends, its lane takes the next path.
+ * Each SIMD lane follows one path with its own step size. When a path ends, the SIMD lane of this
+ * path takes the next path.
  *
- * Source:
- *     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7.
+ * Source: Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7.
  */
 #ifndef CHASLES_HEXAPOD_PATHS_H
 #define CHASLES_HEXAPOD_PATHS_H
@@ -26,7 +26,7 @@ typedef struct {
     double t;
 } chasles_hexapod_end;
 
-/* The paths in the SIMD lanes. */
+/* Poses and progress of the paths that are tracked in parallel, one path per SIMD lane. */
 typedef struct {
     chasles_hexapod_lanes x[CHASLES_SOMA];
     chasles_vector t, h;
@@ -47,7 +47,7 @@ static void chasles_hexapod_normal(chasles_hexapod_lanes *x)
         x[k].re /= size, x[k].im /= size;
 }
 
-/* Computes x + factor y for vectors in every lane. */
+/* Computes x + factor y in every SIMD lane. */
 static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x, const chasles_vector *factor,
                                        const chasles_hexapod_lanes *y, chasles_hexapod_lanes *sum)
 {
@@ -57,7 +57,7 @@ static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x, const cha
     }
 }
 
-/* Computes the path tangent at x. The tangent is orthogonal to the vector `of`. */
+/* Computes the path tangent at x. */
 static void chasles_hexapod_tangent(const chasles_hexapod_path *path,
                                     const chasles_hexapod_place *place,
                                     const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
@@ -119,9 +119,9 @@ static void chasles_hexapod_tried(const chasles_hexapod_path *path, chasles_hexa
     chasles_hexapod_normal(next);
 }
 
-/* Computes the factor for the next step size; a correction grows with the fifth power of the step.
- * The factor is a fourth root instead of a fifth root, so the step changes slightly more than
- * necessary. Too small a change of the step would cost more computing time. */
+/* Computes the factor by which to change the step size. The Newton correction grows with the fifth
+ * power of the step size. The code uses a fourth root instead of a fifth root, so the step size
+ * changes slightly more than necessary. */
 static double chasles_hexapod_growth(double correction, double near)
 {
     const double ratio = 0.5 * near / (correction + 1e-30);
@@ -148,7 +148,8 @@ static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
     }
 }
 
-/* Follows the paths `which` of a homotopy; each path ends at the current rods or is lost. */
+/* Follows the selected paths of a homotopy. The argument `which` contains the indices of these
+ * paths. Each path either ends at a solution for the current rods, or is lost. */
 static void chasles_hexapod_follow(const chasles_hexapod_path *path,
                                    const chasles_hexapod_number (*starts)[CHASLES_SOMA],
                                    const int *which, int count, double near,

@@ -41,10 +41,10 @@ typedef struct {
 /* The coefficients at the start of a path, and their change from the start to the end. */
 typedef struct {
     chasles_hexapod_forms at, change;
-    int moves; /* whether M and S change in addition to the constants c */
+    int moves; /* whether M and S also change along the path, not only the constants c */
 } chasles_hexapod_path;
 
-/* The coefficients at the path parameter of each lane. */
+/* The coefficients of the rod equations at the path parameter of each SIMD lane. */
 typedef struct {
     chasles_hexapod_lanes M[CHASLES_RODS][6], S[CHASLES_RODS][10];
 } chasles_hexapod_place;
@@ -93,8 +93,6 @@ static void chasles_hexapod_rod(const chasles_hexapod_number *a, const double *b
     }
 }
 
-/* Computes the coefficients of all rods; the coefficients of the last rod are subtracted from the
- * coefficients of every other rod. */
 static void chasles_hexapod_forms_of(const chasles_hexapod_number (*a)[3], const double (*b)[3],
                                      const chasles_hexapod_number *c, chasles_hexapod_forms *forms)
 {
@@ -141,8 +139,7 @@ static void chasles_hexapod_placed(const chasles_hexapod_path *path, const chasl
     }
 }
 
-/* Computes half the gradient of a rod equation at (e, g). The term g.g of the equation is omitted.
- */
+/* Computes half the gradient of a rod equation at (e, g). */
 static inline void chasles_hexapod_gradient(const chasles_hexapod_lanes *M,
                                             const chasles_hexapod_lanes *S,
                                             const chasles_hexapod_lanes *x,
@@ -166,8 +163,8 @@ static inline void chasles_hexapod_gradient(const chasles_hexapod_lanes *M,
     }
 }
 
-/* Computes half of the Jacobian. The last column contains the equation values, multiplied by -1/2.
- * The last row makes steps orthogonal to x, because only the direction of x matters. */
+/* Computes the Jacobian, divided by 2. The last column contains the equation values, multiplied by
+ * -1/2. The last row makes steps orthogonal to x, because only the direction of x matters. */
 static void chasles_hexapod_newton(const chasles_hexapod_place *place,
                                    const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
                                    chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])
@@ -191,7 +188,8 @@ static void chasles_hexapod_newton(const chasles_hexapod_place *place,
 }
 
 /* Differentiates each equation with respect to the path parameter, at constant x. The last column
- * of `a` receives minus half of each derivative. */
+ * of `a` receives the derivatives of the equations with respect to the path parameter, times -1/2.
+ */
 static void chasles_hexapod_along(const chasles_hexapod_path *path, const chasles_hexapod_lanes *x,
                                   chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])
 {

@@ -1,9 +1,7 @@
 /* Finds every assembly mode of a planar platform on three rods. This file is part of chasles and is
  * the same for every robot.
  *
- * The platform angles are real roots of a trigonometric polynomial of degree 3. Each platform angle
- * gives a position, which Newton's iteration refines by the rod length equations.
- */
+ * The platform angles are real roots of a trigonometric polynomial of degree 3. */
 #ifndef CHASLES_TRIAD_H
 #define CHASLES_TRIAD_H
 
@@ -28,7 +26,7 @@ typedef struct {
     double size; /* size of the platform (meter) */
 } chasles_triad_platform;
 
-/* An assembly mode (meter, rad) and its margin. */
+/* An assembly mode (meter, rad) and the margin of this mode. */
 typedef struct {
     double x[3], margin;
 } chasles_triad_mode;
@@ -190,7 +188,7 @@ static void chasles_triad_modes(const chasles_triad_platform *platform, const do
             count = chasles_triad_added(platform, q, start, modes, count);
         }
     }
-    /* Roots that rounding hides are next to visible roots. */
+    /* Rounding may hide roots near the computed roots. */
     for (int k = 0; k < roots.count && roots.unresolved; k++) {
         for (double apart = CHASLES_TWINS; apart < CHASLES_TRIAD_SEARCHED; apart *= 2.0)
             count = chasles_triad_near(platform, q, roots.angle[k], apart, modes, count);

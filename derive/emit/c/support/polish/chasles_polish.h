@@ -16,8 +16,8 @@
  *                              prismatic coordinate.
  *   POLISH_MOVING              is the number of coordinates that the iteration moves.
  *   POLISH_LENGTH              is the length of the arm (meter), which converts angles to lengths.
- *   POLISH_DEVIATION           is the axis deviation of the two arms (radian, or relative to the
- *                              length).
+ *   POLISH_DEVIATION           is the axis deviation between the nominal and the true arm (radian,
+ * or relative to the length).
  *   POLISH_MEETS               states whether three consecutive axes nearly intersect in one point.
  *
  *   POLISH_IS_GENERAL          states whether POLISH_GENERAL defines the arm for the general solver
@@ -28,9 +28,10 @@
  *                              is 0 for robots with loops, because the true loops may not have a
  *                              solution for each nominal branch.
  *   POLISH_IS_POSITION         states whether the target is a position only.
- *   POLISH_ON_LANES            states whether chasles_lanes.h was included before, so that each
- *                              lane computes one branch.
- *   POLISH_SEEDS               is the number of variables of iterated loops, or 0.
+ *   POLISH_ON_LANES            states whether chasles_lanes.h was included before. If so, each SIMD
+ * lane computes one branch.
+ *   POLISH_SEEDS               is the number of variables of loops that are solved by iteration, or
+ * 0.
  *   POLISH_FROM_SEED(q, w, at) computes POLISH_POSE from nearby loop variables w, or from the
  *                              reference if w[0] is NaN. Sets w to the values at q.
  *   POLISH_REFERENCE           contains the reference coordinates. Angles stay within half a turn
@@ -40,8 +41,9 @@
  * pose and lambda proportional to |e|^2. The damping acts near singularities and vanishes with the
  * error. Near singularities, the solutions of the true arm may be anywhere, so the iteration also
  * starts from nominal solutions of surrounding poses. The pose, the Jacobian and the residual
- * belong to the true arm. Exception: if the loops are iterated and the nominal arm is far from the
- * pose, a slot keeps the nominal residual. The code allocates nothing and has no state.
+ * belong to the true arm. There is one exception: if the loops are solved by iteration and the
+ * nominal arm is far from the pose, the slot keeps the residual of the nominal arm. The code
+ * allocates nothing and has no state.
  */
 #include <math.h>
 #include <stddef.h>
@@ -92,8 +94,7 @@ static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, 
 #endif
 
 #if !POLISH_IS_SEARCHED
-/* Starts the iteration again for branches that diverged although their start values lie on the true
- * branch of the loops. */
+/* Repeats the iteration for diverged branches whose start values have a small pose error. */
 static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *start, int b,
                                             const lanes_where *near, const lanes *first,
                                             POLISH_NAME(configurations) * c)
@@ -136,8 +137,8 @@ static LANES_TARGET void POLISH_NAME(refined)(const double *in, const POLISH_NAM
 }
 #endif
 
-/* Finds all solutions of the true arm and stores them in the slots of the nominal branches. A
- * solution may occur in several slots. */
+/* Finds all solutions of the true arm, and stores each solution in the slot of its nominal branch.
+ * A solution may occur in several slots. */
 static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double *in, double *q,
                                            double *residual, double *margin)
 {

@@ -1,33 +1,28 @@
 /* Tests whether the known roots of the determinant are all its real roots. This file is part of
  * chasles and is the same for every robot.
  *
- * The determinant is divided by sin((s - r) / 2) for each known root r. The number n of known roots
- * must be even. The quotient is a trigonometric polynomial in s. The degree of the quotient is n /
- * 2 less than the degree of the determinant. If the quotient has no real root, no root is missing
- * and every known root is simple. The test of the quotient is cheaper than isolating the roots,
- * because it needs fewer samples and cells.
- */
+ * The number n of known roots must be even. The determinant is divided by sin((s - r) / 2) for each
+ * known root r. The degree of the quotient is n / 2 less than the degree of the determinant. */
 #ifndef CHASLES_POLISH_DEFLATED_H
 #define CHASLES_POLISH_DEFLATED_H
 
 #include "chasles_cos_sin.h"
 #include "chasles_general_roots.h"
 
-/* Number of samples around the circle, and the minimum and maximum number of known roots. With
- * fewer known roots, no coefficient of high degree remains for the error estimate. */
+/* Number of samples around the circle, minimum number of known roots, and maximum number of known
+ * roots. */
 #define CHASLES_FEW_SAMPLES 16
 #define CHASLES_MIN_KNOWN 4
 #define CHASLES_MAX_KNOWN 16
-/* Minimum error [rad] of a known root that the test must detect. The errors of solutions are
- * 1e-6. */
+/* Minimum error [rad] of a known root that the test must detect. */
 #define CHASLES_SHOWN 1e-4
 /* Number of cells into which the circle is divided. */
 #define CHASLES_WIDE_CELLS 48
-/* Number of bisections of a cell, which reduce its width to about 1e-4 rad. A root whose imaginary
- * part is below this width counts as real. */
+/* Number of bisections of a cell. A root whose imaginary part is below the width of a bisected cell
+ * counts as real. */
 #define CHASLES_WIDE_HALVINGS 9
 
-/* Computes samples of the quotient, the determinant divided by the products of sines. Returns the
+/* Computes samples of the quotient of the determinant and the products of sines. Returns the
  * largest absolute value of the determinant. */
 static double chasles_polish_quotients(const chasles_general_system *system, const double *root,
                                        int count, double *quotient)
@@ -60,8 +55,8 @@ static double chasles_polish_quotients(const chasles_general_system *system, con
     return most;
 }
 
-/* Computes a polynomial of given degree from its samples; coefficients of higher degree estimate
- * the error. */
+/* Computes a polynomial of the given degree from its samples. The coefficients above this degree
+ * estimate the error. */
 static void chasles_polish_interpolated(const double *value, int degree,
                                         chasles_circle_series *series)
 {
@@ -101,11 +96,10 @@ static double chasles_polish_left_out(const chasles_circle_series *series, int d
     return sum;
 }
 
-/* States whether the known solutions are complete, according to one elimination order. */
+/* Result of a test with one elimination order: whether the known solutions are complete. */
 typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_polish_verdict;
 
-/* If the quotient has no real or nearly real root, the solutions are complete. If the quotient has
- * a real root, they are incomplete. */
+/* If the quotient has no real or nearly real root, the solutions are complete. */
 static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series *series, int degree)
 {
     const double radius = 0.5 * CHASLES_TURN / CHASLES_WIDE_CELLS;
@@ -156,8 +150,7 @@ static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series 
     return CHASLES_COMPLETE;
 }
 
-/* Returns whether the completeness test applies to the known roots. The number of known roots must
- * be even, and no two known roots may be close together. */
+/* Returns whether the completeness test applies to the known roots. */
 static int chasles_polish_may_be_all(const double *root, int count)
 {
     if (count % 2 || count < CHASLES_MIN_KNOWN || count > CHASLES_MAX_KNOWN)
@@ -172,7 +165,6 @@ static int chasles_polish_may_be_all(const double *root, int count)
 }
 
 /* Returns whether the error estimate shows that the known roots are exact roots of the determinant.
- * An error of a known root adds the error times the quotient's value at this root to the estimate.
  */
 static int chasles_polish_shows_roots(const chasles_circle_series *series, int degree,
                                       const double *root, int count)
@@ -193,7 +185,8 @@ static int chasles_polish_shows_roots(const chasles_circle_series *series, int d
     return 1;
 }
 
-/* Returns whether these angles are certainly all real roots of the determinant. */
+/* Tests whether the angles `root` are all the real roots of the determinant. Returns
+ * CHASLES_UNCLEAR if the test is inconclusive. */
 static chasles_polish_verdict chasles_polish_are_all(const chasles_general_system *system,
                                                      const double *root, int count)
 {

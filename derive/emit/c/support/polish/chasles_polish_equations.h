@@ -2,11 +2,9 @@
  * part of chasles and is the same for every robot. The header chasles_polish.h includes this file
  * once for each robot.
  */
-/* Near dead points of loops, block inverses lose small entries that are next to very large entries.
- */
 #if POLISH_N >= 6 && POLISH_IS_SEARCHED
-/* Inverts a symmetric matrix in place, given its lower half; updates the two smallest pivots.
- * Unlike an elimination, this inversion has independent divisions. */
+/* Inverts a symmetric matrix in place, given its lower half, and updates the smallest two pivots
+ * found so far. */
 POLISH_INLINE void POLISH_NAME(inverted)(lanes (*a)[6], int at, lanes *pivots)
 {
     lanes *r0 = a[at] + at, *r1 = a[at + 1] + at, *r2 = a[at + 2] + at;
@@ -36,7 +34,7 @@ POLISH_INLINE void POLISH_NAME(times)(lanes (*a)[6], int at, const lanes *x, lan
     y[2] = r2[0] * x[0] + r2[1] * x[1] + r2[2] * x[2];
 }
 
-/* Solves the factored equations for a further right-hand side. */
+/* Solves the factored linear equations for one more right-hand side. */
 POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[6][6], lanes *b)
 {
     lanes x[3], y[3];
@@ -51,10 +49,7 @@ POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[6][6], lanes *b)
 }
 
 /* Solves the symmetric system a x = b for several right-hand sides b; x replaces b. The matrix a is
- * stored as its lower half. Updates the two smallest pivots, which are squared lengths.
- *
- * In 3 x 3 blocks, a has the rows (P, L^T) and (L, R). The inverses of P and of R - L P^-1 L^T
- * replace P and R, and L P^-1 replaces L. */
+ * stored as its lower half. Updates the two smallest pivots, which are squared lengths. */
 POLISH_INLINE void POLISH_NAME(solve)(lanes a[6][6], lanes (*b)[6], int sides, lanes *pivots)
 {
     lanes L[3][3];
@@ -127,7 +122,7 @@ POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (
     }
 }
 
-/* Solves the factored equations for a further right-hand side. */
+/* Solves the factored linear equations for one more right-hand side. */
 POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes *b)
 {
     POLISH_UNROLL

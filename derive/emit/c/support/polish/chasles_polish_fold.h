@@ -4,16 +4,14 @@
  *
  * For a nearly singular Jacobian, v is the joint direction with the smallest pose change, and u is
  * the twist direction that the joints can hardly reach. The pose error is the twist from the tool
- * pose at q + s v to the target pose. To second order, the component of the pose error along u is
- * e(s) = lack - slope s - bend s^2 / 2. The names lack, slope and bend denote the coefficients of
- * the quadratic polynomial e(s). If the discriminant slope^2 + 2 bend lack is positive, e(s) has
- * two real roots, one on each side of the fold point. If the discriminant is negative, e(s) has no
- * real root. The two roots s give starts for the two branches of the true arm, even if the nominal
- * arm has no solution.
- */
-/* Data of fold points. Each SIMD lane contains one fold point. `c` is a configuration near the fold
- * point, and `along` is the direction v. The coefficient `lack` is never negative. `step` is the
- * Newton step orthogonal to v, and `step2` is the squared length of this step. */
+ * pose at q + s v to the target pose. The component of the pose error along u is the quadratic
+ * polynomial e(s) = lack - slope s - bend s^2 / 2. If the discriminant slope^2 + 2 bend lack is
+ * positive, e(s) has two real roots, one on each side of the fold point. If the discriminant is
+ * negative, e(s) has no real root. The two roots s give starts for the two branches of the true
+ * arm, even if the nominal arm has no solution. */
+/* Data of fold points. Each SIMD lane processes one fold point. `c` is a configuration near the
+ * fold point, and `along` is the direction v. `lack`, the constant coefficient of e(s), is not
+ * negative. `step` is the Newton step orthogonal to v, and `step2` is its squared length. */
 typedef struct {
     POLISH_NAME(configurations) c;
     lanes along[POLISH_N], u[6], lack, slope, bend, step[POLISH_N], step2;
@@ -28,7 +26,6 @@ POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
     POLISH_NAME(evaluate)(T, &f->c);
     POLISH_NAME(weighted)(&f->c, J);
     POLISH_NAME(squared)(J, &added, a);
-    /* Two steps of inverse iteration from a generic direction give the singular vector v. */
     for (int i = 0; i < 6; i++)
         b[0][i] = POLISH_OF(1.0 - 0.3 * i);
     POLISH_NAME(solve)(a, b, 1, pivots);
@@ -90,8 +87,8 @@ static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) *
     f->bend = (moved - f->slope) * (1.0 / POLISH_BEND_OFFSET);
 }
 
-/* Pairs of branches at fold points. `q` contains a start for each branch, and `far2` is the square
- * of half the distance between the two starts. */
+/* The branches that meet at each fold point, in pairs. `q` contains a start for each branch, and
+ * `far2` is the square of half the distance between the two starts. */
 typedef struct {
     int count;
     double q[POLISH_SLOTS][2][POLISH_N], far2[POLISH_SLOTS];
@@ -107,10 +104,9 @@ static int POLISH_NAME(is_known)(const POLISH_NAME(search) * s, const double *q,
     return 0;
 }
 
-/* Returns whether a branch has no solution, perhaps because it meets another branch at a fold
- * point. Either the iteration found no new solution for the branch, or the nominal arm misses a
- * pose that the true arm may reach. Near a second singularity, the nominal arm may miss the pose by
- * far. */
+/* Returns whether a branch has no solution, possibly because it ends at a fold point. Either the
+ * iteration found no new solution for the branch, or the nominal arm misses a pose that the true
+ * arm may reach. */
 static int POLISH_NAME(is_folded)(double residual, double pivot)
 {
     if (residual < POLISH_REACH)
@@ -123,28 +119,25 @@ static int POLISH_NAME(is_folded)(double residual, double pivot)
            pivot * residual * residual < moved * moved;
 }
 
-/* Returns whether solutions may lie away from a fold point even if the nominal solution has a large
- * residual. The nearest configuration of the nominal arm must be singular. The error of this
- * configuration must not be along the unreachable direction u. For example, after a self-motion of
- * the wrist, which does not move the tool, the arm may reach the pose. The argument `cost` is the
- * squared error (radian, or relative to the length). */
+/* Returns whether solutions may exist away from a fold point of the nominal arm. This is the case
+ * under two conditions. The nominal arm is singular at the configuration nearest to the pose. The
+ * pose error at this configuration is not along the unreachable direction u. The argument `cost` is
+ * the squared error (radian, or relative to the length). */
 static int POLISH_NAME(is_aside)(double cost, double pivot, double step2)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION;
     return pivot < unsure * unsure && step2 * pivot < POLISH_ASIDE * cost;
 }
 
-/* Returns whether further solutions may be near a branch with a solution: the true arm must be
- * nearly singular there, and the deviation must have moved the joints far. A wrist, for example,
- * may have four solutions instead of two. */
+/* Returns whether further solutions may be near a branch with a solution. */
 static int POLISH_NAME(is_swerved)(double first2, double trace)
 {
     const double part = POLISH_DEVIATION * trace;
     return part * part * trace * first2 > POLISH_SWERVED * POLISH_SWERVED;
 }
 
-/* Starts branches on both sides of the fold points, unless the solutions there are known. Returns
- * whether each fold point certainly has two solutions or none. */
+/* Starts branches on both sides of the fold points, unless the solutions there are known. Returns 1
+ * if the number of solutions at each fold point is known to be zero or two, otherwise 0. */
 static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                           POLISH_NAME(folds) * f, const int *slot, int count,
                                           POLISH_NAME(pairs) * pairs)
@@ -182,9 +175,8 @@ static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_
     return is_clear;
 }
 
-/* Searches for solutions near fold points. Returns whether the solutions are certainly complete:
- * they come in pairs, and each fold point has two solutions or none. `first` describes the first
- * step of each branch. */
+/* Searches for solutions near fold points. Returns whether the solutions are known to be complete.
+ * `first` contains the data that Newton's method records in the first step of each branch. */
 static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
                                             const POLISH_NAME(slots) * start, const double *first)
 {

@@ -2,8 +2,9 @@
  * is part of chasles and is the same for every robot. The header chasles_polish.h includes this
  * file once for each robot that the general solver supports.
  */
-/* Stores a further solution. The solution replaces a less exact copy of itself, or is stored in the
- * free slot of the nearest nominal branch, or in an extra slot. */
+/* Stores a further solution. If an inaccurate copy of the solution is stored, the solution replaces
+ * this copy. Otherwise, the solution is stored in the free slot of the nearest nominal branch, or
+ * in an extra slot. */
 static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                const double *q, double residual)
 {
@@ -32,8 +33,7 @@ static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots)
     s->count++;
 }
 
-/* Returns whether solutions are missing; solutions come in pairs and, away from singularities,
- * there are as many as nominal solutions. */
+/* Returns whether solutions may be missing. */
 static int POLISH_NAME(is_short)(const POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
 {
     int reached = 0;
@@ -42,9 +42,7 @@ static int POLISH_NAME(is_short)(const POLISH_NAME(search) * s, const POLISH_NAM
     return s->count == 0 || s->count % 2 || s->count < reached;
 }
 
-/* Returns whether the nominal arm misses a pose by far on every branch. The true arm may still
- * reach the pose; near several singularities, solutions exist although the nominal arm misses the
- * pose by 0.8 m. */
+/* Returns 1 if the residual of every branch of the nominal arm is at least POLISH_FARTHEST. */
 static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
 {
     for (int k = 0; k < POLISH_SLOTS; k++) {
@@ -55,8 +53,7 @@ static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
 }
 
 /* Returns whether each real root of the determinant belongs to exactly one known solution, and no
- * two roots are near each other. Then the known solutions are complete. Roots that are certainly
- * complex are ignored. */
+ * two roots are near each other. Then the known solutions are complete. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                                     const chasles_general_order *order,
                                     const chasles_circle_roots *roots)
@@ -85,7 +82,7 @@ static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles
     return real == s->count && real % 2 == 0;
 }
 
-/* Computes the values of the suppressed joint of an elimination order for the known solutions.
+/* Computes the value of the suppressed joint of an elimination order for each known solution.
  * Returns the number of values. */
 static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                               const chasles_general_order *order, double *root)
@@ -101,10 +98,10 @@ static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_gener
 }
 
 /* Returns whether the known solutions are complete. Elimination orders are tested until one order
- * gives a clear result. An elimination order is tested only if no two of its roots are near each
- * other. For example, the elbow angle is the same on several branches. `system` receives the
- * equations of the last tested elimination order, and `decisive` receives this order. If no order
- * is tested, `decisive` is null. */
+ * gives a clear result. An elimination order is skipped if two known solutions have nearly the same
+ * suppressed angle. For example, several branches may have the same elbow angle. `system` receives
+ * the equations of the last tested elimination order, and `decisive` receives this order. If no
+ * order is tested, `decisive` is null. */
 static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s,
                                                    const chasles_general_six *six, int orders,
                                                    chasles_general_system *system,
@@ -136,7 +133,8 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
     chasles_circle_roots roots;
     const chasles_general_order *decisive;
     found->count = 0;
-    /* If solutions are missing, no further elimination order can prove that they are complete. */
+    /* If solutions may be missing, only one elimination order is tested, because further orders
+     * cannot prove completeness. */
     const int orders = POLISH_NAME(is_short)(s, start) ? 1 : six->arm->orders;
     if (POLISH_NAME(verdict)(s, six, orders, &system, &decisive) == CHASLES_COMPLETE)
         return 1;
@@ -151,11 +149,12 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
             (found->count > 0 || k > 0))
             return 1;
     }
-    /* If the deviation is large, the search along lines of poses may miss solutions. */
+    /* If the deviation is large, the search along pose lines may miss solutions. Solutions of
+     * nearby poses are then used as starts. */
     return POLISH_IS_ASKED && chasles_general_by_nearby(six, s->in, found);
 }
 
-/* Adds the new solutions of the general solver. */
+/* Adds the solutions of the general solver that are not yet in the list. */
 static void POLISH_NAME(add_found)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                    const chasles_general_six *six,
                                    const chasles_general_found *found)

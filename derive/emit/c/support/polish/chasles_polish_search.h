@@ -3,21 +3,21 @@
  * this file once for each robot.
  *
  * Near a singularity, even a small deviation of the true arm moves solutions far away. The search
- * uses poses on a straight line through the target T, called the pose line. Each pose of the pose
- * line is T displaced by -mu u, with a constant twist u. At the ends of the pose line, the nominal
- * arm is away from its singularity, so that Newton's iteration finds the true solutions. From a
- * true solution at an end pose, the search follows a curve of configurations. At every
- * configuration of the curve, the pose error relative to T is mu u. A curve passes through fold
- * points, and crosses mu = 0 at solutions of the target T.
- */
-/* The solutions found so far, and the queued starts; a start waits until the queue fills all SIMD
- * lanes. */
+ * uses poses on a straight line through the target T, called the pose line. The pose at the
+ * parameter mu is the target T, displaced by the twist -mu u. The vector u is constant. At both
+ * ends of the pose line, the nominal arm is far from its singularity. Newton's iteration therefore
+ * finds the true solutions at the end poses. From a true solution at an end pose, the search
+ * follows a curve of configurations. At every configuration of the curve, the pose error relative
+ * to T is mu u. A curve may pass through fold points. Where a curve crosses mu = 0, its
+ * configuration is a solution of the target T. */
+/* The solutions found so far, and a queue of start configurations. Newton's iteration begins when
+ * the queue fills all SIMD lanes. */
 typedef struct {
     const double *in;
     double *q, *residual, *margin;
-    int taken[POLISH_RESULTS]; /* whether the slot contains a new solution */
+    int taken[POLISH_RESULTS]; /* whether the solution slot contains a new solution */
     int count;                 /* number of new solutions */
-    int directions;            /* number of pose lines to search even without new solutions */
+    int directions; /* number of pose lines that are searched even if they give no new solutions */
     int waiting, slot[LANES];
     double margin_of[LANES];
     POLISH_NAME(configurations) c;
@@ -80,8 +80,8 @@ static void POLISH_NAME(repeat)(double *rows, int n, int count)
 }
 
 #if POLISH_IS_SEARCHED
-/* Continues the iteration for a slot whose residual is valid but not yet minimal. Returns whether
- * the iteration reaches the solution of another slot. */
+/* Continues the iteration for a slot with a valid solution that has not yet converged. Returns
+ * whether the iteration ends at the solution of another slot. */
 static LANES_TARGET int POLISH_NAME(is_led_to_known)(POLISH_NAME(search) * s, int slot)
 {
     double found[POLISH_N], left, *rows = (double *)s->c.q;
@@ -100,7 +100,7 @@ static LANES_TARGET int POLISH_NAME(is_led_to_known)(POLISH_NAME(search) * s, in
 }
 #endif
 
-/* Empties a slot with a valid residual if it repeats the solution of another slot. */
+/* Empties a slot if it repeats the solution of another slot. */
 static LANES_TARGET void POLISH_NAME(empty_copy)(POLISH_NAME(search) * s, int slot)
 {
     double *q = s->q + POLISH_N * slot;
@@ -146,8 +146,7 @@ static LANES_TARGET void POLISH_NAME(add)(POLISH_NAME(search) * s, const double 
         POLISH_NAME(follow)(s);
 }
 
-/* Computes a twist, linear part first. Its length is about `size` (radian, or relative to the arm
- * length). The argument `direction` selects one of six directions. */
+/* Computes a twist, linear part first. The argument `direction` selects one of six directions. */
 static void POLISH_NAME(direction)(int direction, double size, double *u)
 {
     /* The six axes of an icosahedron and their opposites, which are evenly distributed. */
@@ -161,7 +160,7 @@ static void POLISH_NAME(direction)(int direction, double size, double *u)
     }
 }
 
-/* Computes the inputs for a nearby pose; the twist displaces the target pose. */
+/* Computes the inputs of the inverse for a nearby pose. The twist displaces the target pose. */
 static void POLISH_NAME(nearby)(const double *in, double size, int direction, double *near)
 {
     double u[6];
@@ -198,8 +197,8 @@ static int POLISH_NAME(is_rigid)(const double *T)
     return off <= POLISH_RIGID;
 }
 
-/* Searches for solutions of uncertain branches; starts from nominal solutions of surrounding poses.
- */
+/* Searches for solutions of branches whose existence is uncertain, starting from nominal solutions
+ * of nearby poses. */
 static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 {
     POLISH_NAME(slots) other;
@@ -218,25 +217,23 @@ static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 }
 
 #if POLISH_N >= 6
-/* Half length of a pose line in units of mu. The parameter mu is scaled so that its changes are
- * about as large as changes of joint angles (radian). Near a fold point, joint angles change with
- * the square root of the displacement. */
+/* The line parameter mu runs from -POLISH_HALF to POLISH_HALF along the line of poses. With this
+ * scale, changes of mu are about as large as changes of joint angles (radian). */
 #define POLISH_HALF sqrt(POLISH_LINE *POLISH_DEVIATION)
 
-/* Curves, one per SIMD lane: configuration and mu, direction of the curve, and the branch at its
- * start. */
+/* Curves of the search, one per SIMD lane. */
 typedef struct {
     POLISH_NAME(configurations) c;
     lanes mu, along[POLISH_N + 1], left;
     int count, slot[LANES],
         is_branch[LANES]; /* whether the nominal arm reaches the end of the pose line */
     double margin[LANES];
-    int side, arrived; /* end of the pose line at which curves start (-1 or 1); number of curves at
-                          the other end */
+    int side, arrived; /* the end of the pose line at which the curves start (-1 or 1), and the
+                          number of curves that reached the other end */
 } POLISH_NAME(curves);
 
-/* Moves configurations onto their curves: the first-order change of (q, mu) is the smallest change
- * that gives e = mu u. The new direction of a curve is the projection of its previous direction. */
+/* Moves each configuration onto its curve e = mu u by the smallest first-order change of (q, mu).
+ * The new direction of a curve is the projection of its previous direction. */
 POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH_NAME(curves) * k)
 {
     lanes J[6][POLISH_N], a[6][6], b[2][6], dq[POLISH_N];
@@ -282,8 +279,8 @@ POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH
         k->along[m] *= scale;
 }
 
-/* Adds a start to the queue where a curve crosses mu = 0. The start lies between two computed
- * points of the curve, at the fraction `part` of the distance. */
+/* Adds the point where a curve crosses or nearly touches mu = 0 to the queue of starts. The point
+ * is interpolated between two points of the curve, at the fraction `part` of their distance. */
 static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves) * k, int lane,
                                const lanes *before, double part)
 {
@@ -296,8 +293,8 @@ static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves
     POLISH_NAME(add)(s, q, k->slot[lane], k->margin[lane]);
 }
 
-/* Follows curves to the ends of the pose line. Queues a start wherever a curve crosses or nearly
- * touches mu = 0. */
+/* Follows the curves to the ends of the pose line. Each SIMD lane follows one curve. Adds a start
+ * configuration to the queue wherever a curve crosses or nearly touches mu = 0. */
 static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const double *u,
                                             POLISH_NAME(curves) * k)
 {
@@ -354,8 +351,8 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
     k->count = 0;
 }
 
-/* Adds a curve that starts from the configuration `from`, whose parameter on the pose line is mu.
- * The curve leads away from the end `side` of the pose line to its other end. */
+/* Adds a curve that starts at the configuration `from`, at the value `mu` of the line parameter. If
+ * `k->side` is 1, mu first decreases along the curve. If `k->side` is -1, mu first increases. */
 static LANES_TARGET void POLISH_NAME(begin)(POLISH_NAME(search) * s, const double *u,
                                             POLISH_NAME(curves) * k, const double *from, int slot,
                                             double mu, double margin)
@@ -373,7 +370,7 @@ static LANES_TARGET void POLISH_NAME(begin)(POLISH_NAME(search) * s, const doubl
         POLISH_NAME(trace)(s, u, k);
 }
 
-/* Searches for the solutions of uncertain branches along lines of poses. */
+/* Searches for missing solutions along lines of poses. */
 static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *is_unsure)
 {
     POLISH_NAME(slots) other;
@@ -393,7 +390,8 @@ static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *i
             for (int slot = 0; slot < POLISH_SLOTS; slot++)
                 starts += is_unsure[slot] && other.residual[slot] < POLISH_FOLD;
             begun += starts;
-            /* The curves from the other end of the line already cover all curves from this end. */
+            /* The number of curves that arrived here from the other end is at least the number that
+             * would start here. The curves that would start here are therefore already known. */
             if (k.side > 0 && s->count > 0 && starts <= k.arrived)
                 break;
             for (int slot = 0; slot < POLISH_SLOTS; slot++) {

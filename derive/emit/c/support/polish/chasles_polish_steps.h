@@ -2,9 +2,8 @@
  * and is the same for every robot. The header chasles_polish.h includes this file once for each
  * robot.
  */
-/* Configurations in SIMD lanes. Each configuration has its pose and Jacobian, the twist to the
- * target (lengths relative to the arm length), the squared twist, the residual, and the start
- * variables of iterated loops. */
+/* Configurations in SIMD lanes. `at` contains the pose and the Jacobian, `e` the twist to the
+ * target (lengths relative to the arm length), and `cost` the squared length of `e`. */
 typedef struct {
     lanes q[POLISH_N], at[16 + 6 * POLISH_N], e[6], cost, residual2;
 #if POLISH_SEEDS
@@ -44,7 +43,7 @@ static void POLISH_NAME(tool_pose)(const lanes *q, lanes *at)
 }
 #endif
 
-/* Computes the twist to the target and its norms, given the pose at the coordinates. */
+/* Computes the twist from the pose of c to the target pose T, and the norms of this twist. */
 POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurations) * c)
 {
     const lanes *at = c->at;
@@ -80,7 +79,7 @@ POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurati
         c->cost += c->e[3 + i] * c->e[3 + i];
     }
     /* The squared residual of an inverse is the larger of the squared position error and the
-     * squared rotation error. The squared residual is NaN if one error is NaN. */
+     * squared rotation error. */
     lanes difference = distance2 - 0.5 * turned2;
     difference = LANES_CHOICE(LANES_LT(difference, 0.0), -difference, difference);
     c->residual2 = 0.5 * (distance2 + 0.5 * turned2 + difference);
@@ -98,7 +97,7 @@ POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurat
 }
 
 /* Computes the Jacobian without the columns of fixed coordinates, with lengths relative to the arm
- * length. For a position target, the angular rows of the Jacobian are zero. */
+ * length. */
 POLISH_INLINE void POLISH_NAME(weighted)(const POLISH_NAME(configurations) * c,
                                          lanes (*J)[POLISH_N])
 {
@@ -182,7 +181,7 @@ POLISH_INLINE void POLISH_NAME(size2)(const lanes *dq, lanes *square)
         *square += dq[k] * dq[k];
 }
 
-/* Moves the coordinates in the lanes that `going` selects. */
+/* Applies the joint step `dq` in the SIMD lanes that the mask `going` selects. */
 POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
                                       POLISH_NAME(configurations) * c)
 {
@@ -193,9 +192,9 @@ POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
 }
 
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-/* Returns whether there is certainly no solution near c. Then the error after a step exceeds the
- * largest error that curvature can cause for this step length. Near singularities (small `pivots`),
- * damping shortens the step, and the result is false. */
+/* Returns whether there is certainly no solution near c. No solution is near c if the linearized
+ * error after a step exceeds the largest error that curvature can cause for this step length. Near
+ * singularities (small `pivots`), damping shortens the step, so the function returns false. */
 POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) * c,
                                               const POLISH_NAME(factors) * f, const lanes *dq,
                                               const lanes *pivots)
@@ -221,14 +220,14 @@ POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) 
 }
 #endif
 
-/* Runs Newton's iteration in the lanes that `near` selects; other lanes keep their coordinates.
- * `first` receives the smallest pivots and the square of the first step. The first step is damped
- * only in the lanes that `near` selects. With a search at fold points, `first` also receives the
- * trace of (J J^T)^-1 after this step, which is about the inverse square of the smallest singular
- * value of J. For robots with loops, the squared pose error at the start takes the place of the
- * trace. After a short step, the next steps reuse the equations of this step, because the Jacobian
- * has hardly changed. With fewer than six joints, only some branches reach the pose. The iteration
- * of a branch ends when `misses` shows that the branch does not reach the pose. */
+/* Runs Newton's iteration only in the lanes that the mask `near` selects. The smallest pivots and
+ * the squared length of the first step are written to `first`. The first step is damped only in the
+ * lanes that `near` selects. In a search at fold points, the trace of (J J^T)^-1 after the first
+ * step is also written to `first`. This trace is large near singularities. For robots with loops,
+ * `first` receives the squared pose error at the start instead. After a short step, the next steps
+ * reuse the equations of this step, because the Jacobian has hardly changed. With fewer than six
+ * joints, only some branches reach the pose. The iteration of a branch ends when `misses` shows
+ * that the branch does not reach the pose. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *first)
 {
@@ -280,14 +279,10 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
 #endif
         POLISH_NAME(moved)(&going, dq, c);
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-        /* The test `misses` needs equations that were computed at the current configuration. With
-         * older equations, curvature may cause an error as large as for an unreachable pose. */
         if (is_new)
             going = POLISH_AND(going, POLISH_NOT(POLISH_NAME(misses)(c, &f, dq, pivots)));
 #endif
         const lanes_where is_long = LANES_LT(POLISH_OF(POLISH_SHORT * POLISH_SHORT), square);
-        /* Loops are excluded, because their equations change within short steps near dead points.
-         */
         if (POLISH_IS_SEARCHED && is_new && !LANES_ANY(POLISH_AND(going, is_long)))
             left_over = POLISH_MAX_AGAIN;
     }
@@ -356,7 +351,8 @@ static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(conf
 }
 #endif
 
-/* Loads the solution slots into lanes, from `first` on; unused lanes repeat the last slot. */
+/* Loads the solution slots from index `first` on into the SIMD lanes. Unused lanes repeat the last
+ * slot. */
 POLISH_INLINE void POLISH_NAME(load)(const double *q, int first, POLISH_NAME(configurations) * c)
 {
     double *rows = (double *)c->q;
