@@ -105,12 +105,12 @@ if TYPE_CHECKING:
 
 
 def robots() -> list[str]:
-    """The names of the installed robots of chasles and of the package chasles-robots."""
+    """Return the names of the installed robots of chasles and of the package chasles-robots."""
     return list(shipped_folders())
 
 
 def shelf_robots() -> list[str]:
-    """The names of well-known arms that `load` derives on first use."""
+    """Return the names of well-known arms that `load` derives on first use."""
     installed = shipped_folders()
     return [name for name in shelf() if name not in installed]
 
@@ -126,7 +126,7 @@ def load(
     exact: bool = False,
     parametric: bool = False,
 ) -> Robot:
-    """Loads a robot. A robot that is not in the cache is derived and compiled first.
+    """Load a robot. A robot that is not in the cache is derived and compiled first.
 
     Args:
         robot: One of three things: a name in `robots()` or `shelf_robots()`; a description file
@@ -166,7 +166,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    """Loaded at first use, which halves the import time."""
+    """Load a name at its first use, which halves the import time."""
     if name in ("animate", "draw"):
         from . import drawing  # noqa: PLC0415
 

@@ -25,8 +25,8 @@ T = TypeVar("T")
 _STARTS = 256
 """Number of candidates for `q_reference`."""
 _SINGULAR = 1e-3
-"""Minimum singular value of a configuration that counts as regular, as a fraction of the minimum
-singular value of the best candidate."""
+"""Relative threshold for regular configurations. The smallest singular value of a regular
+configuration is at least this fraction of the value of the best candidate."""
 _NEARER = 0.98
 """Factor by which each retry of `random_q` shrinks the sampling range around `q_reference`."""
 
@@ -132,7 +132,7 @@ class RobotFacts(GeneratedFunctions):
 
     @functools.cached_property
     def _roles(self) -> Mapping[tuple[str, str, str], Function[Any]]:
-        """The first function for each role. The key is the (name, domain, codomain) of the role."""
+        """Map each role (name, domain, codomain) to its first function in the manifest."""
         infos = reversed(self.manifest.functions)
         return MappingProxyType({info.role.key: self.functions[info.name] for info in infos})
 
@@ -214,7 +214,7 @@ class RobotFacts(GeneratedFunctions):
         return usable
 
     def is_within_limits(self, q: ArrayLike) -> BoolArray:
-        """Test whether coordinates, and joints that follow from them, are within their limits.
+        """Test whether the coordinates and the joints that depend on them are within limits.
 
         Args:
             q: (..., n) coordinates [rad or m].

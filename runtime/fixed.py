@@ -47,7 +47,7 @@ def fixed_coordinates(robot: RobotFacts, method: str, fixed: Fixed | None) -> Bo
     A joint of the main chain stands for the coordinate that moves it.
 
     Raises:
-        InputTypeError: `fixed` is a mapping with values, or an item is no name and no index.
+        InputTypeError: `fixed` contains joint values, or an item is neither a name nor an index.
         InputValueError: A name is unknown, several coordinates move one joint, or all coordinates
             are fixed.
     """

@@ -17,7 +17,7 @@ _NAMES = """
     ik_position_pitch ik_position_direction
 """
 _STEMS = "jacobian jacobian_dot hessian twist acceleration"
-"""Function names that lack a representation ("space", "body" or "mixed")."""
+"""Names of functions with the suffix "space", "body" or "mixed", without the suffix."""
 _OTHER_NAMES = """
     fkine fkine_all jacob0 jacobe jacob0_dot hessian0 ikine ikine_LM ik_LM ikine_a
     inverse_kinematics get_position_ik setFromIK inverse solve IK qlim islimit qz qr vellipse

@@ -1,4 +1,4 @@
-"""Limits of joints that follow from the coordinates of a robot."""
+"""Limits of joints whose values follow from the coordinates of a robot."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TURN = 2 * np.pi
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Limits of joints theta (..., m) that follow from the coordinates of a robot.
+    """Limits of the joints theta (..., m), which are functions of the coordinates q.
 
     Attributes:
         chain: The function from q to theta, or to the configuration of a robot with loops.
@@ -37,7 +37,7 @@ class JointLimits:
     limited: tuple[LimitedVariable, ...] = ()
 
     def values(self, q: FloatArray) -> FloatArray:
-        """Return theta (..., m), shifted above the lower limits by full turns of passive joints."""
+        """Return theta (..., m), with passive angles shifted above their lower limits by turns."""
         if not self.limited:
             return self.chain(q)
         theta: FloatArray = self.chain(q)[..., [v.index for v in self.limited]]

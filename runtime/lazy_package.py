@@ -13,14 +13,16 @@ from .robot import Robot
 def lazy_package(namespace: dict[str, Any]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """Return `__getattr__` and `__dir__` (PEP 562) of a package with these `globals()`.
 
-    The first access to an attribute loads the robot, after compilation if necessary, as `robot`.
-    After loading, the robot's functions are globals of the module. Errors: see `chasles.load`.
+    The first access to an attribute loads the robot into the global variable `robot`. If necessary,
+    the robot is compiled first. After loading, the robot's functions are globals of the module.
+    Errors: see `chasles.load`.
     """
     module = namespace["__name__"]
     folder = Path(namespace["__file__"]).parent
 
     def get(name: str) -> Any:
-        # The import system looks up names such as __path__, which must not start the compiler.
+        # Python looks up names such as __path__ on import. Such a lookup must not start the
+        # compiler.
         if name.startswith("__"):
             raise AttributeError(f"module {module!r} has no attribute {name!r}")
         if "robot" not in namespace:

@@ -36,8 +36,8 @@ def load_functions(
     """
     _, library = open_library(manifest)
     functions: dict[str, Function[Any]] = {}
-    # Margin functions are loaded before the functions that they guard. Inverses are loaded last,
-    # because their refinement may call any other function.
+    # A margin function is loaded before the functions whose margin it computes. Inverses are loaded
+    # last, because they may call any other function.
     order = sorted(manifest.functions, key=lambda info: (info.role.is_inverse, bool(info.margin)))
     pose = manifest.with_role("pose", "actuators")
     inverse = manifest.with_role("inverse", "pose")

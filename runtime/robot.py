@@ -47,9 +47,9 @@ class Robot(
     Attributes:
         name: The robot name, as passed to `load`.
         title: A descriptive name.
-        kind: "serial"; "hybrid" for loops solved in closed form; "platform" for loops solved by
-            iteration, with actuated coordinates in closed form from the main chain; "iterated" if
-            both directions need iteration.
+        kind: "serial", "hybrid" (the loops have a closed form), "platform" or "iterated". For
+            "platform", only the actuated coordinates follow from the main chain in closed form; the
+            opposite direction needs iteration. For "iterated", both directions need iteration.
         source: The source of the robot description.
         n: Number of actuated coordinates, the length of `q`.
         coordinates: The coordinates, in the order of `q`.
@@ -67,8 +67,9 @@ class Robot(
         geometry: The parameters in the input `p` of the parametric functions, in order, or ()
             without such functions.
         notes: Remarks on the description, for example on values that were snapped.
-        cleaning: The snapped values of the robot description. `cleaning.position` [m] and
-            `cleaning.orientation` [rad] are bounds on the change of the tool pose.
+        cleaning: The values of the robot description that were replaced by exact values.
+            `cleaning.position` [m] and `cleaning.orientation` [rad] are bounds on the change of the
+            tool pose.
         functions: The generated functions by name, including intermediate functions.
         labels: The branch in each solution slot, keyed by the name of the function or method, as in
             `robot.labels["ik"]` and `robot.labels["chain_branches"]`.
@@ -127,7 +128,6 @@ class Robot(
         return self.digest == other.digest if isinstance(other, Robot) else NotImplemented
 
     def __hash__(self) -> int:
-        """Return the hash of the manifest digest."""
         return hash(self.digest)
 
     def __reduce__(self) -> tuple[Callable[..., Robot], tuple[str, str]]:

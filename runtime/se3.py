@@ -86,7 +86,7 @@ def pose(
         (..., 4, 4) poses, with the broadcast leading dimensions.
 
     Raises:
-        InputTypeError: If several orientations are passed, or `quat` without `order`.
+        InputTypeError: If several orientations are passed, or `quat` is passed without `order`.
         InputValueError: If a quaternion is 0 or the order is unknown.
     """
     given = {"quat": quat, "rpy": rpy, "rotvec": rotvec, "rotation": rotation}
@@ -193,8 +193,8 @@ def exp(twist: ArrayLike) -> FloatArray:
 def log(T: ArrayLike) -> FloatArray:
     """Return the logarithms of poses (..., 4, 4): twists (v, omega) (..., 6), |omega| in [0, pi].
 
-    `exp(log(T))` is T. For a rotation by pi, twists with opposite axes are possible. The choice is
-    deterministic, but a small change of the pose may reverse the axis.
+    `exp(log(T))` is T. For a rotation by pi, twists with opposite axes are possible. The choice of
+    the axis is deterministic, but a small change of the pose may reverse the axis.
 
     Source: Murray, Li and Sastry, chapter 2, section 3.
     """
@@ -237,9 +237,9 @@ def interpolate(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
 def interpolate_straight(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
     """Interpolate between poses with the origin on a straight line.
 
-    `p = (1 - s) p_a + s p_b` and `R = R_a exp(s log(R_a^T R_b))`: the origin moves at a constant
-    velocity, and the body rotates about a fixed direction at a constant rate. For a rotation by pi,
-    the result is one of two possible motions. Arguments and result are as for `interpolate`.
+    The origin moves at a constant velocity: `p = (1 - s) p_a + s p_b`. The body rotates about a
+    fixed direction at a constant rate: `R = R_a exp(s log(R_a^T R_b))`. For a rotation by pi, the
+    result is one of two possible motions. Arguments and result are as for `interpolate`.
 
     Source: Lynch and Park, section 9.2.1.
     """
@@ -266,12 +266,12 @@ def project(
 
     Returns:
         (..., 4, 4) poses, float64. A matrix with a deviation of at most 1e-13 is returned
-        unchanged, a matrix that is not finite as NaN.
+        unchanged. A matrix that is not finite is returned as NaN.
 
     Raises:
-        InputValueError: If the deviation of a matrix exceeds the tolerance. The message states
-            the index of the matrix and the reason. The error is also raised if the tolerance is
-            not positive.
+        InputValueError: If the deviation of a matrix from a rigid transformation exceeds the
+            tolerance. The message states the index of the matrix and the reason. The error is also
+            raised if the tolerance is not positive.
         InputTypeError: If T or the tolerance does not hold real numbers.
     """
     if real_array(caller, "tolerance", tolerance).shape or not tolerance > 0:

@@ -19,9 +19,10 @@ from .sampling import low_discrepancy
 from .tolerances import AT_LIMIT, MIN_SIZE
 
 _SAMPLES = 256
-"""Number of sampled configurations; with more samples than this, a length changes by about 1 %."""
+"""Number of sampled configurations; more samples change a computed length by about 1 %."""
 _CLOSED, _HALVINGS = 32, 6
-"""Required number of samples with closed loops, and maximum halvings of the sampling range."""
+"""Minimum number of samples at which the loops close, and maximum number of times that the sampling
+range is halved."""
 
 
 def ranges(

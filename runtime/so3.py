@@ -75,7 +75,7 @@ def ending(values: ArrayLike, shape: tuple[int, ...], name: str, argument: str) 
 
 
 def _axis(R: FloatArray, w: FloatArray, cosine: FloatArray) -> FloatArray:
-    """Return the axis of a rotation by more than pi / 2, in the direction of w if w is not 0."""
+    """Return the axis of a rotation by more than pi / 2, with the sign for which axis . w >= 0."""
     symmetric = (R + np.swapaxes(R, -1, -2)) / 2 - cosine[..., None] * np.eye(3)
     largest = np.argmax(np.diagonal(symmetric, axis1=-2, axis2=-1), -1)
     column = np.take_along_axis(symmetric, largest[..., None, None], -1)[..., 0]

@@ -7,8 +7,7 @@ the tolerances of the generated code.
 # --- size ---
 
 MIN_SIZE = 1e-5
-"""Minimum ratio of the robot size to its distance from the base origin: at this ratio, SOLVED is
-100 times the rounding error."""
+"""Minimum ratio of the robot size to its distance from the base origin."""
 
 # --- closed form: solutions in slots ---
 
@@ -19,49 +18,45 @@ REFINED = 1e-3
 """Maximum residual (length, radian) of a solution that is refined. Rounding can change four nearly
 equal roots of a quartic by several times 1.2e-4, the fourth root of the rounding error."""
 TILTED = 1e-5
-"""Maximum residual (length, radian) from rounding a pose to five digits, for arms with fewer than
-six joints, which cannot reach rounded poses."""
+"""Maximum residual (length, radian) that rounding the pose to five digits can explain, for arms
+with fewer than six joints."""
 GIVEN_ASIDE = 1e-4
 """Offset [rad or length] of a fixed joint from a value at which the structure of the other joints
-degenerates. With this offset of 1e-4, formulas for oblique axes are accurate to 1e-12."""
+degenerates."""
 GIVEN_NEAR = 1e-2
-"""Maximum residual (length, radian) of the slots from which Newton's method starts: the offset
-times its amplification near a singularity."""
+"""Maximum residual (length, radian) of the solution slots from which Newton's method starts."""
 AT_REST = 1e-7
 """Maximum tool error (length, radian) of a configuration on a self-motion. Damping shortens the
 Newton steps, so that Newton's method does not reach smaller errors."""
 AT_REST_RATE = 1e-3
 """Maximum singular value (length or radian per coordinate unit) of a direction that may be a
-self-motion. At a self-motion, the singular value is about 1e-7. At the workspace boundary, null
-directions also have singular values of about 1e-7."""
+self-motion. At a self-motion, the singular value is about 1e-7."""
 AT_REST_BEND = 1e-3
-"""Minimum second derivative of the tool pose (length or radian per squared coordinate unit) along a
-null direction that excludes a self-motion."""
+"""Minimum second derivative of the pose along a null direction that is not a self-motion."""
 BEND_STEP = 1e-3
 """Finite-difference step [rad or length] for the second derivative of the tool pose. The relative
 errors of the second derivative are 1e-9 from rounding and 1e-6 from truncation."""
 SADDLE = 1e-3
-"""Maximum gradient relative to the error at a stationary point: damped steps approach a saddle
-without reaching it."""
+"""Maximum gradient of f = |e|^2 / 2 at a stationary point, relative to the error |e|."""
 SADDLE_BEND = 1e-3
-"""Minimum second derivative of the pose towards the target (length or radian per squared coordinate
-unit) for which the squared error decreases on both sides of a saddle."""
+"""Minimum second derivative of the pose at a saddle (length or radian per squared coordinate unit).
+"""
 SADDLE_STEP = 1e-5
 """Finite-difference step [rad or length] for the Hessian of the squared error, with relative errors
 of 1e-11 from rounding and from truncation."""
 SAME_SOLUTION = 1e-6
-"""Maximum difference (length, radian) between equal solutions. Where branches meet at a
-singularity, the solution of each branch is accurate to 1e-8."""
+"""Maximum difference (length, radian) between equal solutions."""
 AT_LIMIT = 1e-12
 """Maximum limit violation (length, radian) that counts as rounding."""
 FAR = 50.0
-"""Above this residual (length), a message suggests a wrong unit, such as mm instead of m."""
+"""With a larger residual (length), a message suggests that a unit is wrong, such as mm instead of
+m."""
 JUMP = 0.5
-"""Maximum joint motion (length, radian) between poses of a path. Away from singularities, solution
-branches differ by 1 rad or more. So a larger motion may be a change of branch."""
+"""Maximum joint motion (length, radian) between poses of a path. A larger motion may be a change of
+branch."""
 SELF_MOTION_STEP = 1e-9
-"""Final sampling step [rad or m] of a search along the self-motion. The distance from a seed has a
-kink at its minimum, so the result of the search is only as accurate as the step."""
+"""Final sampling step [rad or m] of a search along the self-motion. At its minimum, the distance
+from a seed is not differentiable, so the result of the search is only as accurate as the step."""
 SELF_MOTION_GAP = 1e-7
 """Minimum distance [rad or m] between adjacent samples of a self-motion."""
 SELF_MOTION_MOVE = 0.25
@@ -71,8 +66,8 @@ small change of the swivel angle rotates joints by up to pi."""
 # --- closed form: closure of loops ---
 
 SAME_JOINTS = 1e-6
-"""Maximum difference (meter, radian) at which main-chain joints are equal: at a dead point,
-rounding affects half of the digits."""
+"""Maximum difference (meter, radian) at which main-chain joint values count as equal. At a dead
+point, rounding affects half of the digits."""
 
 # --- closed_form: Newton's iteration on forward kinematics ---
 
@@ -81,8 +76,8 @@ POLISHED = 1e-14
 SETTLED = 1e-12
 """Below this residual (meter, radian), a step without improvement ends the iteration."""
 MAX_DAMPING = 1e6
-"""Maximum ratio of the damping lambda^2 to the squared error; if the ratio exceeds this value, the
-steps are too short."""
+"""Maximum ratio of the damping lambda^2 to the squared error. If the ratio is larger, the steps are
+too short to reduce the error, and the iteration ends."""
 MIN_DAMPING = 1e-14
 """Minimum lambda^2: J J^T may be singular, and its rounding error is 1e-16."""
 POLISH_STEP = 0.3
@@ -96,7 +91,8 @@ CLOSED = 1e-12
 # --- velocity ---
 
 TURNS = 1e-6
-"""Minimum ratio of angular to linear tip rate [rad/m] of a coordinate that rotates the tool."""
+"""A coordinate rotates the tool if the ratio of the tip's angular rate to its linear rate [rad/m]
+exceeds this value."""
 RANK = 1e-9
 """Singular values below this fraction of the largest singular value count as zero."""
 SINGULAR = 1e-6
@@ -106,7 +102,7 @@ INFINITE_CONDITION = RANK**2
 """Below this ratio of smallest to largest singular value, the condition number is infinite."""
 TRACK_GAIN = 0.5
 """Default fraction of the error that a step of `track` corrects. A fraction of 1 corrects the whole
-linearized error. A fraction above 2 would increase the error."""
+linearized error."""
 
 # --- poses, twists and screws ---
 

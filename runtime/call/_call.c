@@ -1,5 +1,5 @@
-/* The module chasles.call._call, which calls compiled functions from Python. The folder kernel/
- * opens libraries, runs their kernels, and manages the memory of large results. The folder
+/* The module chasles.call._call, which calls compiled functions from Python. The code in the folder
+ * kernel/ opens libraries, runs their kernels, and manages the memory of large results. The folder
  * function/ defines the Python type Function. */
 #define IMPORT_NUMPY
 #include "call/function/function.h"
@@ -14,7 +14,6 @@ PyObject *ShapeError, *InputError, *MismatchError;
 PyObject *str_out, *str_threads, *str_fixed, *str_name, *str_shape, *str_array_ufunc;
 PyObject *ndarray_array_ufunc;
 
-/* Methods of Library are set here, because compiled_library.c does not depend on Function. */
 static PyMethodDef library_methods[] = {
     {"function", (PyCFunction)(void (*)(void))function_new, METH_VARARGS | METH_KEYWORDS,
      "The function with this name; inputs and outputs describe it and must agree with the C."},

@@ -125,7 +125,7 @@ def rounded_residuals(T: NDArray[np.float64]) -> NDArray[np.float64]:
     """Residuals (N,) up to which solutions reach matrices (N, 4, 4) that rounding made no poses."""
 
 def release_memory() -> int:
-    """Returns the memory kept for large results to the system.
+    """Return the memory kept for large results to the system.
 
     When the results of a large batch (32 MB a call and more) are freed, their memory is kept for
     the results of the next call, 256 MB at most: new memory would have to be cleared by the system

@@ -1,7 +1,7 @@
 """Errors for a single pose at which a loop cannot be closed.
 
-At an open loop, a call with many poses returns NaN. A call with one pose raises an error that
-states the open loop and the coordinates.
+If a loop cannot close at a pose, a call with many poses returns NaN for this pose. A call with one
+pose raises an error that states the open loop and the coordinates.
 """
 
 from __future__ import annotations
@@ -26,8 +26,9 @@ class Guard:
 
     Attributes:
         label: Robot and function.
-        margin: Maps the first input to sin^2 of the transmission angle of each solution step. The
-            value is positive for a closed loop and 0 at a dead point.
+        margin: Function that takes the first input and returns sin^2 of the transmission angle of
+            each solution step of the loops. The margin sin^2 is positive for a closed loop and 0 at
+            a dead point.
         steps: The loop of each solution step.
         coordinates: The coordinates in the first input, with names and units.
         dead_point: Maximum margin of a dead point.

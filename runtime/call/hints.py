@@ -32,7 +32,8 @@ def _tables() -> dict[str, Any]:
 def missing_attribute(owner: str, name: str, table: str) -> str:
     """Return the error message for a missing attribute.
 
-    The message names the function to use instead if the attribute is a function of another library.
+    If the attribute belongs to another library, the message names the corresponding chasles
+    function.
     """
     row: dict[str, str] = next((r for r in _tables()[table] if name in r["names"]), {})
     library = f" ({row['library']})" if "library" in row else ""
@@ -47,7 +48,7 @@ def unknown_keyword(caller: str, name: str, known: Iterable[str]) -> str:
 
 
 def explain(robot: Any, name: str) -> tuple[str, str]:
-    """Return the reason for a missing function or method, with substitutes."""
+    """Return why a function or method is missing, and which alternatives exist."""
     if name in ("ik", "ik_path", "ik_nearest", *_tables()["tasks"]):
         return _no_inverse(robot)
     stem, _, suffix = name.partition("_")
@@ -70,7 +71,7 @@ def _no_inverse(robot: Any) -> tuple[str, str]:
     tasks, solvers = _tables()["tasks"], _tables()["solvers"]
     found = [f"{name}, which takes {tasks[name]}" for name in robot.functions if name in tasks]
     is_serial = robot.manifest.kind == "serial"
-    # The actuators of a serial arm follow from its joints, not from a pose.
+    # For a serial arm, `actuators` converts joint values and does not solve a pose.
     has = {*dir(robot)} - ({"actuators"} if is_serial else set())
     found += [text for name, text in solvers.items() if name in has]
     if is_serial and "ik" not in robot.functions:

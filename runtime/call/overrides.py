@@ -1,8 +1,8 @@
 """Calls with arguments that implement the ufunc protocol (`__array_ufunc__`).
 
-A dask array leads to a lazy dask array. The dask protocol would call the ufunc with arrays of size
-1, which robot functions reject. This module therefore passes the shapes of the results to dask. The
-ufunc handles all other types.
+If an argument is a dask array, the result is a lazy dask array. The dask protocol would call the
+ufunc with arrays of size 1, which robot functions reject. This module therefore passes the shapes
+of the results to dask. The ufunc handles all other types.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] 
     """Call a function if an input or an `out` array implements the ufunc protocol.
 
     Raises:
-        InputTypeError: If out is a dask array, or an input does not hold real numbers.
+        InputTypeError: `out` is a dask array, or an input does not contain real numbers.
         ShapeError: If an input has the wrong shape.
     """
     # No argument can be a dask array if dask was never imported.

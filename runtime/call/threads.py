@@ -29,15 +29,14 @@ if TYPE_CHECKING:
 _ROWS = 8
 """Part sizes are multiples of this number, which fills all SIMD lanes.
 
-Single rows are computed by different code with different rounding. Each part of a batch fills all
-SIMD lanes, so the number of threads does not change any bit of a result.
+Single rows are computed by different code with different rounding. The number of threads does not
+change any bit of a result.
 """
 _MIN = 500_000
-"""Minimum number of floating-point operations per thread: 0.1 ms, three times the start time of a
-thread."""
+"""Minimum number of floating-point operations per thread (about 0.1 ms of work)."""
 _MAX = 20_000_000
-"""Maximum number of floating-point operations in a part of a batch. Ctrl-C waits for the end of the
-part, 5 to 20 ms."""
+"""Maximum number of floating-point operations in a part of a batch. After Ctrl-C, the current part
+of the batch still runs to its end, for 5 to 20 ms."""
 _PARTS = 4
 """Parts per thread. Other threads can take over the parts of a slow thread."""
 
@@ -163,8 +162,7 @@ def _parts(array: FloatArray, axis: int, cuts: Sequence[slice]) -> Iterator[Floa
 def _overlap(inputs: Sequence[FloatArray], outs: Sequence[FloatArray | None]) -> bool:
     """Test whether the outputs of a part of the batch might overlap the inputs of another part.
 
-    NumPy handles overlap only within one call. Interleaved arrays, such as columns of a table,
-    count as overlapping.
+    Interleaved arrays, such as columns of a table, count as overlapping.
     """
     given = [out for out in outs if out is not None]
     pairs = itertools.chain(itertools.product(inputs, given), itertools.combinations(given, 2))
@@ -191,7 +189,7 @@ def _share(
         work()
     except KeyboardInterrupt:
         for _ in parts:
-            pass  # Removes the remaining parts of the batch.
+            pass
         raise
     finally:
         # Another thread must not write after the call has returned.

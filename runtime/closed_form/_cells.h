@@ -22,13 +22,13 @@ typedef struct {
     double scale[MAX_JOINTS];
 } Cells;
 
-/* Creates the cells for k solutions with n coordinates. Returns -1 on error. */
+/* Allocates a hash table for k solutions with n coordinates. Returns -1 on error. */
 static inline int cells_new(Cells *cells, npy_intp k, npy_intp n, const double *turn,
                             const double *tolerance)
 {
     cells->width = 0;
     for (npy_intp j = 0; j < n; j++) {
-        /* The weights are irrational, so that the sums of different windings differ. */
+        /* Irrational weights make the weighted sums of different solutions differ. */
         cells->scale[j] = turn[j] > 0 ? 0 : sqrt((double)(6 * j + 5));
         cells->width += 2 * cells->scale[j] * tolerance[j];
     }

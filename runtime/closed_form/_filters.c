@@ -1,6 +1,7 @@
 /* The module chasles.closed_form._filters: compiled filters of Solutions (solutions.py).
  *
- * Every function takes dense rows for N poses, with k slots of n coordinates. */
+ * Every function takes C-contiguous arrays for N poses, with k solution slots of n coordinates
+ * each. */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
@@ -66,7 +67,7 @@ static PyObject *new_like(PyObject *q, int type, int more, npy_intp first, npy_i
     return PyArray_SimpleNew(leading + more, dims, type);
 }
 
-/* Returns the result of a loop over poses, or NULL if a signal such as Ctrl-C ends the loop. */
+/* Returns `result`, or NULL if a signal such as Ctrl-C must end the loop over poses. */
 static PyObject *unless_stopped(PyObject *result, npy_intp pose)
 {
     if (pose % 1024 == 1023 && PyErr_CheckSignals() < 0) {
@@ -75,14 +76,16 @@ static PyObject *unless_stopped(PyObject *result, npy_intp pose)
     return result;
 }
 
-/* Limits of the coordinates, and their numbers of windings (full turns within the limits). */
+/* Limits of the coordinates. For each coordinate, `windings` is the maximum number of values within
+ * the limits that differ from each other by full turns. */
 typedef struct {
     const double *low, *high, *turn, *rounding;
     const npy_intp *windings;
     npy_intp count;
 } Limits;
 
-/* Returns the number of full turns from a value to the first of its windings. */
+/* Returns the number of full turns from the value q to the first equivalent value that is listed.
+ */
 static double first_turn(const Limits *limits, npy_intp j, double q)
 {
     if (limits->turn[j] == 0) {
@@ -97,8 +100,8 @@ static double first_turn(const Limits *limits, npy_intp j, double q)
     return not_below < last ? not_below : last;
 }
 
-/* Writes all full turns of each coordinate of a solution, with a mark whether they are within
- * the limits. A value that exceeds a limit by rounding is set to the limit. */
+/* Writes all listed values of each coordinate, which differ by full turns, and whether each value
+ * is within the limits. A value that exceeds a limit by rounding is set to the limit. */
 static void write_turns(const Limits *limits, npy_intp n, const double *slot, double *value,
                         npy_bool *inside)
 {
@@ -113,7 +116,7 @@ static void write_turns(const Limits *limits, npy_intp n, const double *slot, do
     }
 }
 
-/* Combines the values from write_turns into all windings of a solution. */
+/* Lists all windings of a solution. */
 static void write_windings(const Limits *limits, npy_intp n, const double *value,
                            const npy_bool *inside, npy_bool valid, double *q, npy_bool *all)
 {
@@ -205,7 +208,8 @@ static int read_seeds(PyObject *seed, PyObject *turn, PyObject *unit, const Slot
     return units ? 0 : -1;
 }
 
-/* A solution with its rounded distance from the seed, infinite if the solution is invalid. */
+/* A solution and its rounded distance from the seed. The distance of an invalid solution is
+ * infinite. */
 typedef struct {
     uint64_t distance;
     npy_intp slot;

@@ -37,7 +37,7 @@ class AssemblyModes(NamedTuple):
             platform size.
         margin: (..., k) the determinant of J_x divided by its row norms (dimensionless). The margin
             is 0 at a singularity, where two assembly modes are equal.
-        complete: (...,) whether all modes were certainly found.
+        complete: (...,) whether it is certain that all modes were found.
     """
 
     T: FloatArray

@@ -143,7 +143,8 @@ class LoopMethods(NewtonMethods):
         q, margin = self.functions["actuators_all"](theta)
         closes = _branch_closes(q, margin)
         if self.n < len(self.chain_joints) and ("branches", "actuators", "chain") in self._roles:
-            # Theta contains dependent joints. Their values may contradict the loops.
+            # The array `theta` contains dependent joints, whose given values may violate the loop
+            # closure.
             closes = closes & self._leads_to(q, np.asarray(theta, dtype=np.float64))
             closes = closes & ~self._is_repeated(q, closes)
             q = np.where(closes[..., None], q, np.nan)

@@ -1,4 +1,4 @@
-"""An inverse for fixed joints that finds all solutions, even for degenerate values."""
+"""Finds all solutions of an inverse with fixed joints, even at degenerate fixed values."""
 
 from __future__ import annotations
 
@@ -18,13 +18,10 @@ from .refinement import Refinement
 from .solutions import Solutions, solutions_of
 
 _OTHER_VALUES = (0.5, 1.1, 1.9)
-"""Values [rad or m] of a fixed joint.
-
-A relation between joint axes is general if the relation holds for all values in _OTHER_VALUES.
-"""
+"""Values [rad or m] of a fixed joint."""
 _OTHER_RATES = (0.4, 0.73)
 """Differences [rad or m] between the test values of successive joints that are not fixed. A
-relation between joint axes must hold with each of the two differences."""
+relation between joint axes is accepted only if it holds at the test values of both differences."""
 _SEARCH = 16
 """Number of Newton steps from each start. Further Newton steps refine only configurations near a
 solution."""
@@ -34,13 +31,11 @@ _TURNS = 96
 
 @dataclass(frozen=True)
 class CompleteInverse:
-    """An inverse for fixed joints that also solves degenerate structures of the other joints.
+    """Inverse with fixed joints that finds all solutions, even at degenerate fixed values.
 
-    At some values of a fixed joint, the axes next to it are parallel, at right angles or in a
-    plane. If axes are parallel, perpendicular or coplanar, formulas for oblique axes miss
-    solutions. Newton's method finds the missing solutions. Newton's method starts from the slots at
-    the value of the fixed joint, from the slots at a slightly different value, and from random
-    revolute joints.
+    At some values of a fixed joint, the adjacent axes are parallel, perpendicular or coplanar. At
+    these values, formulas for oblique axes miss solutions. Newton's method finds the missing
+    solutions.
 
     Attributes:
         names: The fixed joints.

@@ -30,7 +30,7 @@ _MAX_KEPT = 256
 
 @dataclass(frozen=True, eq=False)
 class FixedJoints:
-    """Calls of `ik` that the C code does not handle. `robot_of` returns the robot of a manifest."""
+    """Calls of `ik` that the C code does not handle."""
 
     manifest: Manifest
     functions: Mapping[str, Function[Any]]
@@ -42,7 +42,8 @@ class FixedJoints:
         Raises:
             InputTypeError: If `fixed` is not a mapping, or lacks a redundancy parameter.
             InputValueError: If a joint name is unknown.
-            DerivationError: If there is no closed form. The message lists suitable joints.
+            DerivationError: If the inverse kinematics with these fixed joints has no closed form.
+                The message lists suitable joints.
         """
         options = {"out": out, "threads": threads}
         if not self._parameters and isinstance(fixed, Mapping) and not fixed:
@@ -68,7 +69,7 @@ class FixedJoints:
         is_own = set(names) == set(self._parameters)
         solve = self._with_parameters if is_own else self._derived(names)
         indices: tuple[int, ...] = ()
-        # An inverse that was derived for `names` misses no solution.
+        # An inverse that was derived for these fixed joints finds all solutions.
         if is_own and not self.manifest.loops.chain:
             indices = tuple(self._joints.index(name) for name in names)
         fk_jacobian = self._with_role("pose and jacobian", "actuators")
@@ -163,7 +164,7 @@ class FixedJoints:
 def derived_inverse(
     manifest: Manifest, robot_of: Callable[[Manifest], Any], names: tuple[str, ...], function: str
 ) -> Function[Solutions]:
-    """Return an inverse for fixed joints. The inverse is derived if it is not in the cache."""
+    """Return an inverse with fixed joints, from the cache or derived now."""
     origin = description_of(manifest.folder)
     if origin is None:
         raise DerivationError(

@@ -40,15 +40,16 @@ Rows = tuple[FloatArray, FloatArray, FloatArray, IntArray]
 
 @dataclass(frozen=True, eq=False)
 class Chosen:
-    """An inverse with the data that select one of its solutions.
+    """An inverse, and the data for the selection of one of its solutions.
 
     Attributes:
-        info: The description of the inverse.
+        info: The manifest entry of the inverse function.
         inverse: The inverse.
         moves: The distance metric.
-        parameters: (N,) values of each input of the inverse after the target.
+        parameters: The inputs that follow the target in a call of the inverse, each an array of N
+            values.
         exact: Values (N,) of coordinates that must not change, keyed by index in q.
-        threads: The number of threads. The value 0 means one per core.
+        threads: The number of threads. The value 0 means one thread per CPU core.
     """
 
     info: FunctionInfo
@@ -59,7 +60,7 @@ class Chosen:
     threads: int
 
     def solve(self, target: FloatArray, q_seed: FloatArray) -> Rows:
-        """Return the nearest solutions for targets (N, ...) and seeds (N, n), not refined."""
+        """Return the nearest solutions without refinement, for targets (N, ...), seeds (N, n)."""
         n, count = q_seed.shape[-1], len(target)
         found = np.empty((count, n)), np.empty(count), np.empty(count), np.empty(count, np.int8)
         operands = [target, q_seed, *self.parameters]
@@ -135,9 +136,8 @@ class NearestMethods(RobotFacts):
             threads: The number of threads for a large batch; "all" is one per core.
 
         Returns:
-            `q (..., n)`, `residual`, `margin` and `valid (...,)`. A pose without a solution does
-            not raise an error: `q` is NaN, `valid` False, and `reason` is "out of reach", "limits"
-            or "not a pose".
+            `q (..., n)`, `residual`, `margin` and `valid (...,)`. For a pose without a solution,
+            `q` is NaN, `valid` is False, and `reason` is "out of reach", "limits" or "not a pose".
 
         Raises:
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.
@@ -161,8 +161,6 @@ class NearestMethods(RobotFacts):
     def ik_refine(self, T: ArrayLike, q_seed: ArrayLike) -> LeastSquares:
         """Refine coordinates near a solution by Newton's method.
 
-        The coordinates may be a solution of a nominal arm.
-
         Args:
             T: (..., 4, 4) poses of the tool in the base frame.
             q_seed: (..., n) coordinates near the solution [rad or m].
@@ -174,7 +172,7 @@ class NearestMethods(RobotFacts):
 
         Raises:
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.
-            InputValueError: If a matrix is far from rigid.
+            InputValueError: If a matrix in `T` is not close to a rigid transformation.
         """
         label = f"{self.name}.ik_refine"
         target, seeds, batch = self._rows(label, "pose", None, T, q_seed)
@@ -247,7 +245,7 @@ class NearestMethods(RobotFacts):
             if redundancy != "fixed":
                 raise InputValueError(
                     f"{label}: redundancy={redundancy!r} requires free redundancy "
-                    "parameters; with other fixed joints, none is free"
+                    "parameters; the given fixed joints leave no free parameter"
                 )
             return self._with_joints_fixed(info, inverse, moves, target, seeds, fixed_q)
         make = partial(self._chosen, info, inverse, moves, threads)

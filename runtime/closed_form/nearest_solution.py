@@ -29,7 +29,7 @@ class NearestSolution(Fields):
 
     tolerance: ClassVar[float] = SOLVED
     _limited: ClassVar[Any] = False
-    """Whether limits excluded all solutions of a rounded pose."""
+    """Whether joint limits exclude all solutions for a pose with rounded entries."""
 
     @property
     def reason(self) -> Any:
@@ -66,10 +66,7 @@ def nearest_type(tolerance: float) -> type[NearestSolution]:
 
 
 def limited_type(tolerance: float, limited: BoolArray) -> type[NearestSolution]:
-    """Return the result class for rounded poses.
-
-    ``limited`` (...,) marks poses whose solutions all violate the limits.
-    """
+    """Return the result class for rounded poses."""
     return _made(tolerance, limited[()])
 
 
@@ -111,9 +108,9 @@ class Moves:
         return np.asarray((np.abs(q - q_seed) * self.scale).max(-1))
 
     def with_fixed(self, fixed: tuple[int, ...], *, free: bool = False) -> Moves:
-        """Return the metric with fixed coordinates.
+        """Return a copy of the metric for solutions with fixed coordinates.
 
-        The coordinates in `free` keep their weights.
+        The weights of the fixed coordinates become 0, unless `free` is True.
         """
         scale, turn = self.scale.copy(), self.turn.copy()
         turn[list(fixed)] = 0.0

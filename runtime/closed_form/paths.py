@@ -30,8 +30,8 @@ from .task_components import Task, inverse_for
 Reason = Literal["", "no solution", "jump", "limit"]
 _TURN, _FREE = 2 * math.pi, 3
 _BLOCK = 8
-"""Number of poses in the first block. If one solution slot contains the path for all poses of a
-block, the next block has twice as many poses."""
+"""Number of poses in the first block. If one solution slot has a path through all poses of a block,
+the number of poses doubles for the next block."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,19 +139,19 @@ class InverseMethods(RobotFacts):
         """Follow one branch along a path of poses, from the solution nearest to `q_seed`.
 
         Each step selects the solution nearest to the previous configuration. Full turns count as
-        different solutions. The path follows the branch even if two solution slots are exchanged at
-        a singularity. If infinitely many solutions reach a pose (two aligned wrist axes), Newton's
-        method finds a nearby solution. The path ends at a joint limit, even if another branch would
-        continue.
+        different solutions. The path follows the branch even if two branches exchange their
+        solution slots at a singularity. If infinitely many solutions reach a pose (two aligned
+        wrist axes), Newton's method finds a nearby solution. The path ends at a joint limit, even
+        if another branch would continue.
 
-        Arms with fewer than six joints follow parts of poses: `task` selects `ik_position`,
-        `ik_position_pitch`, `ik_position_direction` or `ik_planar`. The joints that the task does
-        not determine are 0.
+        For an arm with fewer than six joints, `task` selects the inverse for the prescribed part of
+        each pose: `ik_position`, `ik_position_pitch`, `ik_position_direction` or `ik_planar`. The
+        joints that the task does not determine are 0.
 
         Args:
             T: (m, 4, 4) closely spaced poses of the tool in the base frame. Deviations from rigid
-                poses are corrected up to `se3.NEARLY_RIGID`. If `task` is a part of a pose, T can
-                also be the input (m, k) of its inverse.
+                poses are corrected up to `se3.NEARLY_RIGID`. If `task` prescribes only a part of
+                each pose, T can also be the (m, k) input of the inverse function for this task.
             q_seed: (n,) coordinates [rad or m]. The path starts at the nearest solution within the
                 limits.
             task: The prescribed part of each pose: "pose", "position", "position_pitch" (elevation
@@ -169,7 +169,8 @@ class InverseMethods(RobotFacts):
                 joints.
 
         Returns:
-            The coordinates up to the end of the path, and the reason for the end.
+            The coordinates for the poses up to the end of the path, and the reason why the path
+            ends.
 
         Raises:
             ShapeError: If the shape of T or `q_seed` is wrong.
@@ -276,8 +277,8 @@ class InverseMethods(RobotFacts):
             moves = q - q_seed
         best = _least(moves / facts_of(type(slots)).units, allowed.valid)
         q = q_seed + moves[best]
-        # `best` is an index into `allowed`. In `inside`, each full turn of a solution has its own
-        # slot.
+        # `best` is an index into `allowed`. In `inside`, solutions that differ by full turns have
+        # separate slots.
         step = _Step(q, float(allowed.margin[best]))
         return step if allowed is inside else self._beyond(q, type(slots))
 

@@ -26,11 +26,7 @@ Measure = Callable[[FloatArray, FloatArray, FloatArray], Measured]
 """A function of poses (N, 4, 4), Jacobians (N, 6, n) and targets (N, ...)."""
 
 STEPS = 40
-"""Maximum number of steps.
-
-An initial error of 5 mm needs three or four steps. Where branches meet, a step divides the error by
-at most 4.
-"""
+"""Maximum number of steps."""
 _LESS, _MORE = 0.1, 100.0
 """Factors for the damping after a step that reduced the error, and after a failed step."""
 _MANY = 64
@@ -53,7 +49,10 @@ def iterate(
     fixed: Sequence[int],
     steps: int = STEPS,
 ) -> FloatArray:
-    """Move coordinates q (N, n) to targets T (N, ...) in place. Return the final errors (N,)."""
+    """Move coordinates q (N, n) to targets T (N, ...) in place.
+
+    Return the errors after the last step (N,).
+    """
 
     def evaluated(here: FloatArray, T: FloatArray) -> _State:
         pose, J = fk_jacobian(here)
@@ -77,7 +76,6 @@ def iterate(
         now = _chosen(better, trial, now)
         q[row], least[row] = now.q, now.residual
         damping *= np.where(better, _LESS, _MORE)
-        # At the level of rounding errors, no step reduces the error.
         settled = ~better & ((now.residual <= SETTLED) | (damping > MAX_DAMPING))
         going = (now.residual > POLISHED) & ~settled
     q[np.isnan(least)] = np.nan
@@ -146,10 +144,7 @@ def _gram(rows: FloatArray, added: FloatArray) -> list[list[FloatArray]]:
 
 
 def _solved(A: list[list[FloatArray]], right: FloatArray) -> FloatArray:
-    """Solve A x = right for positive definite A by L D L^T. The lower triangle of A is used.
-
-    For small matrices, operations over all rows are ten times faster than LAPACK.
-    """
+    """Solve A x = right for positive definite A by L D L^T. The lower triangle of A is used."""
     m = len(A)
     scaled: list[list[FloatArray]] = []
     inverse: list[FloatArray] = []

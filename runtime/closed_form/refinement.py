@@ -1,4 +1,4 @@
-"""Refines solutions for targets that have no valid solution slot but a small residual.
+"""Refines solutions with small residuals for targets without a valid solution slot.
 
 If several solution steps are nearly singular, a closed form loses digits or misses a solution.
 Newton's method restores the lost digits and finds the missed solution. Rounded poses get
@@ -41,7 +41,7 @@ _LONGEST = 1.0
 
 
 class DescentStarts(NamedTuple):
-    """Start configurations q (M, n) on both sides of saddles, and their input rows (M,)."""
+    """Start configurations q (M, n) on both sides of saddles, with input row indices."""
 
     row: IntArray
     q: FloatArray
@@ -51,31 +51,24 @@ _Fields = tuple[FloatArray, FloatArray, BoolArray]
 """Coordinates (..., k, n), residuals (..., k) and validity (..., k) of all solution slots."""
 
 _SEARCH = 12
-"""Maximum number of steps from a distant solution slot.
+"""Maximum number of Newton steps if the start configuration is far from the solution.
 
 After these steps, only slots near a solution are refined further. At a double solution, a step
 divides the error by 4.
 """
 _ROUNDED_STEPS = 8
-"""Number of steps to a least-squares solution of a rounded pose.
-
-Each step divides the error by 100.
-"""
+"""Number of steps to a least-squares solution of a rounded pose."""
 _GROWTH = 10.0
 """Maximum factor by which a closed form amplifies the rounding error of a pose."""
 _ASIDE = 0.25
-"""Maximum fraction of the squared pose error that lies in singular directions.
-
-For a pose outside the workspace boundary, the whole error is in a singular direction, so the
-fraction is 1.
-"""
+"""Maximum fraction of the squared pose error that lies in singular directions."""
 _VALUES = 16
-"""Number of fixed joint values per full turn."""
+"""Number of values, evenly spaced over a full turn, at which a joint is fixed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Refinement:
-    """Newton's method for targets that have no valid solution slot but a small residual.
+    """Newton's method that refines inexact closed-form solutions to valid solutions.
 
     Attributes:
         fk_jacobian_mixed: The function ``fk_jacobian_mixed`` of the robot.
@@ -98,13 +91,13 @@ class Refinement:
 
     @property
     def near(self) -> float:
-        """Maximum residual [m] of a solution slot that is refined."""
+        """Maximum residual [m] up to which a solution is refined."""
         return np.inf if self.searches else REFINED * self.judged
 
     def __call__(
         self, inputs: tuple[FloatArray, ...], q: FloatArray, residual: FloatArray, valid: BoolArray
     ) -> None:
-        """Refine slots in place. Slots without convergence keep their least-squares solutions."""
+        """Refine slots in place."""
         targets = np.broadcast_to(inputs[0], (*valid.shape[:-1], *self.task.shape))
         missed = np.asarray(~valid.any(-1))
         aside = self._is_aside(targets, q, residual, missed)
@@ -131,10 +124,12 @@ class Refinement:
             self._accept(targets, enough, fields)
 
     def _accept(self, targets: FloatArray, enough: FloatArray, fields: _Fields) -> None:
-        """Mark slots whose residuals are at most ``enough`` as valid.
+        """Mark solution slots with a residual of at most ``enough`` as valid.
 
-        Slots of rounded targets first move to their least-squares solutions. If a slot has a
-        solution of the exact target, slots with larger residuals are not valid.
+        If one slot of a pose solves the exact target, slots that solve the target only
+        approximately are not valid.
+
+        Before this test, Newton's method refines the solutions of a rounded target pose.
         """
         q, residual, valid = fields
         solved = SOLVED * self.judged
@@ -153,11 +148,9 @@ class Refinement:
     def _is_aside(
         self, targets: FloatArray, q: FloatArray, residual: FloatArray, missed: BoolArray
     ) -> BoolArray:
-        """Test which poses (...,) without a solution are reachable.
+        """Test which of the poses (...,) are reachable although no solution was found.
 
-        Only poses with a rounded translation and axes parallel to the base axes are tested. A pose
-        counts as unreachable if the Jacobian has at most one singular direction and a large part of
-        the error of the best solution slot is in directions in which the tip cannot move.
+        Only poses with a rounded translation and axes parallel to the base axes are tested.
         """
         found = np.zeros(missed.shape, dtype=bool)
         if self.task.components or not missed.any():
@@ -201,9 +194,10 @@ class Refinement:
     ) -> None:
         """Refine N slots for targets (N, ...) in place, to residuals of at most ``enough`` (N,).
 
-        If a slot is not solved and its residual is near a minimum, a search fixes a joint at
-        several values. If ``aside`` (N,) is True for a row, slots of the row with large residuals
-        are also searched.
+        If a slot remains unsolved and its residual is near a minimum, a search fixes one joint at a
+        time at several values.
+
+        If ``aside`` (N,) is True for a slot, this search also runs if the residual is large.
         """
         target, (q, _, valid) = self._rigid(target), fields
         found, left = self._tried(target, q[slots], slots, fields, enough)
@@ -247,10 +241,8 @@ class Refinement:
     def turning(self, target: FloatArray, q: FloatArray) -> BoolArray:
         """Return a mask (N, n) of joints to fix along a possible self-motion from q (N, n).
 
-        At the workspace boundary, the tool moves only quadratically along the null direction. There
-        is no self-motion, and no joint is fixed. If there is a self-motion, the joint with the
-        largest component in the null direction is fixed. With several null directions, any free
-        joint may be fixed.
+        If there is a self-motion, the joint with the largest component in the null direction is
+        fixed.
         """
         free = self._free(q.shape[-1])
         rows, error = self._measured(target, q)
@@ -283,10 +275,11 @@ class Refinement:
         fields: _Fields,
         enough: FloatArray,
     ) -> None:
-        """Refine q (N, n) for targets (N, ...) with a fixed joint of the mask ``turning`` (N, n).
+        """Refine q (N, n) for targets (N, ...), with one joint fixed at a time.
 
-        A joint along a self-motion would dominate each step without reducing the error. Therefore,
-        the joint is fixed at several values over a full turn.
+        The mask ``turning`` (N, n) selects the joints to fix. Each of these joints is fixed in turn
+        at several values that are spread evenly over a full turn. If such a joint were free, a
+        self-motion would dominate each step without reducing the error.
         """
         values = np.arange(_VALUES) * (2 * np.pi / _VALUES)
         for joint in np.flatnonzero(turning.any(0)).tolist():
@@ -371,7 +364,7 @@ def refinement_of(
     unit: float = 1.0,
     judged: float = 1.0,
 ) -> Refinement | None:
-    """Return how the solutions of an inverse are refined, or None without refinement."""
+    """Return the refinement of the solutions of an inverse, or None if they are not refined."""
     jacobian = manifest.with_role("pose and jacobian", "actuators")
     if not (
         info.role.is_inverse and (info.role.domain == "pose" or info.role.components) and jacobian
@@ -398,9 +391,7 @@ def _residual(here: FloatArray, there: FloatArray, unit: float) -> FloatArray:
 def descent_starts(gradients: Gradients, q: FloatArray, free: list[int]) -> DescentStarts:
     """Return start configurations on both sides of saddles of f = |e|^2 / 2.
 
-    Two solutions that nearly merge have a saddle between them. Newton's method stalls at the
-    saddle, because the gradient -J^T e is 0. The direction of lowest curvature of f leads to both
-    solutions (Nocedal and Wright, Numerical Optimization, ch. 3.4).
+    Newton's method stalls at the saddle, because the gradient -J^T e is 0.
     """
     f, g = gradients(np.arange(len(q)), q)
     error = np.sqrt(2 * f)

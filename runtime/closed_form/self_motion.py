@@ -26,14 +26,13 @@ Objective = Callable[[FloatArray, FloatArray], FloatArray]
 """A function of coordinates (N, n) and seeds (N, n), whose values (N,) are maximized."""
 
 _SAMPLES = {1: 64, 2: 20, 3: 12}
-"""Number of samples for each redundancy parameter. The keys are the number of redundancy
-parameters."""
+"""Number of samples for each redundancy parameter, keyed by the number of redundancy parameters."""
 _FEW = 4
 """Number of samples for each redundancy parameter of a robot with more than three parameters."""
 _FRACTIONS = np.linspace(0, 1, 5)
-"""Positions of samples between two samples of a parameter, as fractions of their distance."""
+"""Relative positions of additional samples between two adjacent samples of a parameter."""
 _INTERVALS = 16
-"""Maximum number of intervals that are sampled again at once."""
+"""Maximum number of intervals that are sampled with finer steps in each iteration."""
 _STARTS = 8
 """Number of best samples that are refined."""
 _DIRECTIONS = 5

@@ -1,4 +1,4 @@
-"""Coordinate data of a class of solutions, as arrays for the compiled filters."""
+"""Coordinate data of a `Solutions` class, as arrays for the compiled filters."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ class SlotFacts:
         turn: (n,) 2 pi for coordinates that wrap, otherwise 0.
         full: (n,) 2 pi for revolute coordinates, otherwise 0.
         lower: (n,) lower limits, -inf for none.
-        upper: (n,) upper limits, inf for none.
-        same: (n,) maximum coordinate differences between equal solutions.
+        upper: (n,) upper limits, inf for none. same: (n,) maximum coordinate differences between
+        equal solutions.
     """
 
     units: FloatArray
@@ -80,7 +80,7 @@ facts_of: Callable[[Any], SlotFacts] = _facts_of
 
 
 def windings_of(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:
-    """Return the number of full turns (n,) of each coordinate in (low, high], rounded up."""
+    """Return how many full turns (n,) cover the interval (low, high] of each coordinate."""
     turns = np.ceil((high - low) / TURN - AT_LIMIT)
     return np.where(wraps & np.isfinite(turns), np.maximum(turns, 1), 1).astype(np.intp)
 

@@ -1,4 +1,4 @@
-"""Inverse kinematics solutions in fixed solution slots, with filters.
+"""Inverse kinematics solutions, stored in fixed slots, and the filters for them.
 
 Each solution slot belongs to one branch of the inverse, for every pose. The pose may be out of
 reach on the branch. `labels` describes the branches. Filters change `valid` and do not move
@@ -66,17 +66,17 @@ class Solutions(Fields):
             boundary, negative outside.
         valid: (..., k) whether the slot holds a solution that no filter has removed. The residual
             of a solution is at most `tolerance`. For rounded poses, the limit is 10 `unit_length`
-            times the rounding: `se3.deviation`, or half a unit of the last decimal if it is larger.
+            times the rounding: the larger of `se3.deviation` and half a unit of the last decimal.
         unit_length: The length [m] that is equivalent to 1 rad for the robot.
         tolerance: Maximum residual of a solution [m], 1e-9 `unit_length`.
         coordinates: The elements of q.
         wraps: (n,) whether a rotation of the coordinate by 2 pi gives the same solution. `wraps` is
-            True for revolute joints. `within_limits` lists full turns as separate solutions. After
-            that, `wraps` is True only for revolute joints without limits.
+            True for revolute joints. `within_limits` lists angles that differ by full turns as
+            separate solutions.
         labels: (k,) the branch in each solution slot, as "shoulder_pan +, elbow -". A label
             contains the joints and signs that select the branch. `labels` is empty after
             `sorted_by_distance`, which reorders the slots.
-        windings: Number of consecutive solution slots that `within_limits` lists for each branch.
+        windings: Number of solution slots for each branch after `within_limits`.
         joint_limits: The limits of coupled and passive joints, or None.
     """
 
@@ -102,7 +102,7 @@ class Solutions(Fields):
 
     @property
     def other_mode(self) -> BoolArray:
-        """(..., k) whether the pose belongs to a different assembly mode from `fk`.
+        """(..., k) whether a solution is in a different assembly mode than the result of `fk`.
 
         With the same actuated coordinates, a platform can have several assembly modes. `fk` follows
         the mode of the reference configuration. For a solution in another assembly mode, `fk(q)` is
@@ -128,7 +128,7 @@ class Solutions(Fields):
         """Return the valid solutions (count, n) [rad or m] of one pose, in slot order.
 
         Raises:
-            InputValueError: There are several poses, and their numbers of solutions may differ.
+            InputValueError: If there are several poses.
         """
         if self.valid.ndim != 1:
             raise InputValueError(
@@ -144,14 +144,15 @@ class Solutions(Fields):
 
         Joint values that differ by full turns are listed separately.
 
-        The number of solution slots is multiplied by the range of each joint in turns, rounded up.
-        The solution slots of a branch are consecutive, in ascending order, and the last joint
-        varies fastest. If the two limits differ by full turns and a solution is at a limit, only
-        the upper limit is listed. Joints without limits keep their value. Joints with one limit are
-        moved within this limit by the fewest turns. Since each winding is a separate solution,
-        distances from a seed ignore full turns only for joints without limits. In a coupled robot,
-        a full turn of a joint may move several coordinates. For coupled joints, only one
-        combination of full turns within the limits is listed.
+        If the limits span several full turns of a joint, each solution is listed in several
+        solution slots. The slots of one branch are consecutive; the number of turns of the last
+        joint varies fastest. If the limits differ by a whole number of turns, a solution may be at
+        both limits. In this case, the solution at the lower limit is not listed. Joints without
+        limits keep their value. A joint with only one limit is moved by as few full turns as
+        possible to satisfy the limit. Since each winding is a separate solution, distances from a
+        seed ignore full turns only for joints without limits. In a coupled robot, a full turn of a
+        joint may move several coordinates. For coupled joints, only one combination of full turns
+        within the limits is listed.
 
         A joint that exceeds a limit by rounding (1e-12 rad, or `unit_length`) is set to the limit.
 
@@ -159,11 +160,12 @@ class Solutions(Fields):
             limits: "robot", None for no limits, or (n, 2) lower and upper limits [rad or m], -inf
                 and inf for none. Coupled and passive joints also keep their own limits, unless
                 `limits` is None.
-            windings: If False, each of the k solutions is only moved into the limits by the fewest
-                turns. All windings of a large batch can need much memory.
+            windings: If False, each of the k solutions has one slot instead of one slot for each
+                winding. The joints then move by the fewest full turns that satisfy the limits. For
+                a large batch, listing all windings can need much memory.
 
         Returns:
-            Solutions; each of the k slots becomes as many slots as there are windings.
+            New Solutions, with a separate solution slot for each winding.
 
         Raises:
             InputValueError: If a lower limit is above the upper limit, or a solution has more than
@@ -199,7 +201,7 @@ class Solutions(Fields):
 
         Raises:
             InputValueError: If a weight is negative, or all weights are 0.
-            ShapeError: If `q_seed` does not match the poses.
+            ShapeError: If the shape of `q_seed` does not match the shape of the poses.
         """
         facts, units = facts_of(type(self)), self._weighted("sorted_by_distance", weights)
         start = self._seeds("sorted_by_distance", q_seed)
@@ -259,10 +261,11 @@ class Solutions(Fields):
         return type(self)(*self[:-1], near)
 
     def nearest(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> FloatArray:
-        """Return the valid solution nearest to a seed, by the distance of `sorted_by_distance`.
+        """Return the valid solution with the smallest weighted distance from a seed.
 
-        For equal distances, the lowest solution slot is selected. If solutions differ only by full
-        turns, the solution with the smallest sum of displacements is selected.
+        If solutions have equal distances, the solution with the lowest slot index is selected. If
+        solutions differ only by full turns, the solution with the smallest sum of displacements is
+        selected.
 
         Args:
             q_seed: (..., n) coordinates of the robot [rad or m].
@@ -274,7 +277,7 @@ class Solutions(Fields):
         Raises:
             OutOfReachError: If a single pose has no valid solution slot.
             InputValueError: If a weight is negative, or all weights are 0.
-            ShapeError: If `q_seed` does not match the poses.
+            ShapeError: If the shape of `q_seed` does not match the shape of the poses.
         """
         facts, units = facts_of(type(self)), self._weighted("nearest", weights)
         slots, start = (self.q, self.valid), self._seeds("nearest", q_seed)
@@ -301,10 +304,11 @@ class Solutions(Fields):
     def distances_from(self, q_seed: ArrayLike) -> FloatArray:
         """Return the displacements (..., k, n) [rad or m] of all slots from q_seed (..., n).
 
-        Displacements of joints that wrap are in [-pi, pi].
+        If a full turn of a coordinate gives the same solution, the displacement of the coordinate
+        is in [-pi, pi].
 
         Raises:
-            ShapeError: If `q_seed` does not match the poses.
+            ShapeError: If the shape of `q_seed` does not match the shape of the poses.
         """
         return self._wrapped(self.q - self._read_seed("distances_from", q_seed)[..., None, :])
 

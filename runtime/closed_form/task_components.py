@@ -149,7 +149,7 @@ PARTS: Mapping[str, Part] = {
 
 
 def inverse_for(manifest: Manifest, method: str, task: TaskName) -> FunctionInfo:
-    """Return the inverse of a task. Raise an InputValueError for a robot without this inverse."""
+    """Return the manifest entry of the inverse for a task, or raise an InputValueError."""
     inverses = manifest.inverses
     if task not in inverses:
         raise InputValueError(

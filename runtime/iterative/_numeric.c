@@ -256,7 +256,8 @@ static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *
     return PyErr_Occurred() ? -1 : 0;
 }
 
-/* Reads the mask of locked coordinates (n,), which requires seeds. Returns NULL on error. */
+/* Reads the mask of locked coordinates (n,); locked coordinates require seeds. Returns NULL on
+ * error. */
 static PyArrayObject *read_locked(const Solver *self, PyObject *object, PyObject *seeds, Task *task)
 {
     PyArrayObject *array = (PyArrayObject *)PyArray_FROM_OTF(object, NPY_BOOL, NPY_ARRAY_IN_ARRAY);

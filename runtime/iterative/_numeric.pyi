@@ -16,7 +16,7 @@ class Solver:
         link: int = ...,
         screws: FloatArray = ...,
     ) -> Solver:
-        """Takes the compiled functions that the tip needs.
+        """Take the compiled functions that the tip needs.
 
         Args:
             kernels: The capsules of fk_jacobian_mixed and hessian_mixed; for a link those of

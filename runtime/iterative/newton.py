@@ -44,10 +44,8 @@ class NewtonMethods(RobotFacts):
 
         Args:
             q: (..., n) actuated coordinates [rad or m].
-            z_seed: (..., n_z) nearby configurations, such as the previous solutions. The iteration
-                then solves at most eight linear systems, and each solution is on the branch of its
-                seed. If None, the iteration follows the straight line in q from the reference
-                configuration.
+            z_seed: (..., n_z) nearby configurations, such as the previous solutions. If None, the
+                iteration follows the straight line in q from the reference configuration.
 
         Returns:
             `z (..., n_z)`, `valid (...,)`, `residual (...,)` and `n_failed`. Missing solutions do

@@ -45,11 +45,12 @@ class NumericSolution(NamedTuple):
 
     Attributes:
         q: (..., n) coordinates [rad or m], within the limits, or NaN if a pose is not finite.
-        residual: (...,) the larger of the distance [m] and the angle times `unit_length`, over
-            components with a weight.
-        valid: (...,) whether the residual is at most the tolerance. For rounded poses, a minimum
-            residual is valid up to 10 `unit_length` times the rounding: the `se3.deviation`, or
-            half a unit of the last decimal of the rotation if that is larger.
+        residual: (...,) the larger of the distance error [m] and the angle error times
+            `unit_length`. Only components with a positive weight count.
+        valid: (...,) whether the residual is at most the tolerance. For rounded poses, a
+            least-squares solution is valid up to a residual of 10 `unit_length` times the rounding
+            error. The rounding error is `se3.deviation` or half a unit of the last decimal place of
+            the rotation entries, whichever is larger.
         ending: (...,) reason for termination, as an index into `REASONS`; see `reason`.
         iterations: (...,) number of forward kinematics evaluations.
         restarts: (...,) number of start configurations after the first.
@@ -66,11 +67,11 @@ class NumericSolution(NamedTuple):
     def reason(self) -> Any:
         """The reason for a missing solution: a str for a single pose, otherwise an array (...,).
 
-        A valid solution has the reason "". The reason "limits" means a local minimum of the
-        residual with coordinates at their limits; "stalled" means a local minimum within the
-        limits; "max_evaluations" means that no evaluations were left. "not a pose" means that the
-        matrix is not finite, or deviates from a rigid pose by more than `se3.NEARLY_RIGID`. The
-        error of `se3.project` states why a matrix is not a pose.
+        For a valid solution, the reason is an empty string. The reason "limits" means a local
+        minimum of the residual with coordinates at their limits; "stalled" means a local minimum
+        within the limits; "max_evaluations" means that no evaluations were left. "not a pose" means
+        that the matrix is not finite, or deviates from a rigid pose by more than
+        `se3.NEARLY_RIGID`. The error of `se3.project` states why a matrix is not a pose.
         """
         reasons = np.array(REASONS)[self.ending]
         return reasons if reasons.ndim else str(reasons)
@@ -125,20 +126,21 @@ class NumericMethods(RobotFacts):
                 NaN.
             q_seed: (..., n) start coordinates [rad or m], clipped to the limits. Without `q_seed`,
                 the iteration starts from the configuration in its table whose pose is nearest.
-            tip: The link to be moved to the pose, one of `link_names`; the tool by default. Robots
-                without `link_poses` accept the tool only.
+            tip: The link to be moved to the pose, one of `link_names`; the tool by default. For
+                robots without `link_poses`, the tool is the only valid tip.
             task_weights: Six weights of the error components (v, omega), 0 for a free component:
                 (1, 1, 1, 0, 0, 0) for a position. By default, all weights are 1, so that
                 `unit_length` is equivalent to 1 rad.
             frame: The axes of the weighted error components: "tool" (the tip) or "base".
             fixed: Coordinates that keep exact values, even outside the limits: a list of names or
-                indices keeps the values of `q_seed`, and a mapping gives the values (...). A joint
-                of the main chain stands for the coordinate that moves it.
+                indices keeps the values of `q_seed`, and a mapping gives the values (...). The name
+                of a main-chain joint also selects the coordinate that moves this joint.
             tolerance: Maximum residual of a solution [m]. None means 1e-9 `unit_length`.
             max_evaluations: Maximum number of forward kinematics evaluations per pose, of about
                 0.4 microseconds each for a six-joint arm.
-            rng: Seed of the random start table, a generator, or None for a new table per call. With
-                a seed, results do not depend on the number of threads.
+            rng: Integer seed or random generator for the start configurations, or None for new
+                random starts in each call. With a seed, results do not depend on the number of
+                threads.
             threads: Number of threads; "all": one per core.
 
         Returns:
@@ -216,7 +218,7 @@ class NumericMethods(RobotFacts):
         return begin
 
     def _new_solver(self, tip: str | None, start_set: int) -> Solver:
-        """Create and cache a solver, which takes as long as a thousand poses."""
+        """Create and cache a solver, which takes as long as solving a thousand poses."""
         if len(self._solvers) >= _MAX_SOLVERS:
             self._solvers.clear()
         return self._solvers.setdefault((tip, start_set), _solver(self, tip, start_set))
@@ -295,7 +297,7 @@ def starts(robot: RobotFacts, start_set: int) -> FloatArray:
 def screws_up_to(manifest: Manifest, link: int) -> FloatArray:
     """Return rows (s, 8) for the joints up to a link: link, joint, axis (v, omega).
 
-    The axis is measured at and expressed in the frame of the link that the joint moves. A joint
+    The vectors v and omega are expressed in the frame of the link that the joint moves. A joint
     outside the main chain raises an InputValueError.
     """
     assert manifest.skeleton is not None
@@ -305,7 +307,7 @@ def screws_up_to(manifest: Manifest, link: int) -> FloatArray:
     carriers = [next(body for body in bodies if body.name == names[-1])]
     while parent := carriers[0].parent:
         carriers.insert(0, bodies[parent])
-    # A joint with several coordinates consists of several bodies; the last body is the link.
+    # A joint with several coordinates has several bodies.
     for i, body in enumerate(carriers):
         k, joint = sum(one.name in names for one in carriers[:i]), body.joint
         if joint is None or joint.kind == "fixed":

@@ -30,14 +30,14 @@ typedef struct {
     const char *name;
     /* One pointer for each input and each output, to dense row-major doubles. */
     void (*call)(const double *const *inputs, double *const *outputs);
-    /* Evaluates n rows. A step is the number of doubles from a row to the next. NULL if the robot
-     * has no code for batches. Outputs must not overlap inputs. */
+    /* Evaluates n rows. A step is the number of doubles from the start of a row to the start of the
+     * next row. NULL if the robot has no code for batches. Outputs must not overlap inputs. */
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
-    /* NULL except for an inverse. Writes the solutions nearest to seeds as dense rows of q,
-     * residual and margin. Also writes the slot of each solution, or why there is none; see
-     * chasles_nearest.h. A step is the number of doubles from one row to the next. `moves` points
-     * to the lower limits, upper limits, weights and periods of the coordinates. */
+    /* NULL for a function that is not an inverse. Writes the solutions nearest to seeds as dense
+     * rows of q, residual and margin. Also writes the slot of each solution, or the reason for a
+     * missing solution. A step is the number of doubles between the starts of two rows. `moves`
+     * points to the lower limits, upper limits, weights and periods of the coordinates. */
     void (*nearest_rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                          double tolerance, const double *const *moves, const double *q_seed,
                          ptrdiff_t seed_step, double *const *outputs, signed char *slot);

@@ -72,16 +72,17 @@ class Recipe:
 
 
 def make_recipe(manifest: Manifest) -> Recipe:
-    """Return how the library of a robot is found or compiled on this machine.
+    """Return the data needed to find or compile the robot's library on this machine.
 
     A kernel in the robot's folder needs no compiler. CC or CHASLES_CFLAGS requests compilation.
 
     Raises:
-        MismatchError: The hash of the C code or of the header is not in the manifest. The error
-            also occurs if no compiler was found and the kernel is for another version of chasles.
+        MismatchError: The hash of the C code or of the header is not in the manifest. The error is
+            also raised if no compiler was found and the robot's kernel is for another version of
+            chasles or another platform.
         ManifestError: If header and manifest declare different sizes.
-        CompilerNotFoundError: If no compiler was found, and the cache has no library for a
-            processor with these features.
+        CompilerNotFoundError: No compiler was found, and the cache has no library for this
+            processor.
     """
     sources = sources_of(manifest)
     kernel = kernel_recipe(manifest, sources)
@@ -156,7 +157,8 @@ def _declared_size(parameter: str) -> int:
 def write_glue(manifest: Manifest) -> bytes:
     """Return the glue code: one wrapper for each function, and the table of all functions.
 
-    For a portable kernel, the glue code is compiled once per CHASLES_LEVEL (processor features).
+    For a portable kernel, the glue code is compiled once for each processor feature level
+    (CHASLES_LEVEL).
     """
     batched = manifest.batch_file in manifest.c_files
     lines = [
@@ -211,7 +213,7 @@ def _has_nearest(manifest: Manifest, function: FunctionInfo) -> bool:
 
 
 def _nearest_rows(index: int, function: FunctionInfo) -> list[str]:
-    """Return a C function that writes the nearest solutions of many poses, in vector lanes."""
+    """Return a C function that computes the nearest solutions of many poses with SIMD."""
     name, n = function.symbol, function.outputs[0].shape[1]
     count = len(function.inputs)
     inputs = [f"inputs[{i}] + (ptrdiff_t)row * input_steps[{i}]" for i in range(count)]
@@ -244,7 +246,7 @@ def build(manifest: Manifest) -> bool:
 
 
 def open_library(manifest: Manifest) -> tuple[bool, _call.Library]:
-    """Return whether the library of a robot had to be compiled, and the library.
+    """Load or compile the library of a robot; the first result is True after compilation.
 
     Raises:
         MismatchError: If the library is damaged, and no compiler was found.
@@ -280,7 +282,7 @@ def _open(recipe: Recipe) -> _call.Library:
 
 
 def _check_owner(cache: Path) -> None:
-    """Raise a CacheError for a folder in which another user could replace a library."""
+    """Raise a CacheError for a folder in which other users can replace files."""
     facts = cache.stat()
     if os.name == "posix" and (facts.st_uid not in (0, os.getuid()) or facts.st_mode & 0o022):
         raise CacheError(
@@ -290,13 +292,14 @@ def _check_owner(cache: Path) -> None:
 
 
 def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
-    """Write the library of a robot, with `compile_in` to compile the sources in a folder."""
+    """Write the library of a robot. `compile_in` compiles the sources in a folder."""
     cache = recipe.path.parent
     try:
         cache.mkdir(mode=0o700, parents=True, exist_ok=True)
         with temporary_folder(cache, recipe.name) as folder:
-            # The compiler reads copies of the hashed source files. The names of the copies contain
-            # no folder, as in the include lines. So no path is compiled into the library.
+            # The compiler reads copies of the hashed source files. The names of the copies and the
+            # file names in the include lines contain no folder. So no path is compiled into the
+            # library.
             for file, content in recipe.sources.items():
                 (folder / file).write_bytes(content)
             with (folder / GLUE_FILE).open("a") as glue:

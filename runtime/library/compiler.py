@@ -28,7 +28,7 @@ FLAGS = (
     # GCC 12 computes wrong results when it packs scalar code into AVX-512 vectors.
     "-fno-tree-slp-vectorize",
     "-march=native",
-    # With this macro, only code for this processor is compiled, in half the compile time.
+    # This macro restricts compilation to code for this processor, which halves the compile time.
     "-DCHASLES_NO_DISPATCH",
     "-shared",
     "-fvisibility=hidden",
@@ -36,7 +36,7 @@ FLAGS = (
 UNSAFE_FLAGS = frozenset(
     ("-ffast-math", "-Ofast", "-ffinite-math-only", "-fno-honor-nans", "-ffp-model=fast")
 )
-"""Flags with which `isnan` is always false."""
+"""Compiler flags that make `isnan` always false."""
 MAX_LINES = 30
 """Maximum lines of compiler output in an error message."""
 _CPU_FIELDS = frozenset(

@@ -1,4 +1,4 @@
-"""Robots that are derived from their description files on first use, into the cache.
+"""Derives robots from their description files on first use, and stores them in the cache.
 
 The runtime starts `python -m chasles derive` in a separate process. The folder name contains
 hashes of the description, of the files that it includes, and of the sources of chasles.derive.
@@ -24,8 +24,7 @@ from .cache import cache_folder
 
 _COMPILER = "chasles.derive"
 _GENERATED = ("chasles.generated", "chasles_robots")
-"""Packages of generated robots. The optional package chasles_robots contains robots that otherwise
-are derived on first use."""
+"""Packages of generated robots."""
 SUFFIXES = (".toml", ".urdf", ".xacro", ".xml", ".sdf")
 """File suffixes of robot files, URDF, xacro, MJCF and SDF."""
 _DESCRIBED_BY, _SOURCES = "description.txt", "sources.txt"

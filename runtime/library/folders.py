@@ -26,7 +26,7 @@ def shipped_folders() -> dict[str, Path]:
 
 
 def find_folder(robot: str | os.PathLike[str], options: Sequence[str] = ()) -> Path:
-    """Return the folder of a robot for `chasles.load`, after derivation with compiler options."""
+    """Return the folder of a robot for `chasles.load`, derived if necessary."""
     path = as_path("robot", robot)
     if is_description(path):
         return derived_folder(path, options)

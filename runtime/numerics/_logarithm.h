@@ -29,8 +29,8 @@ static inline RotationAngle rotation_vector_between(const double *A, const doubl
     double cosine = (R[0][0] + R[1][1] + R[2][2] - 1) / 2, angle = atan2(sine, cosine);
     double factor = sine > 0 ? angle / sine : 1;
     if (cosine < 0) {
-        /* For angles near pi, the sine and the vector w have no accurate digits. For angles above
-         * pi / 2, the axis is therefore the longest column of the symmetric part of R. */
+        /* Near pi, the sine and the vector w are inaccurate. For angles above pi / 2, the axis is
+         * therefore the longest column of the symmetric part of R. */
         int k = R[0][0] > R[1][1] ? 0 : 1;
         k = R[2][2] > R[k][k] ? 2 : k;
         double a[3], length = 0, side = 0;
@@ -58,20 +58,20 @@ static inline RotationAngle displacement_between(const double *A, const double *
 }
 
 /* The coefficient (1 - (a/2) cot(a/2)) / a^2 of w x (w x .) in the inverse derivative of the
- * exponential, from the angle a = |w| and h = (a/2) cot(a/2). */
+ * exponential. The arguments are a = |w| and h = (a/2) cot(a/2). */
 static inline double logarithm_coefficient(double angle, double h)
 {
     return angle > LOGARITHM_SMALL_ANGLE ? (1 - h) / (angle * angle) : 1.0 / 12;
 }
 
-/* Writes the twist (v, w) from pose A to pose B at the origin of A, in base axes:
- * v = p - w x p / 2 + k w x (w x p), with (p, w) the displacement. */
+/* Writes the twist (v, w) from pose A to pose B at the origin of A, with v = p - w x p / 2 + k w x
+ * (w x p). */
 static inline void twist_between(const double *A, const double *B, double *twist)
 {
     double wp[3], wwp[3];
     const double *w = twist + 3;
     RotationAngle turn = displacement_between(A, B, twist);
-    /* cot(angle / 2). For an angle of pi, the second quotient would be 0 / 0. */
+    /* cot(angle / 2). */
     double cotangent =
         turn.cosine < 0 ? turn.sine / (1 - turn.cosine) : (1 + turn.cosine) / turn.sine;
     double k = logarithm_coefficient(turn.angle, turn.angle * cotangent / 2);

@@ -25,11 +25,11 @@ static inline void rotate_rows(double *restrict a, double *restrict b, int n, do
 }
 
 /* Tests whether two rows are orthogonal, from their squared lengths aa and bb and their product ab,
- * relative to `scale`. The test must be true for NaN, otherwise only MAX_SWEEPS ends the sweeps. */
+ * relative to `scale`. */
 typedef int orthogonality_test(double aa, double bb, double ab, double scale);
 
-/* Rotates pairs of rows of W (p, m) until all are orthogonal, together with the rows of Y (p, p),
- * whose row stride is `stride`. */
+/* Rotates pairs of rows of W (p, m) until all rows of W are orthogonal. The rows of Y (p, p), with
+ * the row stride `stride`, are rotated in the same way. */
 static inline __attribute__((always_inline)) void orthogonalize_rows(double *W, int p, int m,
                                                                      double *Y, int stride,
                                                                      orthogonality_test *orthogonal,

@@ -1,12 +1,11 @@
 /* Projection of rounded poses to SE(3).
  *
  * The nearest rotation in the Frobenius norm is the orthogonal factor U of the polar decomposition
- * R = U H. Newton's iteration without matrix inversion, R <- R - R (R^T R - 1) / 2, converges
- * quadratically to U: a deviation of 1e-5 needs two steps.
+ * R = U H. Newton's iteration R <- R - R (R^T R - 1) / 2 converges quadratically to the orthogonal
+ * factor U.
  *
- * Source: N. J. Higham, Computing the polar decomposition - with applications, 1986; A. Bjorck,
- * C. Bowie, An iterative algorithm for computing the best estimate of an orthogonal matrix, 1971.
- */
+ * Source: N. J. Higham, Computing the polar decomposition - with applications, 1986; A. Bjorck, C.
+ * Bowie, An iterative algorithm for computing the best estimate of an orthogonal matrix, 1971. */
 #pragma once
 
 #include <float.h>
@@ -21,8 +20,8 @@
 /* The class of a matrix (4, 4): rigid up to rounding error, nearly rigid, or not rigid. */
 typedef enum { RIGID, NEAR_RIGID, NOT_RIGID } Rigidity;
 
-/* Writes R^T R - 1 for the rotation R of a pose as xx, yy, zz, xy, yz, zx. Returns the squared
- * deviation of R, to first order |R - U|^2 / 2, in the norm of residuals. */
+/* Writes R^T R - 1 for the rotation R of a pose as xx, yy, zz, xy, yz, zx. Returns half the squared
+ * distance |R - U|^2 of R from the nearest rotation U, to first order. */
 static inline double off_orthogonal2(const double *T, double *product)
 {
     for (int i = 0; i < 3; i++) {
@@ -97,10 +96,8 @@ static inline int is_single(const double *T)
     return 1;
 }
 
-/* Returns the maximum rounding error of the entries of a NEAR_RIGID rotation: half a unit of the
- * last decimal (at most nine) or of single precision, or 0 for higher precision. The distance from
- * a rotation is no measure of rounding: a planar rotation with few digits may be orthogonal by
- * chance. */
+/* Returns the maximum rounding error of the entries of a NEAR_RIGID rotation. The result is 0
+ * unless the entries have at most nine decimals or are in single precision. */
 static inline double coarseness(const double *T)
 {
     double product[6], off = sqrt(off_orthogonal2(T, product));
@@ -124,8 +121,8 @@ static inline double reached_by_rounding(const double *T)
     return ROUNDED * off;
 }
 
-/* Returns the maximum residual for an axis-aligned RIGID pose whose translation is rounded to six
- * to eight decimals or to single precision, otherwise 0. */
+/* If the pose is axis-aligned and its translation is rounded, returns the maximum residual that
+ * this rounding can cause, otherwise 0. */
 static inline double placed_by_rounding(const double *T)
 {
     if (!in_units(T, FEWEST_DECIMALS) || is_placed_in_units(T, WRITTEN_DECIMALS)) {

@@ -32,8 +32,8 @@ static int find_longest_axis(const double *others, int count, int m, const char 
     return best;
 }
 
-/* Writes a unit vector x (m,) orthogonal to `count` vectors (stride m), with zeros in the removed
- * components, or a zero vector if there is no such vector. */
+/* Writes a unit vector x (m,) that is orthogonal to `count` vectors. Components in `removed` are
+ * zero. If no such vector exists, x is 0. */
 static void complete_basis(double *x, const double *others, int count, int m, const char *removed)
 {
     double square;
@@ -43,7 +43,6 @@ static void complete_basis(double *x, const double *others, int count, int m, co
         return;
     }
     x[axis] = 1;
-    /* A second Gram-Schmidt pass removes rounding errors. */
     for (int pass = 0; pass < 2; pass++) {
         for (int i = 0; i < count; i++) {
             double along = dot(x, others + i * m, m);
@@ -85,7 +84,6 @@ void svd_decompose(Svd *svd, const double *J, const char *removed)
     }
     orthogonalize_rows(W, p, m, Y[0], TWIST, has_right_angle, dot(W, W, p * m));
     sort_rows(W, p, m, length, order);
-    /* The rows of W are sigma times v (u if n < 6); the rows of Y are u (v if n < 6). */
     double sorted[TWIST * TWIST];
     double *longer = wide ? svd->v : sorted;
     svd->count = p;

@@ -13,6 +13,7 @@ typedef struct {
     double *work; /* (6, max(6, n)) */
 } Svd;
 
-/* Decomposes the Jacobian J (6, n). Columns k with removed[k] != 0 count as zero, and so do these
- * components of v. The caller owns the memory of v and work. */
+/* Computes the singular value decomposition of the Jacobian J (6, n). A column k of J with
+ * removed[k] != 0 counts as zero, and column k of v is then zero. The caller owns the memory of v
+ * and work. */
 void svd_decompose(Svd *svd, const double *J, const char *removed);

@@ -38,13 +38,13 @@ static inline double dot3(const double *a, const double *b)
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* Returns a . b for vectors (6,). The processor adds the three pairs of products in parallel. */
+/* Returns a . b for vectors (6,). */
 static inline double dot6(const double *a, const double *b)
 {
     return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5]);
 }
 
-/* Writes a x b. */
+/* Writes the cross product a x b into `out`. */
 static inline void cross(const double *a, const double *b, double *out)
 {
     out[0] = a[1] * b[2] - a[2] * b[1];

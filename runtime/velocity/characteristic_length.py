@@ -47,9 +47,8 @@ class LengthMethods(RobotFacts):
     def characteristic_length(self) -> float:
         """The default length [m] that scales radians to meters.
 
-        The default is the root mean square distance of the tip from the rotation axes, over 256
-        configurations within the limits, or at the reference configuration alone if the robot has
-        no function `jacobian_mixed`.
+        The default is the root mean square distance of the tip from the rotation axes over 256
+        configurations.
         """
         turning = np.array([c.kind == "revolute" for c in self.coordinates])
         return length_of(self._samples, turning)

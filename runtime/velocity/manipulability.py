@@ -121,10 +121,8 @@ class ManipulabilityMethods(LengthMethods):
     ) -> FloatArray:
         """Return the gradient (..., n) of the measure w with respect to q, per radian or meter.
 
-        dw/dq_k is the sum over i of u_i^T (dJ'/dq_k) v_i times all singular values except the
-        i-th; away from singularities it equals w tr(J'^+ dJ'/dq_k). At a singularity w has a kink,
-        like |x| at 0, and the gradient is one-sided. The gradient is NaN if q is not finite or a
-        loop is open. Arguments and errors are as for `manipulability`.
+        At a singularity w has a kink, like |x| at 0, and the gradient is one-sided. The gradient is
+        NaN if q is not finite or a loop is open. Arguments and errors are as for `manipulability`.
         """
         metric = self._metric("manipulability_gradient", components, characteristic_length)
         J, H = self.jacobian_mixed(q), self.hessian_mixed(q)

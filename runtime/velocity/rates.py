@@ -45,11 +45,11 @@ class Rates:
         twist: (..., 6) resulting twist, in the requested representation.
         scale: (...,) s in [0, 1], the fraction of the twist within the limits. The resulting twist
             has the direction of the requested twist, unless acceleration limits exclude this
-            direction (a sharp turn). In a sharp turn, s is the fraction whose joint rates are
-            nearest to the limits.
+            direction (a sharp turn).
         limited: (..., n) whether a rate, acceleration or joint limit is active.
         min_singular_value: (...,) the smallest singular value, dimensionless.
-        damping_squared: (...,) lambda^2 of the smallest singular value, 0 without damping.
+        damping_squared: (...,) squared damping factor lambda^2 that is applied to the smallest
+            singular value, or 0 if no damping is needed.
         singular_direction: (..., 6) twist for the smallest singular value, in the requested
             representation. Near a singularity, the tool can hardly move along this twist. The
             vector (v / characteristic length, omega) has unit norm and a positive largest entry.
@@ -72,10 +72,11 @@ class Accelerations:
         qdd: (..., n) joint accelerations [rad/s^2 or m/s^2].
         acceleration: (..., 6) resulting time derivative of the twist, in the requested
             representation.
-        scale: (...,) s in [0, 1], the fraction of J qdd within the limits.
+        scale: (...,) s in [0, 1]; the limits permit only the fraction s of J qdd.
         limited: (..., n) whether the acceleration limit of the joint is active.
         min_singular_value: (...,) the smallest singular value, as in `Rates`.
-        damping_squared: (...,) lambda^2 of the smallest singular value, as in `Rates`.
+        damping_squared: (...,) squared damping factor lambda^2 for the smallest singular value, as
+            in `Rates`.
         singular_direction: (..., 6) twist for the smallest singular value, as in `Rates`.
     """
 
@@ -115,11 +116,11 @@ class VelocityMethods(ManipulabilityMethods):
         damped least squares bounds qd: |qd| is at most |(v / length, omega)| / `damping_threshold`.
         The characteristic length also divides the rates of prismatic joints.
 
-        The result never exceeds a limit. A joint that would exceed its bound stays at the bound,
-        and the other joints compensate if they can do so without damping. If the other joints
-        cannot compensate, the twist is scaled down in its direction. If acceleration limits exclude
-        the direction of V, the result is the nearest allowed twist. See the manual page "Motion in
-        velocity space" for limits and fixed joints.
+        The result never exceeds a limit. A joint that would exceed its bound stays at the bound.
+        The other joints compensate for this joint if this is possible without damping. If the other
+        joints cannot compensate, the twist is scaled down and keeps its direction. If acceleration
+        limits exclude the direction of V, the result is the nearest allowed twist. See the manual
+        page "Motion in velocity space" for limits and fixed joints.
 
         Args:
             q: (..., n) coordinates [rad or m].
@@ -133,8 +134,8 @@ class VelocityMethods(ManipulabilityMethods):
                 With "limits", joints with limits move towards mid-range, by the gradient
                 of half the sum of ((q - middle) / half range)^2. With "manipulability", Yoshikawa's
                 measure increases. A configuration (..., n) is the goal of the null-space motion.
-            gain: Gain of the objective [1/s]; for a configuration, the fraction of the remaining
-                difference per second.
+            gain: Gain of the objective [1/s]. If the objective is a configuration, the gain is the
+                fraction of the remaining difference that is removed per second.
             rate_limits: (..., n) or () maximum |qd| [rad/s or m/s].
             acceleration_limits: (..., n) or () maximum |qdd| [rad/s^2 or m/s^2]; requires
                 `qd_previous` and `dt`.
@@ -334,8 +335,7 @@ class VelocityMethods(ManipulabilityMethods):
 
         Args:
             q: (..., n) coordinates.
-            wrench: (..., 6) force and torque on the tool [N, N m], force first. The Jacobian of the
-                chosen representation has the same reference point and axes.
+            wrench: (..., 6) force and torque on the tool [N, N m], force first.
             representation: "mixed": at the tip, in base axes; "body": at the tip, in tip axes;
                 "space": at the base origin, in base axes.
 

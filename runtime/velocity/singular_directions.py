@@ -15,7 +15,7 @@ from .singularity import SingularityMethods
 
 _SAMPLES = 512
 _HALVINGS = 48
-"""Number of bisections, which reduce the interval to 4e-15 of its length."""
+"""Number of bisections of an interval."""
 
 
 class Determinants(NamedTuple):
@@ -32,7 +32,9 @@ class Determinants(NamedTuple):
 
 
 class SingularityDistance(NamedTuple):
-    """Distances from a pose to singularities, as multiples of a direction; inf if there are none.
+    """Distances from a pose to singularities, as multiples of a direction vector.
+
+    A distance is inf if no singularity is found.
 
     Attributes:
         type_1: (...,) distance to a pose at which a leg is stretched or folded.
@@ -61,11 +63,11 @@ class SingularDirectionMethods(LoopMethods, SingularityMethods):
     def distance_to_singularity(
         self, theta: ArrayLike, direction: ArrayLike, q: ArrayLike | None = None
     ) -> SingularityDistance:
-        """Return the distances to the first singularities along a line theta + s direction.
+        """Return the distances to the first singularities along the line theta + s * direction.
 
-        The range 0 < s <= 1 is sampled in 512 intervals. The first interval in which a determinant
-        changes sign or a leg loses reach is bisected to double precision. Two singularities in one
-        interval are missed. The legs stay on their branches.
+        The range 0 < s <= 1 is sampled in 512 intervals. A bisection to double precision refines
+        the first interval in which a determinant changes sign or a leg goes out of reach. Two
+        singularities in one interval are missed. The legs stay on their branches.
 
         Args:
             theta: (..., n_theta) main-chain joints at the start [rad or m].
@@ -74,8 +76,9 @@ class SingularDirectionMethods(LoopMethods, SingularityMethods):
                 branches of the reference configuration if None.
 
         Returns:
-            `type_1 (...,)` and `type_2 (...,)`: the smallest s, inf without a singularity up to
-            s = 1, or NaN if the start is out of reach.
+            `type_1 (...,)` and `type_2 (...,)`: for each type, the smallest s with a singularity.
+            The value is inf if there is no singularity up to s = 1, and NaN if the start is out of
+            reach.
         """
         method, n = "distance_to_singularity", len(self.chain_joints)
         start = self._reals(method, "theta", theta, (n,))
@@ -144,7 +147,7 @@ def _determinant(J: FloatArray) -> FloatArray:
 
 
 def _brackets(changes: BoolArray, s: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return the ends of the first interval in which a row changes, and the rows that change."""
+    """Return the ends and row numbers of the first interval with a change in each row."""
     rows = np.flatnonzero(changes.any(1))
     part = changes[rows].argmax(1)
     return s[part], s[part + 1], rows
@@ -153,7 +156,7 @@ def _brackets(changes: BoolArray, s: FloatArray) -> tuple[FloatArray, FloatArray
 def _bisected(
     is_on: Callable[[FloatArray], BoolArray], low: FloatArray, high: FloatArray
 ) -> FloatArray:
-    """Bisect intervals (N,) at which a condition changes; return the ends on the lower side."""
+    """Bisect intervals (N,) in which a condition changes, and return their lower ends."""
     before = is_on(low)
     for _ in range(_HALVINGS):
         middle = (low + high) / 2

@@ -39,7 +39,8 @@ class Track:
         min_singular_value_index: The pose index of the smallest singular value.
         at_rate_limit: For each coordinate name, the steps with an active rate limit. Fixed
             coordinates, and coordinates that never reach a rate limit, are not listed.
-        at_limit: For each coordinate name, the steps with an active position limit, if any.
+        at_limit: For each coordinate that reaches its position limit, the steps at which this limit
+            is active.
         shortened_steps: Steps that were shortened because a loop would have been open at their end.
     """
 
@@ -98,10 +99,9 @@ class TrackMethods(ManipulabilityMethods):
         moves its joints as little as possible.
 
         The singular values in the result belong to a scaled Jacobian. The angular rows of the
-        scaled Jacobian are multiplied by the characteristic length. Each column is divided by the
-        tool motion at `q_start` per unit of the coordinate. At a wrist singularity, joints rotate
-        at their maximum rates: set rate limits for such a path. The manual page "Following a path"
-        describes damping and errors.
+        scaled Jacobian are multiplied by the characteristic length. At a wrist singularity, joints
+        rotate at their maximum rates: set rate limits for such a path. The manual page "Following a
+        path" describes damping and errors.
 
         Args:
             T: (m, 4, 4) poses of the tool measured and expressed in the base frame, dt apart.
@@ -115,8 +115,8 @@ class TrackMethods(ManipulabilityMethods):
                 joint of the main chain stands for the coordinate that moves it. Singular values and
                 damping do not include the fixed coordinates.
             gain: The gain of the error correction [1/s], above 0, at most 1 / dt; 0.5 / dt if None.
-            characteristic_length: The length [m] that scales angles to distances; a smaller length
-                reduces position errors and increases orientation errors.
+            characteristic_length: The length [m] that converts angle errors to distances; a smaller
+                length reduces position errors and increases orientation errors.
                 `robot.characteristic_length` if None.
 
         Returns:

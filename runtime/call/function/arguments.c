@@ -271,7 +271,8 @@ PyObject *read_input(const Kernel *kernel, const Operand *operand, PyObject *obj
     return result;
 }
 
-/* Tests the leading dimensions of an input against the earlier inputs. Returns -1 on error. */
+/* Tests whether the leading dimensions of an input broadcast with the leading dimensions of earlier
+ * inputs. Returns -1 on error. */
 static int check_leading(const Kernel *kernel, const Operand *operand, PyArrayObject *array,
                          const LeadingShape *batch)
 {

@@ -12,14 +12,15 @@ typedef struct {
     npy_intp dims[NPY_MAXDIMS];
 } LeadingShape;
 
-/* Sorts the arguments: first each input, then out, threads and fixed. A missing argument is NULL. A
- * function with fixed= takes one other input, by position or by name. Returns -1 on error. */
+/* Sorts the arguments: first each input, then out, threads and fixed. A missing argument is a NULL
+ * pointer. A function with fixed= takes one other input, by position or by name. Returns -1 on
+ * error. */
 int bind_arguments(const Kernel *kernel, int takes_fixed, PyObject *const *args, Py_ssize_t n_args,
                    PyObject *keywords, PyObject **slots);
 
-/* Sets all kernel inputs after the first from `fixed`. The argument `fixed` is a dictionary with
- * the keys `parameters`, or a tuple of values (internal calls). Returns 1 with new references, 0 if
- * `fixed` has another form, -1 on error. */
+/* Copies the values of fixed joints to the kernel inputs. The argument `fixed` is a dictionary with
+ * the keys `parameters`, or a tuple of values (internal calls). Returns 1 with new references in
+ * `slots`, 0 if `fixed` has other keys or another size, -1 on error. */
 int spread_fixed(const Kernel *kernel, PyObject *parameters, PyObject *fixed, PyObject **slots);
 
 /* Sets *outs to the output arrays (None for a new array), or to NULL without out=. Returns -1 on
@@ -36,8 +37,7 @@ int has_override(PyObject *object);
  * possible, or NULL on error. */
 PyObject *read_input(const Kernel *kernel, const Operand *operand, PyObject *object);
 
-/* Broadcasts the leading dimensions of all inputs. Returns -1 with an error that names the
- * conflicting inputs. */
+/* Broadcasts the leading dimensions of all inputs. */
 int broadcast_inputs(const Kernel *kernel, PyObject *const *inputs, LeadingShape *batch);
 
 /* Tests that an out array has exactly the shape and type of the result. Returns -1 on error. */

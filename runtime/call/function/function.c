@@ -23,9 +23,10 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
     return 0;
 }
 
-/* The type has no tp_clear, because a call needs all members until it ends. All members exist
- * before the Function object. So a reference cycle contains an object that was changed after the
- * Function object was created. The garbage collector breaks the cycle at this object. */
+/* The type has no tp_clear, because a call needs all members until it ends. The members are created
+ * before the Function object. Therefore, a reference cycle can arise only if another object of the
+ * cycle is modified after the creation of the Function object. The garbage collector breaks the
+ * cycle at this other object. */
 static void function_dealloc(Function *self)
 {
     PyObject_GC_UnTrack(self);
@@ -72,7 +73,8 @@ static void entry_capsule_free(PyObject *capsule)
     Py_DECREF((PyObject *)PyCapsule_GetContext(capsule));
 }
 
-/* Returns a capsule with the entry, so that solvers in C call the kernel without Python. */
+/* Returns a PyCapsule of the compiled function. Solvers in C call the function through this
+ * capsule, without Python. */
 static PyObject *function_kernel(Function *self, void *Py_UNUSED(closure))
 {
     void *entry = (void *)self->kernel->entry;

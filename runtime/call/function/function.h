@@ -8,21 +8,22 @@
 typedef struct {
     PyObject_HEAD
     vectorcallfunc vectorcall;
-    const Kernel *kernel; /* the kernel, which the ufunc owns */
+    const Kernel *kernel; /* kernel that the object `ufunc` owns */
     PyObject *ufunc;
     PyObject *name, *label, *doc, *signature, *inputs, *outputs, *operations, *reduced;
-    PyObject *guard;         /* checks results that are not finite; may be NULL */
-    PyTypeObject *solutions; /* class of the solutions, or NULL if the outputs are not branches */
-    double tolerance;        /* maximum residual of a valid branch */
-    PyObject *refinement;    /* refines nearly valid branches; may be NULL */
-    double near;             /* maximum residual of a refined branch */
-    PyObject *general;       /* Python function for other calls of ik(T, *, fixed, ...), or NULL */
-    PyObject *parameters;    /* keys of fixed= for all inputs after the first; may be NULL */
+    PyObject *guard; /* guard function that is called if a result is not finite; may be NULL */
+    PyTypeObject
+        *solutions;   /* class of the solutions, or NULL if the outputs are not solution branches */
+    double tolerance; /* maximum residual of a valid branch */
+    PyObject *refinement; /* refines nearly valid branches; may be NULL */
+    double near;          /* maximum residual of a refined branch */
+    PyObject *general;    /* Python function for other calls of ik(T, *, fixed, ...), or NULL */
+    PyObject *parameters; /* keys of fixed= for all inputs after the first; may be NULL */
 } Function;
 
 extern PyTypeObject FunctionType;
 
-/* Calls the function; see dispatch.c. */
+/* Calls the function. */
 PyObject *function_vectorcall(PyObject *object, PyObject *const *args, size_t n_flagged,
                               PyObject *keywords);
 

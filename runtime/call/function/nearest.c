@@ -25,8 +25,8 @@ typedef struct {
     int is_fast; /* whether C handles calls without options */
 } Nearest;
 
-/* Writes the redundancy parameters of a seed to `values`. The redundancy parameters are the inputs
- * of the inverse after the pose. */
+/* Writes the values of the redundancy parameters at a seed to `values`. The redundancy parameters
+ * are the inputs of the inverse after the pose. */
 static void write_parameters(const Nearest *self, const double *q_seed, double *values)
 {
     if (PyTuple_CheckExact(self->parameters)) {
@@ -193,8 +193,6 @@ static int nearest_traverse(Nearest *self, visitproc visit, void *arg)
     return 0;
 }
 
-/* The type has no tp_clear, because all members are created before the Nearest object (see
- * function_dealloc). */
 static void nearest_dealloc(Nearest *self)
 {
     PyObject_GC_UnTrack(self);

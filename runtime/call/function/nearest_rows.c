@@ -6,8 +6,7 @@
 
 #define MAX_SLOTS 64 /* maximum number of solution slots per pose that C can select from */
 
-/* Solves for a block of rows. If the first pose is rounded, or a solution is inexact, the inverse
- * replaces all poses by exact poses first. */
+/* Solves for a block of rows. */
 static void solve_block(const Function *inverse, npy_intp first, npy_intp count, const Rows *rows)
 {
     const Kernel *kernel = inverse->kernel;
@@ -107,8 +106,8 @@ static int read_results(const Kernel *kernel, PyObject *results, npy_intp *n, Ro
     return read_rows(slot, NPY_INT8, *n, 1, &rows->slot, NULL);
 }
 
-/* Reads the arguments of a function of the module; `given` contains the inputs, or the solution
- * slots. Returns the inverse, or NULL on error. */
+/* Reads the arguments of a function of the module; `given` contains the input arrays, or the arrays
+ * of all solution slots. Returns the inverse, or NULL on error. */
 static const Function *read_call(PyObject *args, PyObject **given, npy_intp *n, Rows *rows)
 {
     PyObject *inverse, *seed, *moves, *results;

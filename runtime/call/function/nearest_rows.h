@@ -10,7 +10,7 @@
 #define MAX_BLOCK 32 /* maximum number of rows, so that the L1 cache holds them */
 #define N_MOVES 4    /* lower limits, upper limits, scales, periods */
 
-/* Addresses of the rows of a call, with their strides (counted in doubles). */
+/* Pointers to the first rows of a call, with strides counted in doubles. */
 typedef struct {
     const double *inputs[MAX_OPERANDS];
     ptrdiff_t steps[MAX_OPERANDS];
@@ -26,7 +26,8 @@ static inline npy_intp coordinates_of(const Kernel *kernel)
     return kernel->operands[kernel->n_inputs].dims[1];
 }
 
-/* Tests whether Python code must solve a row: for refinement, or if its matrix is not a pose. */
+/* Tests whether a row needs refinement, or contains a matrix that is not a pose. Python processes
+ * such rows. */
 static inline int is_unsettled(const Function *inverse, int slot, double residual)
 {
     return slot < 0 && ((inverse->refinement && residual <= inverse->near) || residual > DBL_MAX);

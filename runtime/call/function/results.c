@@ -15,13 +15,13 @@ PyObject *new_tuple(int n, PyObject *const *items)
 /* Indices of the outputs of a function that returns all branches, followed by `valid`. */
 enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS };
 
-/* States why poses of a batch have no valid branch. */
+/* Reasons why poses in a batch have no valid branch. */
 typedef struct {
     int refine;  /* some residual is at most `near`, so that refinement is useful */
     int no_pose; /* some residual is infinite: not a pose, or a pose of another assembly mode */
 } Unsettled;
 
-/* Examines the poses without a valid branch, among n poses with k branches each. */
+/* Examines n poses with k branches each, and finds the reasons why poses have no valid branch. */
 static Unsettled find_unsettled(npy_intp n, npy_intp k, const double *residual,
                                 const npy_bool *valid, double near)
 {
@@ -194,7 +194,8 @@ static int outputs_are_finite(const Kernel *kernel, double *const *outputs)
     return 1;
 }
 
-/* Calls the guard for a pose whose result is not finite. Returns -1 if it raises an error. */
+/* Calls the guard function for a pose with a result that is not finite. Returns -1 if it raises an
+ * error. */
 static int call_guard(Function *self, PyObject *const *inputs)
 {
     PyObject *given = new_tuple(self->kernel->n_inputs, inputs);

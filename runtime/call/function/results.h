@@ -1,8 +1,6 @@
 /* Packs results into Python objects.
  *
- * Branches of an inverse become Solutions (solutions.py), with a fourth array `valid`. A pose
- * without a valid branch may need refinement (refinement.py). If a single result is not finite, the
- * guard (guard.py) may raise an error. */
+ * Branches of an inverse become Solutions (solutions.py), with a fourth array `valid`. */
 #pragma once
 
 #include "call/function/arguments.h"
@@ -14,27 +12,25 @@ PyObject *new_tuple(int n, PyObject *const *items);
 /* Takes ownership of three results. Returns the branches as Solutions, refined if necessary. */
 PyObject *pack_branches(const Function *self, PyObject *const *inputs, PyObject **results);
 
-/* Takes ownership of a ufunc result. Returns the result, as Solutions if the outputs are branches.
- */
+/* Returns the result, as Solutions if the outputs are branches. */
 PyObject *branches_of_ufunc(const Function *self, PyObject *const *inputs, PyObject *result);
 
-/* Packs results, unless the guard raises an error for values in `memory` that are not finite. This
- * function is not inlined, so that the code for functions without a guard stays short. */
+/* Packs results. If values in `memory` are not finite, the guard function is called first; if the
+ * guard raises an error, NULL is returned. */
 PyObject *pack_guarded(Function *self, PyObject *const *inputs, double *const *memory,
                        PyObject **results, PyObject *const *outs);
 
-/* Takes ownership of a ufunc result for one pose. The result is returned unless the guard raises an
- * error. */
+/* Takes ownership of a ufunc result for one pose. Returns the result, or NULL if the guard raises
+ * an error. */
 PyObject *guard_ufunc_result(Function *self, PyObject *const *inputs, PyObject *result);
 
-/* Sets the class of the solutions and its tolerance. Returns -1 on error. */
+/* Sets the class of the solutions and the tolerance of this class. Returns -1 on error. */
 int set_solutions(Function *self, PyObject *type);
 
 /* Sets the Python function for refinement, and its maximum residual. Returns -1 on error. */
 int set_refinement(Function *self, PyObject *refinement);
 
-/* Returns one result, or a tuple of several results; takes ownership of the references. Arrays of
- * shape () become scalars, as in NumPy's functions, unless the caller passed the array. */
+/* Returns one result, or a tuple of several results; takes ownership of the references. */
 static inline PyObject *pack(const Function *self, PyObject *const *inputs, PyObject **results,
                              PyObject *const *outs)
 {

@@ -1,9 +1,9 @@
 /* Memory pool for large results.
  *
- * The library glibc returns freed blocks of 32 MB to the system. The system clears the memory
- * before it is used again. For a large batch, this takes as long as the computation. Therefore
- * large results use a memory handler (NEP 49) that keeps freed blocks for the next call. A block
- * belongs to one array or to the pool. The interpreter lock (GIL) protects the pool. */
+ * The library glibc returns freed blocks of 32 MB to the system. The operating system clears this
+ * memory before a program can use it again. Therefore large results use a memory handler (NEP 49)
+ * that keeps freed blocks for the next call. A memory block belongs either to one array or to the
+ * buffer pool. The interpreter lock (GIL) protects the pool. */
 #pragma once
 
 #include "call/kernel/python_api.h"
@@ -13,8 +13,8 @@
 /* Prepares the memory handler. Returns -1 on error. */
 int buffer_pool_init(void);
 
-/* Returns a new array of doubles in a block of the pool. If the program has set a NumPy memory
- * handler, this handler allocates the array instead. */
+/* Returns a new array of doubles in a block of the pool. If the calling program has set a NumPy
+ * memory handler, the memory handler allocates the array instead. */
 PyObject *new_large(int ndim, npy_intp *dims);
 
 /* release_memory() of the module: frees all blocks of the pool. Returns the total size of the freed

@@ -42,7 +42,7 @@ static int has_features(unsigned bits, unsigned saved)
 }
 #endif
 
-/* Returns the symbol of the kernels for this processor in a portable library. */
+/* Returns the symbol name of the kernels for this processor's instruction set. */
 static const char *kernels_of_processor(void)
 {
 #ifdef __x86_64__

@@ -1,4 +1,4 @@
-/* Kernel, one compiled function with the shapes of its operands (inputs and outputs).
+/* A kernel consists of a compiled function and the shapes of its operands (inputs and outputs).
  *
  * A Function object and its NumPy ufunc use the same kernel, which a capsule keeps alive. */
 #pragma once
@@ -22,7 +22,8 @@ typedef struct {
 typedef enum { NO_POSES, POSES_BY_RESIDUAL, POSES_JUDGED } PosesOf;
 
 typedef struct {
-    /* The two functions of the entry, for one row and for many rows; `rows` may be NULL. */
+    /* The kernel functions of `entry`: `call` computes one row, and `rows` computes many rows.
+     * `rows` may be NULL. */
     void (*call)(const double *const *inputs, double *const *outputs);
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
@@ -46,8 +47,9 @@ typedef struct {
 Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *label,
                    PyObject *inputs, PyObject *outputs);
 
-/* Marks the kernel as an inverse of poses, with forward kinematics (or NULL) and the unit length.
- * Returns -1 with a TypeError if the inputs and outputs have other shapes than such an inverse. */
+/* Marks a kernel as inverse kinematics, and stores its forward kinematics `fk` (or NULL) and its
+ * unit length. Returns -1 with a TypeError if the shapes of the inputs and outputs do not fit the
+ * inverse. */
 int set_poses(Kernel *kernel, int poses, const chasles_kernel *fk, double unit);
 
 void kernel_free(Kernel *kernel);

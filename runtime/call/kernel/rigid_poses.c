@@ -19,8 +19,8 @@ static void clear_slots(const Kernel *kernel, double *const *outputs, double res
     }
 }
 
-/* Returns the residual of a matrix that is not a pose: NaN if an entry is not finite, otherwise
- * infinity. */
+/* Returns the residual of a matrix that is not a pose: NaN if an entry of the matrix is not finite,
+ * and infinity if all entries are finite. */
 static double residual_without_pose(const double *T)
 {
     double sum = 0;
@@ -139,7 +139,8 @@ static void solve_projected(const Kernel *kernel, npy_intp n, const double *cons
     }
 }
 
-/* Runs an inverse on n rows with the code for many poses. First, poses are made rigid. */
+/* Computes an inverse for n rows with the code for batches. Nearly rigid poses are replaced by
+ * rigid transformations. */
 static void solve_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
                        const ptrdiff_t *input_steps, double *const *outputs,
                        const ptrdiff_t *output_steps)
@@ -148,7 +149,7 @@ static void solve_rows(const Kernel *kernel, npy_intp n, const double *const *in
     double *to[SLOTS_MARGIN + 1];
     npy_intp k = slots_of(kernel);
     if (kernel->poses == POSES_BY_RESIDUAL) {
-        /* Solves all rows in one call, because large results can then bypass the caches. */
+        /* One call solves all poses, because large results can then bypass the processor caches. */
         kernel->rows((size_t)n, inputs, input_steps, outputs, output_steps);
     }
     for (npy_intp first = 0; first < n; first += BLOCK) {

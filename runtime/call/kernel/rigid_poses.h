@@ -1,12 +1,12 @@
 /* Inverses of rounded poses (single precision or printed digits).
  *
- * A pose counts as rigid if the residual of one of its solutions is a rounding error. If no
- * residual of a pose is so small, the pose is tested for rigidity. Nearly rigid poses are projected
- * and solved again. Matrices that are not nearly rigid lead to NaN and infinite residuals. For
- * general arms, each matrix is tested before the solution.
+ * A pose counts as rigid if at least one of its solutions has a residual as small as a rounding
+ * error. Otherwise, the pose is tested for rigidity. A pose whose rotation
+ * matrix is nearly orthogonal is projected and solved again. Matrices that are not nearly rigid
+ * lead to NaN and infinite residuals.
  *
- * If the unit length is not 1 m, residuals are computed again as the larger of the distance and
- * the angle times the unit length. */
+ * If the unit length is not 1 m, each residual is recomputed. The new residual is the larger of the
+ * distance, and the angle times the unit length. */
 #pragma once
 
 #include <string.h>
@@ -18,7 +18,7 @@
 enum { SLOTS_Q, SLOTS_RESIDUAL, SLOTS_MARGIN };
 
 /* Tests whether four numbers differ from 0 0 0 1. Comparing the bits of the doubles is faster than
- * comparing the doubles. The shift removes the sign bit of a zero. */
+ * comparing the doubles. */
 static inline int differs_from_last_row(const double *row)
 {
     const double one = 1;
@@ -28,7 +28,8 @@ static inline int differs_from_last_row(const double *row)
     return (((bits[0] | bits[1] | bits[2]) << 1) | (bits[3] ^ bits_of_one)) != 0;
 }
 
-/* Tests whether a pose has the last row 0 0 0 1 and a solution with a residual near rounding. */
+/* Tests whether the last row of a pose is 0 0 0 1, and whether some solution has a residual of at
+ * most RIGID_TO_ROUNDING. */
 static inline int is_settled(const double *T, const double *residual, npy_intp k)
 {
     if (differs_from_last_row(T + 12)) {
@@ -46,7 +47,8 @@ static inline int is_settled(const double *T, const double *residual, npy_intp k
  * projected to SE(3) and solved again. */
 void settle_pose(const Kernel *kernel, const double *const *inputs, double *const *outputs);
 
-/* Runs an inverse with a test of each pose, or with recomputed residuals. */
+/* Solves one pose. A pose that is not rigid is projected to SE(3) or gets no solution. If
+ * `kernel->fk` is set, the residuals are recomputed. */
 void solve_judged(const Kernel *kernel, const double *const *inputs, double *const *outputs);
 
 static inline npy_intp slots_of(const Kernel *kernel)

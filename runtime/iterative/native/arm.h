@@ -8,7 +8,7 @@
 #define MAX_KERNELS 2
 #define FINALISTS 16 /* number of attempts that are refined to the nearest minimum error */
 
-/* A joint between the base and the tip. */
+/* A joint of the chain from the base to the tip. */
 typedef struct {
     int link;           /* index of the link that the joint moves */
     int joint;          /* index of the coordinate, or of the main-chain joint */
@@ -17,8 +17,8 @@ typedef struct {
 
 /* The tip frame and the compiled functions that compute its pose. If the tip is the tool, the
  * functions are fk_jacobian_mixed and hessian_mixed. If the tip is a link, the function is
- * link_poses, and the Jacobian follows from the screws up to the link. For a robot with loops,
- * chain_D_q is also needed. */
+ * link_poses, and the Jacobian is computed from the screws of the joints before the link. For a
+ * robot with loops, chain_D_q is also needed. */
 typedef struct {
     int link; /* the index of the link, -1 for the tool */
     const chasles_kernel *kernels[MAX_KERNELS];
@@ -35,27 +35,27 @@ typedef struct {
 typedef struct {
     const double *weights; /* (6,) weights of the error, linear first */
     double unit;           /* [m] the length that is equivalent to one radian */
-    double tolerance;      /* tolerance in radians and in unit lengths */
-    int in_tool_axes;      /* whether weights and error use tip axes instead of base axes */
-    int whole;  /* whether all weights are positive, so that the error is the log of a pose */
-    int budget; /* maximum number of evaluations of forward kinematics */
+    double tolerance; /* maximum residual of a solution [rad], with lengths divided by `unit` */
+    int in_tool_axes; /* whether weights and error use tip axes instead of base axes */
+    int whole;        /* whether all six weights are positive */
+    int budget;       /* maximum number of evaluations of forward kinematics */
     const unsigned char *locked; /* (n,) coordinates that keep the seed's values, or NULL */
     int n_locked;
 } Task;
 
-/* The memory of an iteration, in one block. */
+/* The memory of an iteration is a single block. */
 typedef struct {
     double *q, *trial, *halley; /* (n,): current coordinates, and the ends of two trial steps */
     double *best; /* (FINALISTS + 1, n): end configurations in order, then the best of all */
     double *J, *trial_J, *halley_J; /* (n, 6): Jacobians of the weighted error */
-    double *normal, *A;             /* (m, m): J^T J of the m free coordinates, and its copy */
-    double *gradient, *step;        /* (m,): J^T e of the free coordinates, and its copy */
-    double *scratch;                /* scratch_size doubles */
-    double *distances;              /* (n_starts,) */
-    int *free;                      /* (n,): indices of the free coordinates */
+    double *normal, *A; /* (m, m): J^T J of the m free coordinates, and a copy of this matrix */
+    double *gradient, *step; /* (m,): J^T e of the free coordinates, and a copy of this vector */
+    double *scratch;         /* scratch_size doubles */
+    double *distances;       /* (n_starts,) */
+    int *free;               /* (n,): indices of the free coordinates */
 } Workspace;
 
-/* The target of one search, and the memory of the search. */
+/* The target and the working memory of one search. */
 typedef struct {
     const Arm *arm;
     const Task *task;

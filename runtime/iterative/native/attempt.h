@@ -9,15 +9,15 @@
 #include "iterative/native/arm.h"
 #include "iterative/native/pose_error.h"
 
-/* Ends of an attempt: converged (or at the minimum error of a rounded target); at a minimum
- * error, with or without coordinates at limits; out of evaluations; the target is not a pose. */
+/* Results of an attempt. CONVERGED means that the error is within the tolerance, or that it is the
+ * minimum error of a rounded target. AT_LIMITS is a minimum of the error with coordinates at
+ * limits, and STALLED is a minimum without them. OUT_OF_BUDGET means that no evaluations are left,
+ * and NO_POSE that the target is not a pose. */
 typedef enum { CONVERGED, AT_LIMITS, STALLED, OUT_OF_BUDGET, NO_POSE } Ending;
 
-/* Iterates from work->q while steps reduce the squared error by the fraction `least_gain`. The
- * result is in work->q and *now; half_square is infinite if the start has no finite residual. */
+/* Iterates from work->q until a step reduces the squared error by less than the fraction
+ * `least_gain`. */
 Ending attempt(const Problem *problem, double least_gain, int *budget, Evaluation *now);
 
-/* Iterates from x (n,) to the minimum error, up to rounding. The minimized error is the
- * displacement, that is, translation and rotation vector. The norm of the pose logarithm would have
- * its minimum at another configuration. */
+/* Iterates from x (n,) to the minimum error, up to rounding. */
 Ending patient_attempt(const Problem *problem, const double *x, int *budget, Evaluation *now);

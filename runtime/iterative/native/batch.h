@@ -15,11 +15,12 @@ typedef struct {
     const Arm *arm;
     const Task *task;
     const double *poses, *seeds; /* poses (count, 4, 4); seeds (count, n) or NULL */
-    Results results;             /* addresses of the first results in the arrays of the batch */
+    Results results;             /* addresses of the first entries of the result arrays */
     size_t count;
     atomic_size_t next; /* the first pose that is not yet assigned to a thread */
     atomic_int out_of_memory;
-    int (*is_stopped)(void); /* called by the calling thread; a nonzero result stops all threads */
+    int (*is_stopped)(
+        void); /* the calling thread calls this function; a nonzero result stops all threads */
 } PoseBatch;
 
 /* Solves all poses on at most `threads` threads, including the calling thread. Sets out_of_memory

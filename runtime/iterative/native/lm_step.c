@@ -62,7 +62,7 @@ static double damped_step(const Problem *problem, int m, double lambda, double *
     return moved;
 }
 
-/* Writes the end of Halley's step, with J + H dq / 2 for J and dq = work->trial - work->q. */
+/* Writes the result of Halley's step, which uses J + H dq / 2 instead of J. */
 static void halley_step(const Problem *problem, const Evaluation *now, int m, double lambda)
 {
     const Workspace *work = problem->work;

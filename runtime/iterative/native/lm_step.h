@@ -14,7 +14,8 @@
 #include "iterative/native/arm.h"
 #include "iterative/native/pose_error.h"
 
-/* Writes the indices of the coordinates that can move from work->q. Returns their number. */
+/* Writes the indices of the coordinates that are free to move at the configuration work->q. Returns
+ * their number. */
 int find_free(const Problem *problem, const double *e);
 
 /* Writes J^T J and J^T e of the m free coordinates, from the columns (n, 6) of J. */
@@ -22,7 +23,7 @@ void normal_equations(const Workspace *work, const double *columns, const double
 
 /* Tries a step of the m free coordinates from work->q with damping lambda, and writes work->trial
  * and work->trial_J. Writes to *better whether the error decreases. If the error decreases, *now is
- * the evaluation at the end of the step. Each evaluation reduces the budget by 1. Returns 0 if no
- * step is possible. */
+ * the evaluation at the end of the step. Each evaluation reduces the remaining number of
+ * evaluations by 1. Returns 0 if no step is possible. */
 int lm_step(const Problem *problem, int m, double lambda, int *budget, Evaluation *now,
             int *better);

@@ -1,9 +1,8 @@
 /* The weighted error between two poses, and its Jacobian.
  *
- * If all six weights are positive, the error is the logarithm of the relative pose, a twist.
- * If a weight is 0, the error is the translation and the rotation vector, so that a rotation with
- * weight 0 does not change the translation error. The error is measured at the tip and expressed in
- * the task axes: base axes or tip axes. */
+ * If all six weights are positive, the error is the logarithm of the relative pose, a twist. If a
+ * weight is 0, the error vector consists of a translation and a rotation vector. The error is
+ * measured at the tip and expressed in the task axes: base axes or tip axes. */
 #pragma once
 
 #include <string.h>
@@ -15,7 +14,8 @@ typedef struct {
     double T[POSE];     /* the pose of the tip */
     double e[TWIST];    /* weighted error */
     double half_square; /* |e|^2 / 2 */
-    double residual;    /* larger one of distance [unit] and angle [rad], if weighted */
+    double residual; /* maximum of distance error [unit] and angle error [rad], over components with
+                        positive weight */
 } Evaluation;
 
 /* Transforms n twists or Jacobian columns (n, 6) from base axes to task axes. */
@@ -59,7 +59,7 @@ static inline void pose_error(const Task *task, const double *T, const double *t
 }
 
 /* Converts tip twists (n, 6) in task axes to derivatives of the displacement (p, w) from the tip to
- * the target, with reversed sign. In tip axes, a rotation of the tip also changes p. */
+ * the target, with reversed sign. */
 static inline void differentiate_displacement(const Task *task, const double *p, const double *w,
                                               double *columns, int n)
 {

@@ -66,8 +66,8 @@ static void refine_ends(const Problem *problem, Search *search)
     }
 }
 
-/* Searches from all start configurations and refines the best results, unless `ending` is NO_POSE.
- */
+/* Unless `ending` equals NO_POSE, searches from all start configurations and refines the best
+ * results. */
 static void search_pose(const Problem *problem, const double *seed, Ending ending,
                         const Results *results)
 {

@@ -38,8 +38,9 @@ static void copy_start(const Problem *problem, const double *seed, int start, do
     }
 }
 
-/* Writes the squared errors of the start configurations with the locked coordinates of the seed.
- * The tabulated poses of the start configurations are not valid for the seed's locked values. */
+/* Writes the squared pose errors of the start configurations if coordinates are locked at the
+ * values of the seed. The tabulated poses cannot be used, because they belong to other values of
+ * the locked coordinates. */
 static void measure_locked_starts(const Problem *problem, const double *seed, double *distances)
 {
     const Workspace *work = problem->work;

@@ -6,7 +6,7 @@
 
 #include "numerics/_tolerances.h"
 
-#define BISECTIONS 40 /* number of bisections of the scale in [0, 1], for an error of 1e-12 */
+#define BISECTIONS 40 /* number of bisections of the scale in [0, 1] */
 
 int rate_problem_new(RateProblem *p, int n)
 {
@@ -39,8 +39,7 @@ void rate_problem_free(RateProblem *p)
     free(p->memory);
 }
 
-/* Writes y = J# V with the damped inverse J#. The gain of J# is 1 / sigma, or sigma / border^2 for
- * singular values below the border. */
+/* Writes y = J# V with the damped inverse J#. */
 static void apply_damped_inverse(const RateProblem *p, const double *V, double *y)
 {
     const Svd *svd = &p->svd;
@@ -55,9 +54,8 @@ static void apply_damped_inverse(const RateProblem *p, const double *V, double *
     }
 }
 
-/* Returns the largest s in [0, 1] for which s a + b is within the bounds of all free joints,
- * otherwise -1. Joints fixed at a bound are not tested. Writes the joint whose bound
- * limits s, or -1, to *critical. */
+/* Returns the largest s in [0, 1] for which the rates s a + b respect all bounds, or -1. Writes the
+ * joint whose bound limits s, or -1, to *critical. */
 static double largest_scale(const RateProblem *p, int *critical)
 {
     double least = 0, most = 1;
@@ -87,8 +85,8 @@ static double largest_scale(const RateProblem *p, int *critical)
     return most >= least && most >= 0 ? most : -1;
 }
 
-/* Returns the s in [0, 1] for which s a is nearest to the bounds, by bisection: the derivative of
- * the squared distance increases with s. */
+/* Returns the factor s in [0, 1] for which the scaled vector s*a is nearest to the box between the
+ * bounds. Finds s by bisection. */
 static double nearest_scale(const RateProblem *p, const double *a)
 {
     double from = 0, to = 1;
@@ -118,12 +116,11 @@ static int violates_bounds(const RateProblem *p)
 }
 
 typedef struct {
-    double scale; /* the largest scale of the task within the bounds */
+    double scale; /* the largest s in [0, 1] for which the twist s V respects all bounds, or -1 */
     int critical; /* the joint that limits the scale, or -1 */
 } Candidate;
 
-/* Computes y = a + b. Vector a has the rates of the free joints that perform the task. Vector b has
- * the rates of the bounded joints, and the free-joint rates that compensate for them.  */
+/* Computes y = a + b. Vector a has the rates of the free joints that perform the task. */
 static Candidate compute_candidate(RateProblem *p)
 {
     int n = p->n;
@@ -155,14 +152,14 @@ static void keep_better(RateProblem *p, Candidate found, Candidate *best)
     }
 }
 
-/* Decomposes J for the free joints. Returns whether these free joints need no damping. */
+/* Computes the singular value decomposition of the columns of J that belong to the free joints.
+ * Returns whether damping is unnecessary for these free joints. */
 static int decompose_free(RateProblem *p)
 {
     svd_decompose(&p->svd, p->J, p->fixed);
     return p->rank <= p->svd.count && p->svd.sigma[p->rank - 1] >= p->border;
 }
 
-/* Repeatedly fixes the critical joint at its bound. */
 static void hold_one_by_one(RateProblem *p, Candidate *best)
 {
     memcpy(p->fixed, p->locked, p->n);
@@ -182,8 +179,7 @@ static void hold_one_by_one(RateProblem *p, Candidate *best)
     }
 }
 
-/* Fixes the joints that are at their bounds in the bounded least-squares solution. In contrast to
- * hold_one_by_one, the active-set method of damped_box_bound can release a fixed joint again. */
+/* Fixes the joints that are at their bounds in the bounded least-squares solution. */
 static void hold_as_in_box(RateProblem *p, Candidate *best)
 {
     DampedBox *box = &p->box;

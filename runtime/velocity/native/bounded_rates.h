@@ -22,10 +22,12 @@ typedef struct {
     double *y;                   /* (n,) the result */
     double *exact_lo, *exact_hi; /* (n,) the bounds in rad/s or m/s */
     char *limited;               /* (n,) whether a bound limits the rate of the joint */
-    char *locked; /* (n,) whether a joint has zero bounds and is excluded from the problem */
+    char *locked; /* (n,) whether both bounds of a joint are 0, so that the joint is excluded from
+                     the problem */
     char *fixed;  /* (n,) whether a joint is fixed at a bound; the SVD leaves out its column */
     Svd svd;
-    double *a, *b, *fixed_rate; /* (n,) terms of the candidate a + b; rates of the fixed joints */
+    double *a, *b, *fixed_rate; /* (n,) terms a and b of the candidate rates a + b, and rates of the
+                                   fixed joints */
     double *best_a, *best_b;    /* (n,) */
     char *best_fixed;           /* (n,) */
     DampedBox box;
@@ -38,9 +40,10 @@ int rate_problem_new(RateProblem *p, int n);
 void rate_problem_free(RateProblem *p);
 
 /* Computes the rates y for the twist s V with the largest s in [0, 1] within the bounds. Joints
- * that reach their bounds stay there; the other joints compensate for this if the task needs no
- * damping. The member p->svd must be the decomposition of J. Returns s. */
+ * that reach their bounds stay there. The other joints compensate for the missing motion, unless
+ * the task needs damping. The member p->svd must be the decomposition of J. Returns s. */
 double solve_within_bounds(RateProblem *p);
 
-/* Adds the null-space component of the secondary rates z to y, within the bounds. */
+/* Projects the secondary rates z into the null space, and adds the projection to y within the
+ * bounds. */
 void add_null_motion(RateProblem *p);

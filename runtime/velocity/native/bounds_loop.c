@@ -5,7 +5,9 @@
 #include "velocity/native/rate_loops.h"
 #include "velocity/native/strided.h"
 
-#define ULPS 8 /* maximum reduction of a rate to satisfy a limit, in units in the last place */
+#define ULPS                                                                                    \
+    8 /* a rate is reduced by up to this number of units in the last place until it satisfies a \
+         limit */
 
 enum { Q, LOWER, UPPER, RATE, ACCELERATION, PREVIOUS, DT, MIN, GREATEST, N_OPERANDS };
 enum { N_JOINT_INPUTS = DT, MIN_STEP = 6, GREATEST_STEP = 7 };
@@ -29,8 +31,8 @@ static double approach_rate(double left, double acceleration, double dt)
     return left / (ticks * dt) + acceleration * dt * (ticks - 1) / 2;
 }
 
-/* Lowers the rate by units in the last place until rounded q + sign * rate * dt is within the
- * limit. */
+/* Lowers the rate in the smallest possible steps until q + sign * rate * dt, after rounding, is
+ * within the limit. */
 static double round_before_limit(double q, double rate, double dt, double limit, double sign)
 {
     for (int i = 0; i < ULPS && rate > 0 && isfinite(rate); i++) {
@@ -62,7 +64,6 @@ static void bound_rate(const double *x, double dt, double *least, double *greate
         *least = clamp(*least, previous - change, previous + change);
         *greatest = clamp(*greatest, previous - change, previous + change);
     }
-    /* The distance to the limit and the braking rate have rounding errors. */
     double rounding = isnan(dt) ? 0 : BRAKING_ROUNDING * (fabs(q) / dt + fabs(previous));
     if (down > *greatest && down <= *greatest + rounding) {
         *greatest = down;

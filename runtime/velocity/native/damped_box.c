@@ -8,7 +8,7 @@
 #include "numerics/_orthogonal.h"
 #include "numerics/_tolerances.h"
 
-#define MAX_AGE 64 /* maximum number of decompositions before U is reset */
+#define MAX_AGE 64 /* number of decompositions after which U is reset */
 #define ROUNDS 8   /* maximum number of active-set iterations per variable */
 
 int damped_box_new(DampedBox *box, int n)
@@ -121,8 +121,8 @@ static void solve_free(DampedBox *box, int count)
     solve_symmetric(box->A, count, n, box->z);
 }
 
-/* Moves x towards z up to the first bound, and fixes the variable at this bound. Returns 0 if x
- * reaches z without meeting a bound. */
+/* Moves x on a straight line towards z until the first variable reaches a bound, and fixes this
+ * variable at the bound. Returns 0 if x reaches z without meeting a bound. */
 static int advance_to_bound(DampedBox *box, int count, const double *lower, const double *upper)
 {
     double part = 1;

@@ -4,8 +4,7 @@
  * Small singular values are damped by the rule in numerics/_tolerances.h. If x violates a bound, an
  * active-set method minimizes |J x - y|^2 + sum over i of d_i^2 (v_i . x)^2 within the bounds.
  *
- * J changes little between steps of a path. The solver reuses the rotations U: they make the rows
- * of the next J nearly orthogonal.
+ * J changes little between steps of a path.
  *
  * Source: Chiaverini, Siciliano and Egeland 1994 (numerical filtering); Maciejewski and Klein 1989
  * (reuse of U); Stark and Parker 1995 (active set). */
@@ -19,7 +18,7 @@ typedef struct {
     double border;                /* the damping threshold e */
     double least_damping;         /* the initial d */
     double damping;               /* the current value of d; see damped_box_adapt */
-    int age;                      /* number of decompositions since U was the identity */
+    int age;                      /* number of decompositions since U was reset to the identity */
     double U[TWIST * TWIST];      /* U, whose rows are u_i */
     double sigma[TWIST];          /* s_i, not sorted */
     double damping_square[TWIST]; /* d_i^2 */
@@ -40,10 +39,11 @@ void damped_box_start(DampedBox *box, double border, double damping);
 
 void damped_box_free(DampedBox *box);
 
-/* Decomposes the Jacobian J (6, n). Returns the smallest of the min(6, moving) singular values. */
+/* Computes the singular value decomposition of the Jacobian J (6, n). Returns the smallest of the
+ * min(6, moving) singular values. */
 double damped_box_decompose(DampedBox *box, const double *J);
 
-/* Computes x for y (6,) from the last decomposition, without bounds. */
+/* Computes the unbounded solution x for the right-hand side y (6,) with the last decomposition. */
 void damped_box_solve(DampedBox *box, const double *y);
 
 /* Moves the solution x of damped_box_solve to the best solution within the bounds (n,). A variable

@@ -5,7 +5,7 @@
 
 #include "numerics/_logarithm.h"
 
-#define HALVINGS 40 /* maximum number of halvings of a step that opens a loop */
+#define HALVINGS 40 /* maximum number of times that a step is halved until the loops close */
 
 int tracking_new(Tracking *t, double border, double damping)
 {
@@ -48,8 +48,8 @@ static int forward_kinematics(Tracking *t, const double *q)
     return isfinite(sum);
 }
 
-/* Writes the displacement from the tool to pose k, records its size, adapts the damping, and
- * decomposes the Jacobian, with zero columns for coordinates whose rate limit is 0. */
+/* Computes the displacement from the tool pose to pose k, and the size of this displacement. Then
+ * adapts the damping, and decomposes the Jacobian. */
 static void measure_error(Tracking *t, ptrdiff_t k)
 {
     displacement_between(t->T, t->poses + POSE * k, t->missing);
@@ -69,7 +69,8 @@ static void measure_error(Tracking *t, ptrdiff_t k)
     t->sigma[k] = damped_box_decompose(&t->box, t->scaled);
 }
 
-/* Returns coordinate j after a step, within its limits and its rate limit despite rounding. */
+/* Returns coordinate j after a step. Despite rounding errors, the result exceeds neither the limits
+ * of the coordinate nor its rate limit. */
 static double step_coordinate(const Tracking *t, int j, double from, double step)
 {
     if (t->rate[j] == 0) {
@@ -77,7 +78,7 @@ static double step_coordinate(const Tracking *t, int j, double from, double step
     }
     double most = t->rate[j] * t->dt, change = clamp(step, -most, most);
     double to = clamp(from + change, t->lower[j], t->upper[j]);
-    /* Rounding may exceed the rate limit. Then the joint change is reduced by its last bits. */
+    /* Because of rounding errors, the joint rate may exceed its limit. */
     while (fabs(to - from) > most || fabs((to - from) / t->dt) > t->rate[j]) {
         change = nextafter(change, 0);
         to = clamp(from + change, t->lower[j], t->upper[j]);

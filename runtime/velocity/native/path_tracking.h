@@ -6,7 +6,7 @@
 #include "library/_kernel.h"
 #include "velocity/native/damped_box.h"
 
-/* Active limits of a coordinate in a step: bits of Tracking.touched. */
+/* Bits of Tracking.touched: the limits of a coordinate that are active in a step. */
 enum { RATE_TOUCHED = 1, LIMIT_TOUCHED = 2, SHORTENED = 4 };
 
 typedef struct {
@@ -25,7 +25,8 @@ typedef struct {
     double *J, *scaled;             /* (6, n) */
     double *low, *high, *step;      /* (n,) bounds of the scaled step; the step in coordinates */
     double T[POSE], missing[TWIST]; /* the pose, and the displacement to the path */
-    double before, expected;        /* squared error before a step, and predicted after the step */
+    double before,
+        expected; /* squared error before a step, and the predicted squared error after the step */
 } Tracking;
 
 /* Allocates memory; 0 on failure. */

@@ -4,7 +4,7 @@
 #include "velocity/native/rate_loops.h"
 #include "velocity/native/strided.h"
 
-/* Indices of the operands, then of the strides of array operands. */
+/* Indices of the operands, then indices of the strides of array operands. */
 enum { J, V, LOWER, UPPER, SECONDARY, UNIT, ROW, BORDER, RANK, N_INPUTS };
 enum { RATES = N_INPUTS, REACHED, DAMPING, SMALLEST, DIRECTION, SCALE, LIMITED, N_OPERANDS };
 enum { J_ROW, J_COLUMN, V_STEP, LOWER_STEP, UPPER_STEP, SECONDARY_STEP, UNIT_STEP, ROW_STEP };
@@ -53,7 +53,8 @@ static int read_problem(RateProblem *p, char **args, const npy_intp *core)
     return finite;
 }
 
-/* Writes the smallest singular value, lambda^2, and the twist, whose largest entry is positive. */
+/* Writes the smallest singular value, the squared damping factor lambda^2, and the twist. The
+ * largest entry of the twist is positive. */
 static void write_smallest(const RateProblem *p, char **args, const npy_intp *core)
 {
     const double *u = p->svd.u[p->rank - 1];
