@@ -30,7 +30,7 @@ _DEGREE = 13
 """Number of decimal places of an angle in degrees (2e-15 rad). Rounding keeps angles of exactly 90
 degrees exact."""
 _SPRINGS = "\n[[springs]]"
-"""Heading of the first spring table in a robot file, after a newline."""
+"""Heading of the first spring table in a robot file, with the line break before it."""
 FloatArray = NDArray[np.float64]
 
 
@@ -46,11 +46,10 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
             solves the nominal robot first and then refines each solution. Without a nominal robot,
             the compiler rounds lengths to a grid.
 
-    The masses of an arm are written at their positions of the nominal arm with all joints at zero.
     The gain and the periodic error of a drive are written as a `[[transmissions]]` table. The
     compliance of a joint is written as a spring. The functions of the calibrated robot expect true
-    coordinates. `coordinates_from_readings` and `readings_from_coordinates` convert between true
-    coordinates and encoder readings.
+    joint coordinates, not encoder readings. `coordinates_from_readings` and
+    `readings_from_coordinates` convert between true coordinates and encoder readings.
 
     Raises:
         InputValueError: A coordinate moves several joints.
@@ -186,7 +185,7 @@ def mechanism_text(robot: Robot, p: FloatArray, name: str, source: str, nominal:
 
 
 def _has_turned(robot: Robot, p: FloatArray) -> bool:
-    """Return whether any axis direction differs from nominal."""
+    """Return whether any axis direction differs from the nominal robot."""
     return any(
         item.unit == "rad" and item.part in ("axis", "joint") and value != item.value
         for item, value in zip(robot.geometry, p, strict=True)
@@ -217,7 +216,8 @@ def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
 def load_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
     """Return two texts of a robot file: the gravity vector, and the masses with joint springs.
 
-    For a robot without masses, both texts are empty. Rigid joints have no springs.
+    For a robot without masses, the function returns two empty strings. Rigid joints have no
+    springs.
 
     Args:
         robot: The nominal arm, with parametric functions.

@@ -1,10 +1,11 @@
 """Select the configurations that determine the parameters best.
 
-B_i is the derivative of the measurements at configuration i. Each row is divided by its standard
-deviation. The covariance of the parameters is the inverse of A = sum B_i^T B_i. A D-optimal design
-maximizes det(A). A D-optimal design thus also maximizes the observability index O1 = det(A)^(1/2k)
-/ sqrt(count) for k parameters and count configurations. The search adds configurations one by one.
-The search then exchanges configurations until no exchange improves det(A).
+B_i is the derivative of the measurements at configuration i with respect to the parameters. Each
+row is divided by its standard deviation. The covariance of the parameters is the inverse of A = sum
+B_i^T B_i. A D-optimal design maximizes det(A). A D-optimal design thus also maximizes the
+observability index O1 = det(A)^(1/2k) / sqrt(count) for k parameters and count configurations. The
+search adds configurations one by one. The search then replaces selected configurations by
+candidates until no replacement increases the determinant of A.
 
 Source:
     V. V. Fedorov, Theory of Optimal Experiments, 1972, for the exchange of configurations; J. H.
@@ -40,7 +41,7 @@ _PRIOR = 1e-6
 _PASSES = 20
 """Maximum number of passes over the selected configurations."""
 _GAIN = 1e-9
-"""Minimum increase of log det(A) for which the search exchanges a configuration."""
+"""The search exchanges a configuration only if log det(A) increases by at least this value."""
 _NEXT = 10
 
 
@@ -218,7 +219,10 @@ class _Exchange:
         return chosen
 
     def _gains(self, chosen: NDArray[np.intp]) -> FloatArray:
-        """Return the (M,) increase of log det(A) by each candidate, or -inf if selected."""
+        """Return the (M,) increase of log det(A) by each candidate.
+
+        Candidates that are already selected get -inf.
+        """
         C = np.linalg.inv(self.information(chosen) + self.prior)
         r = self.B.shape[1]
         inner = np.eye(r) + (self.B @ C) @ self.B.swapaxes(-1, -2)

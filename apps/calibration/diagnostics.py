@@ -34,7 +34,7 @@ range of a prismatic joint is relative to the spread of the tool positions."""
 _ALIKE = 4
 """Decimal places to which repeated configurations agree [rad, m]."""
 FAR_OFF = 0.1, 0.01
-"""Maximum plausible change of a parameter [rad, m], beyond the change caused by noise."""
+"""Maximum plausible change of a parameter [rad, m]. Changes caused by noise are not counted."""
 
 
 def diagnose(found: Calibration) -> tuple[str, ...]:

@@ -109,7 +109,10 @@ def located(
 
 
 def _without_outliers(start: Start, T: FloatArray) -> Start:
-    """Estimate the start values without outliers, which would shift the frame of all rows."""
+    """Estimate the start values again from the measurements without outliers.
+
+    Outliers would shift the frame of all rows.
+    """
     measured = start.measurements
     sizes = measured._lengths(measured._errors(start.T_W_base @ T, start.unknowns))
     wrong = measured.configurations[sizes > OUTLYING * np.median(sizes)]

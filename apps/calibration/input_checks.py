@@ -3,9 +3,9 @@
 The nominal robot normally fits the measurements to a few percent of their spread. The calibrated
 robot fits far better than the nominal robot. If the misfit of the nominal robot exceeds a few
 percent, the checks repeat the fit with corrected input. The checks try other units, joint signs and
-zeros, and swapped joint columns. The checks also add the value of a joint to a later joint, as
-controllers of arms with parallel links do. The checks also try shifted rows, a left-handed frame
-and other orientation conventions.
+zeros, and swapped joint columns. The checks also add the value of one joint to the value of a later
+joint, as in controllers of arms with parallel links. The checks also try shifted rows, a
+left-handed frame and other orientation conventions.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ spread."""
 BETTER = 10.0
 """Factor by which a correction must reduce the nominal robot's errors."""
 MUCH_BETTER = 3.0
-"""Factor by which a correction must reduce the errors after calibration."""
+"""Minimum factor by which a correction reduces the errors after calibration."""
 _TRIED = 3
-"""Number of possible input mistakes that are examined, in the order of their misfit."""
+"""Number of input mistakes that are tested, the most likely mistakes first."""
 _LENGTHS = {
     "positions are in millimeters": 1e-3,
     "positions are in meters, not in millimeters": 1e3,
@@ -51,16 +51,15 @@ _SLIDES = {
     "prismatic coordinates are in meters, not in millimeters": 1e3,
 }
 _NEIGHBOURS = 2
-"""Maximum index difference j - i in the check for an encoder of joint j that also measures the
-motion of joint i."""
+"""The encoder of joint j may also measure the motion of joint i. The check tests index differences
+j - i up to this value."""
 _MIN_SURPLUS = 9
-"""Minimum number of redundant equations for the checks of joints, rows and conventions. With
-fewer redundant equations, wrong input may fit by chance. The unit of length is checked for any
-number of rows."""
+"""Minimum number of redundant equations for the checks of joints, rows and conventions. With fewer
+redundant equations, wrong input may fit by chance."""
 _ALIKE = 1.5
-"""Two input mistakes count as equally likely if the ratio of their misfits is at most this number.
-The mistake that is more frequent in practice is reported. For example, a wrong sign of the wrist
-pitch has the same effect as a roll zero offset of 180 deg."""
+"""Two input mistakes count as equally likely if the ratio of their misfits is at most this value.
+The error message then names the mistake that is more common in practice. For example, a wrong sign
+of the wrist pitch has the same effect as a roll zero offset of 180 deg."""
 
 
 class Mistake(NamedTuple):
@@ -81,9 +80,9 @@ class Mistake(NamedTuple):
     def comparable(self, misfit: float) -> float:
         """Return the misfit of the corrected input [m], for comparison with other corrections.
 
-        A correction that reduces all lengths reduces the misfit by the same factor. If the length
-        factor is below 1, the misfit is therefore divided by the length factor. A length factor
-        above 1 does not change the misfit.
+        A correction that multiplies all lengths by a factor below 1 also reduces the misfit by this
+        factor. Therefore, the misfit is divided by this factor. For a factor above 1, the misfit is
+        returned unchanged.
         """
         return misfit / min(self.factor, 1.0)
 
@@ -172,11 +171,11 @@ def check_input(
         q: (N, n) coordinates [rad or m].
         p: The nominal geometry.
         measurements: The measurements.
-        stated: The misfit of the uncorrected input [m].
+        stated: Misfit of the input before any correction [m].
 
     Raises:
-        InputValueError: A corrected input reduces the misfit by a factor of ten. The message states
-            the probable mistake.
+        InputValueError: A corrected input fits much better. The message states the probable
+            mistake.
     """
     moved = spread(robot.fk_p(q, p))
     if moved < MIN_SPREAD or stated <= DOUBTFUL * moved:
@@ -197,8 +196,8 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
         vary: The varied parameters.
 
     Raises:
-        InputValueError: A corrected input reduces the misfit by a factor of three. The message
-            states the probable mistake.
+        InputValueError: A corrected input fits much better. The message states the probable
+            mistake.
     """
     if not is_unexplained(found):
         return
@@ -218,7 +217,6 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
 def _tried(
     robot: Robot, q: FloatArray, p: FloatArray, measurements: Measurements
 ) -> list[tuple[float, Mistake]]:
-    """Return the misfit of the nominal robot after each correction."""
     return [
         (m.comparable(m.measurements._start(robot.fk_p(m.q, p)).misfit), m)
         for m in mistakes(robot, q, measurements)
@@ -230,7 +228,7 @@ def _misfit(pair: tuple[float, Mistake]) -> float:
 
 
 def _likely(tried: list[tuple[float, Mistake]]) -> tuple[float, Mistake]:
-    """Return the first input correction whose misfit is at most `_ALIKE` times the smallest."""
+    """Return the first input correction that fits almost as well as the best input correction."""
     least = _ALIKE * min(map(_misfit, tried))
     return next(pair for pair in tried if pair[0] <= least)
 
@@ -238,7 +236,6 @@ def _likely(tried: list[tuple[float, Mistake]]) -> tuple[float, Mistake]:
 def _pairs(
     robot: Robot, p: FloatArray, tried: list[tuple[float, Mistake]]
 ) -> Iterator[tuple[float, Mistake]]:
-    """Yield pairs of simultaneous input mistakes with the smallest misfits."""
     for _, one in sorted(tried, key=_misfit)[:_TRIED]:
         misfit, other = _likely(_tried(robot, one.q, p, one.measurements))
         words = f"{one.words}, and {other.words}"

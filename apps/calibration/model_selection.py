@@ -2,7 +2,7 @@
 
 More parameters fit the measurements better, but may predict other measurements less accurately.
 Each model is identified several times. Each identification omits one group of the configurations.
-The models are ranked by their errors on the omitted groups.
+The models are ranked by their errors at the configurations that the identification omitted.
 
 Source:
     T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning, 2009, 7.10, for
@@ -33,8 +33,8 @@ FloatArray = NDArray[np.float64]
 FOLDS = 6
 """Default number of groups of the configurations."""
 EQUAL = 1.05
-"""Maximum ratio of median errors of two models that count as equal. The median error of a hundred
-targets has a sampling uncertainty of about 5 %."""
+"""Two models are equally good if the ratio of their median errors is at most this value. The median
+error of a hundred targets has a sampling uncertainty of about 5 %."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,8 @@ CALIBRATION_MODELS = (
     ),
 )
 """Models to compare, the simplest first. The standard deviations of the models [m, rad, 1] suit
-industrial
-arms: encoder zeros within 1 degree, links made and mounted within 1 mm and 1 mrad, drives exact
-within 0.3 mrad."""
+industrial arms. They are about 1 degree for encoder zeros, 1 mm and 1 mrad for the dimensions and
+assembly of links, and 0.3 mrad for drives."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,9 +158,9 @@ def cross_validate(
 def _validation_errors(
     problem: Problem, fitted: Calibration, folds: int, *, robust: bool
 ) -> FloatArray:
-    """Return the error of each row without the row's configuration in the fit.
+    """Return the cross-validation error of each measurement row.
 
-    Each fit starts from the solution with all configurations.
+    Each fit starts from the parameters of the fit with all rows.
     """
     every, measured = np.arange(len(problem.q)), problem.measurements
     part, errors = measured.configurations[measured.rows] % folds, np.empty(len(measured.rows))

@@ -38,8 +38,8 @@ class Calibration(StudyResult):
         values: (k,) values of the variables [m, rad, 1].
         deviations: (k,) differences from the nominal parameters, or the values of unknowns.
         covariance: (k, k) covariance of the values.
-        parameter_std: Stated standard deviation of each value about nominal, or 0 if the value is
-            free.
+        parameter_std: Stated standard deviation of each value about its nominal value, or 0 for a
+            free value.
         p: All geometry parameters of the calibrated robot.
         unidentifiable: Parameters that the measurements do not determine.
         T_W_base: (4, 4) the base frame in the frame of the measuring device.
@@ -88,7 +88,7 @@ class Calibration(StudyResult):
     )
 
     def __repr__(self) -> str:
-        """A short summary with the main values."""
+        """Return a short summary with the main values."""
         return summary_repr(
             self,
             self.robot.name,
@@ -145,10 +145,7 @@ class Calibration(StudyResult):
 
     @property
     def frames(self) -> tuple[tuple[str, FloatArray], ...]:
-        """Names and poses (4, 4) of the identified base and tool frames.
-
-        The robot without tool corrections defines the nominal tool frame.
-        """
+        """Name and poses (4, 4) of the identified base and tool frames."""
         found = [("base frame in the frame of the measurements", self.T_W_base)]
         own = self.p.copy()
         own[[item.part == "tool" for item in self.robot.geometry]] = 0.0
@@ -161,7 +158,7 @@ class Calibration(StudyResult):
         return tuple(found)
 
     def __str__(self) -> str:
-        """The report as text."""
+        """Return the report as text."""
         return _report(self)
 
     def plot(self, ax: Any = None) -> Any:
@@ -208,7 +205,8 @@ class Calibration(StudyResult):
         Args:
             path: The file. Plots of a .tex report are PDF files next to the report.
             name: Name of the calibrated robot in a .toml file, or None for the stem of the path.
-            source: Source of the values in a .toml file, or "" for the source of the nominal robot.
+            source: Text for the field `source` of a .toml file. If the text is empty, the file
+                repeats the source of the nominal robot.
             nominal: Name or file of the nominal robot in a .toml file. For a robot with loops,
                 the inverse kinematics refines the solutions of the nominal robot. Without a
                 nominal robot, the compiler rounds lengths.
@@ -279,7 +277,7 @@ class Calibration(StudyResult):
         if robot is not None and robot.name != name:
             raise InputValueError(f"{path}: expected robot {name}, got robot {robot.name}")
         if robot is None and not name.isidentifier():
-            # A path in the file could load code from any folder.
+            # A robot name that is a path could load code from any folder.
             raise InputValueError(f"{path}: expected the name of a robot, got {name!r}; pass robot")
         return replace(found, robot=robot or load(name, parametric=True))
 
@@ -303,7 +301,7 @@ def _report(found: Calibration) -> str:
         "measured values",
         f"mean distance before {1e3 * before:.4g} mm, after {1e3 * after:.4g} mm",
         f"error before {found.rms_before:.4g}, after {found.rms_after:.4g} standard deviations",
-        f"noise {found.noise:.3g} times the stated one, sigma = {found.measurements._stated}",
+        f"noise {found.noise:.3g} times the stated noise, sigma = {found.measurements._stated}",
         "",
         f"{'frame':<46}{'x':>12}{'y':>12}{'z mm':>12}{'roll':>12}{'pitch':>12}{'yaw deg':>12}",
         *(f"{name:<46}{''.join(f'{x:>12}' for x in shown_numbers(T))}" for name, T in found.frames),

@@ -51,10 +51,11 @@ def _chasles(
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line.
+    """Run a chasles command from its command-line arguments.
 
     Args:
-        arguments: The arguments after the program name, or None for the arguments of the process.
+        arguments: The arguments after the program name. If None, the command-line arguments of the
+            current process are used.
 
     Returns:
         The exit status: 0 for success, 1 after an error, 2 for wrong arguments, 130 after Ctrl-C.

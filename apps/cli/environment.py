@@ -136,7 +136,7 @@ def cache(
     if clean:
         remove_abandoned_folders(folder)
         remove_abandoned_folders(derived)
-        with suppress(OSError):  # The folder is not empty if another process uses this folder.
+        with suppress(OSError):
             derived.rmdir()
     if as_json:
         print_json({"folder": str(folder), "files": len(files), "bytes": size, "removed": clean})

@@ -16,9 +16,10 @@ from .values import FloatArray, positions, shown, shown_unit
 
 _OPEN = "the loops do not close at these joints on the branch of the reference configuration"
 _SAMPLES = 200
-"""Number of random configurations to test whether an actuator depends on the unset joints."""
+"""Number of random configurations for the test whether an actuator depends on other joints."""
 _ALIKE = 1e-9
-"""Minimum change of an actuator coordinate [rad or m] that counts as dependence on a joint."""
+"""If an actuator coordinate varies by more than this value [rad or m] over the random
+configurations, the coordinate depends on other joints."""
 
 
 def add_to(app: typer.Typer) -> None:

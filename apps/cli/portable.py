@@ -1,4 +1,6 @@
-"""Write robots with kernels. A kernel is a compiled library for all processors of a platform.
+"""Write the folder of a robot with its kernel.
+
+A kernel is a compiled library that runs on all processors of a platform.
 
 On x86-64, a kernel contains the scalar code three times: for every processor, for processors with
 AVX2 and for processors with AVX-512. When the kernel is opened, the code for the processor of the
@@ -82,16 +84,17 @@ def _compile_levels(manifest: Manifest, folder: Path) -> None:
             (folder / _NAMES).write_text(_renamings(manifest, level), encoding="utf-8")
         objects.append(f"level_{level}.o")
         replace(compiler, flags=(*flags, *own, "-c")).compile([GLUE_FILE], objects[-1], folder)
-    # The flag -s removes the debugger's symbols.
+    # The flag -s removes debug symbols.
     replace(compiler, flags=("-shared", "-s")).compile(objects, "library.so", folder)
 
 
 def _processor_flags(compiler: Compiler, march: str) -> tuple[str, ...]:
     """Return the compiler flags for a value of -march, or for the default processor if empty."""
     if any(Path(word).stem in ("zig", "ziglang") for word in compiler.command):
-        # Zig writes processor names with underscores. Zig compiles for the processor in -mtune.
+        # Zig writes processor names with underscores. Zig takes -mtune as the target processor, so
+        # -mtune is omitted.
         return (f"-mcpu={march.replace('-', '_') or 'baseline'}",)
-    # Generic tuning makes code for wide vectors 40 % slower.
+    # With generic tuning, code with wide SIMD vectors is 40 % slower.
     is_wide = march not in ("", "x86-64")
     return (f"-march={march}",) * bool(march) + ("-mtune=haswell",) * is_wide
 

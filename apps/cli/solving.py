@@ -55,8 +55,8 @@ _REASONS = {"stalled": "no closer pose found"}
 _PLAIN = re.compile(r"[-+.,e\d\s]+", re.IGNORECASE)
 """Numbers without units."""
 _FAR = 20.0
-"""Maximum plausible ratio of the target's distance to the nearest reachable pose's distance, both
-from the base. If the ratio exceeds this value, the target is probably in millimeters."""
+"""Maximum plausible distance of a target from the base, relative to the distance of the nearest
+reachable pose. If the ratio exceeds this value, the target is probably in millimeters."""
 _QUATERNIONS = {"wxyz": ("w", *_XYZ), "xyzw": (*_XYZ, "w")}
 
 
@@ -256,7 +256,10 @@ def _solutions(
     nearest: bool,
     numeric: bool,
 ) -> _Found:
-    """Return the solutions. If there is no exact solution, accept rounding errors of the target."""
+    """Return the solutions.
+
+    If there is no exact solution, return solutions within the rounding errors of the target.
+    """
     if numeric:
         if task not in _WEIGHTS:
             raise InputValueError(f"--numeric solves --task {', '.join(_WEIGHTS)}, not {task}")
@@ -278,7 +281,10 @@ def _all(
     seed: FloatArray | None,
     fixed: dict[str, float] | None,
 ) -> _Found:
-    """Return all solutions. If there is no exact solution, accept rounding errors of the target."""
+    """Return all solutions.
+
+    If there is no exact solution, return solutions within the rounding errors of the target.
+    """
     if task not in arm.manifest.inverses:
         raise InputValueError(_no_closed_form(arm, task))
     if fixed and task != "pose":
@@ -357,7 +363,7 @@ def _print_solutions(arm: chasles.Robot, found: _Found, inside: Any) -> None:
         unit = "m, rad" if arm.unit_length == 1 else f"m, angles times {arm.unit_length:g} m"
         least = f"residual {found.residual:.3g} ({unit})"
     if not len(found.q):
-        # The limits may have removed solutions with a small residual.
+        # A small residual is not reported, because the limits may have removed the solutions.
         missed = (
             f"; the best branch has the {least}" if found.residual > rounding(arm) and least else ""
         )

@@ -97,7 +97,7 @@ def _words(text: str) -> list[str]:
 
 
 def coordinates(robot: Robot, text: str | None, option: str) -> FloatArray:
-    """Return the coordinates (n,) in a text, or the reference coordinates without a text."""
+    """Return the coordinates (n,) from a text, or the reference coordinates for None."""
     if text is None:
         return np.asarray(robot.q_reference, dtype=np.float64)
     units = [one.unit for one in robot.coordinates]
@@ -149,7 +149,10 @@ def shown(number: float, unit: str) -> str:
 
 
 def rounding(robot: Robot) -> float:
-    """Return the largest tool error [m] that the rounding of printed poses causes."""
+    """Return the largest pose error [m] that the rounding of printed poses causes.
+
+    Rotation errors are multiplied by `unit_length`.
+    """
     half = 0.5 * 10.0**-DECIMALS
     return max(math.sqrt(3) * half / 1000, 3 * math.radians(half) * robot.unit_length)
 

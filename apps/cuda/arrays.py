@@ -19,7 +19,7 @@ class View:
     Attributes:
         address: The address of the first number of the array.
         shape: The shape of the array.
-        real: The kind of the numbers, "float" or "double", or "" for other kinds.
+        real: The number type: "float" or "double", or "" for any other type.
     """
 
     address: int
@@ -53,7 +53,7 @@ def _dense(shape: tuple[int, ...], width: int) -> tuple[int, ...]:
 
 
 def empty(shape: tuple[int, ...], like: Any, *, is_integer: bool = False) -> Any:
-    """Return a new array on the device of `like`, of the same kind or of int32."""
+    """Return a new array on the device of `like`, with the dtype of `like` or int32."""
     package = import_module("jax.numpy" if is_jax(like) else _package(like))
     kind = package.int32 if is_integer else like.dtype
     own = {} if package.__name__ == "cupy" else {"device": like.device}

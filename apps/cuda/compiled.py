@@ -30,7 +30,7 @@ class Source:
 
 
 def read(path: Path) -> Source:
-    """Return the CUDA source in a folder, with the headers of the same folder."""
+    """Return the CUDA source file at a path, with the headers in the same folder."""
     names = ("chasles_cuda.cuh", "chasles_float.h")
     headers = {name: (path.parent / name).read_text(encoding="utf-8") for name in names}
     return Source(path.read_text(encoding="utf-8"), headers)

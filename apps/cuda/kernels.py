@@ -22,9 +22,9 @@ class Kernels:
 
     Arrays of CuPy, PyTorch or JAX must be C-contiguous, of float32 or float64, and in the memory of
     one GPU. Arrays are not copied. The last dimension of an array is the batch: q (n, count), T (4,
-    4, count). Each result is a new array of the package (CuPy, PyTorch or JAX) of the arguments. A
-    kernel runs on the current stream of CuPy or PyTorch. A call on JAX arrays waits for the kernel.
-    Calls on JAX arrays do not work inside `jax.jit`.
+    4, count). Each result is a new array from the package of the arguments (CuPy, PyTorch or JAX).
+    A kernel runs on the current stream of CuPy or PyTorch. A call on JAX arrays waits for the
+    kernel. Calls on JAX arrays do not work inside `jax.jit`.
 
     Attributes:
         robot: The robot.
@@ -55,8 +55,8 @@ class Kernels:
 
         Args:
             name: The name of the function, such as "fk", "fk_jacobian_mixed" or "ik".
-            inputs: Arrays (..., count) with the shapes of the function's inputs, then the batch
-                size.
+            inputs: One array for each input of the function, with the shape of the input and the
+                batch size as last dimension.
 
         Raises:
             InputValueError: The export does not contain the function, or an array is unsuitable.

@@ -36,7 +36,7 @@ _HALO = 1.6
 _PERIOD = 4.0
 """Duration of the motion of a single coordinate [s]."""
 _DOTS = 200
-"""Pixels per inch. A figure 8 cm wide has 630 pixels."""
+"""Pixels per inch."""
 
 
 def animate(
@@ -157,7 +157,7 @@ def _pictures(
     places: list[Places] = [{} for _ in boxes]
     for k, moment in enumerate(every):
         figure = figure_of(moment, (), has_path=True, boxes=boxes, places=places)
-        # The first frame has no path yet.
+        # The first frame shows no tool path and needs no legend.
         figure.legends[0].set_visible(k > 0)
         # Links can pass below the fixed labels, so each label gets an outline.
         halo = [withStroke(linewidth=_HALO, foreground=figure.get_facecolor())]

@@ -39,8 +39,8 @@ _AXES = ("#d55e00", "#009e73", "#0072b2")
 _GHOSTS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#999999", "#000000")
 """Colors that color-blind readers can distinguish (Okabe and Ito, 2008)."""
 MAX_GHOSTS = 3
-"""Maximum number of automatically selected additional configurations in pale colors. Readers could
-hardly distinguish more than three pale configurations."""
+"""Maximum number of additional configurations that are selected automatically and drawn in pale
+colors. Readers could hardly distinguish more than three pale configurations."""
 _VISIBLE = 1e-3
 """Maximum distance of coinciding configurations, relative to the robot size."""
 _PATH = "#cc79a7"
@@ -92,9 +92,10 @@ def draw(
             with loops. For an arm, None selects a configuration in which all joints are clearly
             visible.
         ghosts: Additional configurations in pale colors: True draws the nearest other solutions for
-            the tool pose, at most three. "modes" draws other assembly modes at q, at most three.
-            `Solutions` for one pose, or coordinates (g, n), select the configurations. If the links
-            of two solutions coincide, the legend says that the solutions coincide.
+            the tool pose, at most three. "modes" draws other assembly modes at q, at most three. A
+            `Solutions` object for one pose, or an array (g, n) of coordinates, specifies the
+            configurations to draw. If the links of two solutions coincide, the legend says that the
+            solutions coincide.
         path: The tool path of a `Trajectory`, `Motion`, `Plan` or of configurations (k, n) is
             drawn.
         views: One or more of "front", "side", "top", "axonometric" and, for planar robots, "plane".
@@ -109,7 +110,7 @@ def draw(
         OutOfReachError: Loops do not close at q.
         InputValueError: A view is unknown, axes are passed for several views, a motion belongs to a
             different robot, or `ghosts` is not possible for this robot.
-        ShapeError: The number of coordinates in q, ghosts or path is wrong.
+        ShapeError: `q`, `ghosts` or `path` has the wrong number of coordinates.
         NotInstalledError: Matplotlib is not installed: `pip install 'chasles[draw]'`.
     """
     check_type("draw: robot", robot, Robot)
@@ -182,7 +183,7 @@ def _tool_path(bodies: Skeleton, path: Any) -> FloatArray:
 
 
 def _ghosts(bodies: Skeleton, q: FloatArray, ghosts: Any) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return (body poses (g, bodies, 4, 4), labels) of the additional pale configurations."""
+    """Return (body poses (g, bodies, 4, 4), labels) of the configurations in pale colors."""
     robot = bodies.robot
     if ghosts is None or ghosts is False:
         return np.empty((0, len(bodies.bodies), 4, 4)), ()
@@ -209,8 +210,8 @@ def _modes(bodies: Skeleton, q: FloatArray, word: str) -> FloatArray:
 
 
 def redundancy_at(robot: Robot, q: FloatArray) -> dict[str, float]:
-    """Return the redundancy parameters at q (n,), for `ik(T, fixed=...)`."""
     # In robots with loops, redundancy parameters are joints of the main chain.
+    """Return the redundancy parameters at q (n,), for `ik(T, fixed=...)`."""
     theta = robot.chain(q) if robot.loops else q
     names = [joint.name for joint in robot.chain_joints]
     return {
@@ -279,7 +280,8 @@ def figure_of(
         shown: The scenes.
         labels: Legend text of each configuration that is drawn in addition to the first.
         has_path: Whether the legend lists the tool path.
-        boxes: Lower and upper corner of each view, or None for the bounding box of each scene.
+        boxes: Lower and upper corner of the region drawn for each scene, or None for the bounding
+            box of the scene.
         places: Label offsets of each view in an animation. The first frame sets the offsets for all
             frames. An animation shows no dimensions of links.
     """

@@ -207,13 +207,12 @@ class Lettering:
         return []
 
     def _is_nearest(self, place: FloatArray, dimension: Dimension) -> bool:
-        """Return whether a position is nearer to this dimension than to other dimensions."""
         others = [own for own in self.scene.dimensions if own is not dimension]
         own = _distance(place, dimension)
         return all(_distance(place, other) > own for other in others)
 
     def _crosses(self, place: FloatArray, angle: float, size: FloatArray) -> bool:
-        """Return whether a line crosses a text with size [pixels] and angle [deg]."""
+        """Return whether a line crosses a label with size [pixels] and angle [deg]."""
         c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
         turned = [(ends - self.to_pixels(place)) @ [[c, -s], [s, c]] for ends in self.lines]
         return _inside((*(-size / 2), *(size / 2)), *turned) > 0
@@ -224,7 +223,7 @@ class Lettering:
         tried: list[tuple[float, FloatArray, float]],
         corners: FloatArray | None = None,
     ) -> float:
-        """Move a text to the position of minimum cost, and return the cost.
+        """Move a text to the position with the smallest cost, and return this cost.
 
         Args:
             text: The text.
@@ -278,7 +277,7 @@ def _decimals(lengths: list[float]) -> int:
 
 
 def _distance(place: FloatArray, dimension: Dimension) -> float:
-    """Return the distance of a position from the line of a dimension [m]."""
+    """Return the distance [m] from a position to a dimension line."""
     vector = dimension.b - dimension.a
     part = np.clip((place - dimension.a) @ vector / (vector @ vector), 0, 1)
     return float(np.linalg.norm(place - dimension.a - part * vector))

@@ -24,7 +24,7 @@ _STROKES = 6
 _HALF_GROUND = 2.6
 """Half the length of the hatched ground line under a joint, in drawing units."""
 _LATER = 1e-6
-"""Depth offset that draws a detail of a symbol on top of the symbol, in drawing units."""
+"""Depth offset [drawing units] that draws a detail of a symbol on top of the symbol."""
 _EDGE_ON = 0.25
 """Minimum length of a projected unit vector. A unit vector whose projection is shorter than this
 value is drawn as if it points along the line of sight."""
@@ -143,7 +143,6 @@ class _Marks:
                 yield from self._shape(body, shape, points, axis)
 
     def _points_of(self, kind: str) -> dict[str, FloatArray]:
-        """Return the last point of each shape of the kind `kind`, keyed by joint name."""
         return {
             shape.name: _moved(T, np.array(shape.points[-1]))
             for body, T in zip(self.skeleton.bodies, self.poses, strict=True)
@@ -159,7 +158,10 @@ class _Marks:
         return self.view.depth(points) + self.unit * above
 
     def _behind(self, points: FloatArray) -> float:
-        """Return the depth of a plate's farthest point, so that lines are drawn over the plate."""
+        """Return the depth of a plate's farthest point.
+
+        A plate that is drawn at this depth lies behind the lines.
+        """
         return min(self._depth(point[None], _LEVELS["plate"]) for point in points)
 
     def _style(self, body: Body, shape: Shape) -> str:

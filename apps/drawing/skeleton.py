@@ -15,7 +15,7 @@ from chasles.summaries import summary_repr
 
 FloatArray = NDArray[np.float64]
 _PART = 0.4
-"""Drawn position between the limits (0 to 1) if the reference coordinate is at a limit."""
+"""Position of the drawn coordinate in its range (0 to 1) if the reference is at a limit."""
 __all__ = ["Body", "BodyJoint", "Shape", "Skeleton", "Span", "skeleton"]
 
 
@@ -70,7 +70,7 @@ class Skeleton:
     actuators: dict[int, int] = field(repr=False)
 
     def __repr__(self) -> str:
-        """A short summary with the names of the bodies."""
+        """Return a short summary with the names of the bodies."""
         names = ", ".join(body.name for body in self.bodies)
         return summary_repr(
             self, self.robot.name, f"{len(self.bodies)} bodies: {names}", methods="poses(q)"

@@ -14,8 +14,8 @@ from .skeleton import Skeleton
 
 FloatArray = NDArray[np.float64]
 _SAME_PLANE = 1e-6
-"""Maximum sine of the angle between axes that count as parallel. The residuals of loops solved by
-iteration are about 1e-9. In a drawing, an angle of 1e-3 between axes would be visible."""
+"""Maximum sine of the angle between parallel axes. The residuals of loops solved by iteration are
+about 1e-9."""
 _AZIMUTH, _ELEVATION = math.radians(-56), math.radians(22)
 
 

@@ -27,7 +27,7 @@ def real(name: str, values: Any) -> FloatArray:
         values: The numbers.
 
     Raises:
-        InputTypeError: The values are not real numbers.
+        InputTypeError: `values` contains complex numbers or values that are not numbers.
     """
     caller, _, argument = name.partition(": ")
     return real_array(caller, argument or "the values", values)
@@ -42,7 +42,7 @@ def finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -
         shape: The expected shape, or None to accept every shape.
 
     Raises:
-        InputTypeError: The values are not real numbers.
+        InputTypeError: `values` contains complex numbers or values that are not numbers.
         ShapeError: The array has the wrong shape.
         InputValueError: A number is NaN or infinite.
     """

@@ -8,8 +8,8 @@ tree, the virtual work of all forces is 0:
     G_j x + Q_j + tau_j = 0
 
 Q_j is the generalized force of weights and tool wrench. tau_j is the actuator force on the
-coordinate. The equations of coordinates without an actuator determine x. With this x, the equations
-of actuated coordinates determine tau.
+coordinate. For a coordinate without an actuator, tau_j is 0. The equations of these coordinates
+determine x.
 """
 
 from __future__ import annotations
@@ -60,14 +60,16 @@ class Equilibrium:
         screws: (m, bodies, 6) twist (v, omega) of each joint per unit of the joint value.
         carries: (bodies, bodies) whether the first body's joint carries the second body.
         coordinates: Indices of the tree coordinates in z, or in q for a serial robot.
-        ratios: (bodies, coordinates) joint values per unit of the coordinates.
-        lengths: (coordinates,) size of the robot for angles, and 1 for lengths.
+        ratios: (bodies, coordinates) change of the joint value of each body per unit of each
+            coordinate.
+        lengths: (coordinates,) reference length of each coordinate: the robot size if the
+            coordinate is an angle, and 1 if it is a length.
         struts: The struts (rods and cylinders), keyed by name.
         cylinders: Names of the struts with two sections.
-        driven: For each actuator, a pair (strut or row of G, motion per unit of q).
+        driven: For each actuator, a pair: the strut or the row of G that the actuator drives, and
+            the motion per unit of q.
         free_rows: The rows of G without an actuator.
-        unknowns: Names of the struts, closures and couplings with unknown forces. A closure with
-            several unknown force components occurs several times.
+        unknowns: Names of the struts, closures and couplings with unknown forces.
         unit_wrenches: (m, bodies, 6) wrenches on all bodies for the unit value of each unknown
             force.
         G: (m, coordinates, unknowns) virtual work of the unit wrenches on each coordinate.
@@ -98,7 +100,7 @@ class Equilibrium:
         self.driven = self._driven()
         places = [place for place, _ in self.driven]
         self.free_rows = [k for k in range(len(self.coordinates)) if k not in places]
-        # A cylinder without an actuator has no force.
+        # A cylinder without an actuator transmits no force.
         rods = [name for name in self.struts if name not in self.cylinders or name in places]
         self.unknowns = rods.copy()
         self.unit_wrenches = [self._strut_wrenches(name) for name in rods]
@@ -259,7 +261,7 @@ class Equilibrium:
     def _on_ends(
         self, span: Span, at: FloatArray, force: FloatArray
     ) -> list[tuple[int, FloatArray, FloatArray]]:
-        """Split a force on the axis of a strut into forces on the two ends.
+        """Split a force at a point on the axis of a strut into forces on the two ends.
 
         The lever rule distributes the transverse component to both ends. An axial force on a barrel
         or piston acts on the end of the section. An axial force on a rod is divided equally between
@@ -278,7 +280,7 @@ class Equilibrium:
         ]
 
     def tool(self, wrench: FloatArray) -> FloatArray:
-        """Return the wrenches of a force and torque (m, 6) at the tip."""
+        """Return the wrenches on all bodies due to a tool force and torque (m, 6)."""
         found = self._zeros()
         tip = self.points(self.skeleton.tip, self.skeleton.tip_placement[:3, 3])
         found[:, self.skeleton.tip] = on_line(wrench[:, :3], tip)

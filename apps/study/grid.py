@@ -1,4 +1,4 @@
-"""A grid of equal cells, and the size of the body that fills the visited cells.
+"""A grid of equal cells, and the estimated volume of the body that the visited cells cover.
 
 The estimate counts visited cells, because the density of points is not uniform. The visited cells
 have a larger volume than the body. Along a line parallel to x, the visited cells extend half a cell
@@ -7,19 +7,19 @@ and a cell that was not visited. Let h be the side of a cell. The visited cells 
 the body by h/2 times the area of the open faces. The total area of the open faces normal to x
 equals the area of the body's surface projected along x. Let c be half the number of open faces
 normal to an axis, divided by the number of visited cells. For each axis, the estimate multiplies
-the volume of the visited cells by 1 - c. The product of the factors for x, y and z is exact for
-boxes and never negative. The points are too few if a random half of the points misses many of the
-visited cells. With too few points, larger cells are used.
+the volume of the visited cells by 1 - c. The product of the volume and the factors 1 - c of all
+axes is exact for boxes and never negative. The points are too few if a random half of the points
+misses many of the visited cells. With too few points, larger cells are used.
 
 Four errors remain. First, if the surface of the body is parallel to the faces of the cells, all
 lines leave the body at the same position within a cell. For a surface parallel to cell faces, the
-excess volume is between 0 and h times the area of the open faces. There, adjacent open faces are
-coplanar. Second, the points may miss a cell that contains only a small corner of the body. The
-number of missed cells is assumed to decrease as a power of the number of points. The estimate
-compares the cells that all points visit with the cells that a random half of the points visits.
-Third, the visited cells extend beyond the body by an average margin. If the body covers few cells,
-this margin is estimated from few lines. Fourth, the correction, a product of factors 1 - c, is
-exact only for boxes.
+excess volume is between 0 and h times the area of the open faces. On such a surface, adjacent open
+faces are coplanar. Second, the points may miss a cell that contains only a small corner of the
+body. The number of missed cells is assumed to decrease as a power of the number of points. The
+estimate compares the cells that all points visit with the cells that a random half of the points
+visits. Third, the correction uses the average margin by which the visited cells extend beyond the
+body. If the body covers few cells, this margin is estimated from few lines. Fourth, the correction
+by the factors 1 - c is exact only for boxes.
 
 Source:
     L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for the area
@@ -45,24 +45,19 @@ IntArray = NDArray[np.intp]
 CountArray = NDArray[np.uint32]
 
 _GROWTH = 2 / 3
-"""Exponent of the decrease of missed cells with the number of points. The exponent is 1 for a
-surface parallel to the grid, and 1/3 for a surface that cuts off corners of cells."""
+"""The number of missed cells is assumed proportional to 1 / (number of points)^_GROWTH."""
 _SLOPING = 0.1
-"""Relative error of the volume correction at open faces that are not coplanar with their adjacent
-open faces."""
+"""Relative error of the volume correction at open faces that are not coplanar with neighbors."""
 
 
 _CHANCE = 0.5
-"""Standard error of the number of cells, per square root of the number of open faces. The unknown
-position of the grid relative to the body causes this error."""
 _SECOND = 0.5
-"""Relative error of the second-order correction. The correction is exact only for boxes."""
+"""Assumed error of the correction terms of second and higher order, as a fraction of these terms.
+"""
 _MISSED = 0.1
-"""A random half of the points may miss at most this fraction of the visited cells. If it misses
-more, the number of cells that all points miss cannot be extrapolated."""
+"""Maximum fraction of the visited cells that a random half of the points may miss."""
 _FEWEST = 4
-"""Minimum number of cells along the longest side. With fewer cells, nearly all cells are at the
-surface."""
+"""Minimum number of cells along the longest side."""
 _MAX_CELLS = 10**9
 """Maximum number of cells. The counts of a billion cells take 4 GB."""
 
@@ -86,7 +81,9 @@ class Grid:
 
     @classmethod
     def from_bounds(cls, lower: ArrayLike, upper: ArrayLike, resolution: int) -> Self:
-        """Return the grid that covers a box, with a margin of half a cell on average.
+        """Return the grid that covers a box.
+
+        The margin on each side is half a cell to one cell.
 
         Args:
             lower: (3,) lower corner [m].
@@ -168,7 +165,8 @@ def indices(grid: Grid, points: FloatArray) -> IntArray:
 
 
 _FLAT = 1e-9
-"""Maximum relative extent of a body that counts as flat along a direction."""
+"""A box counts as flat along an axis if its extent along this axis is at most this fraction of its
+largest extent."""
 
 
 class SizeEstimate(NamedTuple):
@@ -193,7 +191,7 @@ class SizeEstimate(NamedTuple):
 def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
     """Estimate the size of the body that fills the visited cells.
 
-    Adjacent cells are merged while the points are too few for the number of cells.
+    If there are too few points for the number of cells, adjacent cells are merged.
 
     Args:
         grid: The grid.
@@ -225,7 +223,7 @@ def _estimate(visited: BoolArray, halved: BoolArray) -> tuple[float, float]:
 
 
 def _joined(hits: CountArray, times: int) -> CountArray:
-    """Return the number of points in larger cells, with `times` small cells along each side."""
+    """Return the point counts after merging `times` adjacent cells along each axis."""
     if times == 1:
         return hits
     joined = hits
@@ -267,11 +265,7 @@ def _corrected(visited: BoolArray) -> tuple[float, float]:
 
 
 def _open_faces(visited: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Return the number of faces between visited and unvisited cells along each axis.
-
-    The first array counts faces that are coplanar with their adjacent faces, the second array all
-    other faces.
-    """
+    """Return the number of faces between visited and unvisited cells along each axis."""
     level, integer_at_least = np.zeros(visited.ndim), np.zeros(visited.ndim)
     padded = np.pad(visited, [(1, 1) if n > 1 else (0, 0) for n in visited.shape])
     axes = [axis for axis, n in enumerate(visited.shape) if n > 1]

@@ -167,7 +167,7 @@ def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
     for arc in found.arcs:
         axes.plot(*arc.points().T, color=_COLOR_BLIND[-1], linewidth=1.6)
     for k, curve in enumerate(singular.type_2 if singular is not None else ()):
-        label = None if k else "platform gains a freedom"
+        label = None if k else "platform gains a degree of freedom"
         axes.plot(*curve.T, _STYLES[1], color=_COLOR_BLIND[3], linewidth=1.2, label=label)
     if singular is not None and singular.type_2:
         axes.legend(loc="lower center", fontsize="small")
@@ -179,7 +179,10 @@ def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
 def plot_singularities(found: Any, ax: Any = None) -> Any:
     """Plot singular positions of a planar platform."""
     axes = _axes(ax, (4.2, 4.2))
-    names = ("type 1: a leg is stretched or folded", "type 2: the platform gains a freedom")
+    names = (
+        "type 1: a leg is stretched or folded",
+        "type 2: the platform gains a degree of freedom",
+    )
     for curves, k, name in zip((found.type_1, found.type_2), (0, 3), names, strict=True):
         for i, curve in enumerate(curves):
             label = None if i else name
@@ -191,7 +194,10 @@ def plot_singularities(found: Any, ax: Any = None) -> Any:
 
 
 def plot_section(found: Any, ax: Any = None) -> Any:
-    """Plot the border of a section. Distances on the far side of the first axis are negative."""
+    """Plot the boundary of a workspace section.
+
+    Distances on the far side of the first axis are negative.
+    """
     axes = _axes(ax, (4.2, 4.2))
     curves = [arc.points() for arc in found.section.arcs]
     if found.offset:  # The section plane does not contain the axis.

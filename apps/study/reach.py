@@ -1,8 +1,8 @@
 """Reachable poses, and the limits that exclude other poses.
 
 The inverse returns the solutions for each pose on all branches. The solutions are compared with the
-limits. A revolute joint is compared at all positions that differ by full turns. Base placement
-tests several base poses.
+limits. For a revolute joint, all values that differ by full turns are compared with the limits.
+Base placement tests several base poses.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ class Reach(StudyResult):
         robot: The robot's name.
         coordinate_names: The names of the robot's coordinates.
         n_solutions: (m, k) number of solutions within limits, for m positions and k orientations.
-            Full turns of a joint do not count as further solutions.
-        limiting_coordinate: (m, k) index of the coordinate whose limit excludes the solution with
-            the smallest excess. The index is -1 for a reached pose, and -2 for a pose that is out
-            of reach even without limits.
-        grid: The grid with the positions as cell centers, or None if the targets are not a grid.
+            Solutions that differ only by full turns of a joint count as one solution.
+        limiting_coordinate: (m, k) index of the coordinate that is beyond its limit, in the
+            solution that exceeds the limits the least. The index is -1 for a reached pose, and -2
+            for a pose that is out of reach even without limits.
+        grid: The grid whose cell centers are the positions, or None if the targets are not a grid.
     """
 
     _parts = (Grid,)
@@ -129,7 +129,7 @@ def reach(
     client: Any = None,
     progress: bool | None = None,
 ) -> Reach:
-    """Return for which tool poses `ik` has solutions within the coordinate limits.
+    """Return which tool poses `ik` reaches within the coordinate limits.
 
     Args:
         robot: A robot with `ik`.
@@ -138,7 +138,7 @@ def reach(
         orientations: (k, 3, 3) tool orientations at every position. The default is
             `uniform_orientations(20)`.
         redundancy_samples: Number of values of each redundancy parameter of `ik`, evenly spaced
-            within its limits. The solutions for all redundancy values are counted.
+            within its limits.
         threads: Number of threads in this process or in each worker, or "all" for one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
         progress: Whether to show a progress bar. If None, the bar is shown in a terminal.
@@ -281,8 +281,7 @@ def _redundancy_values(robot: Robot, count: int) -> FloatArray:
 class _Tally:
     """Number of solutions and limit code of each pose.
 
-    Each pose is solved in one piece of work and has zeros in the tallies of other pieces. The sum
-    of all tallies therefore contains the results of all poses.
+    The tally of one piece of the work contains zeros for the poses of the other pieces.
     """
 
     def __init__(self, count: int) -> None:
@@ -327,7 +326,8 @@ class _ReachJob:
             ]
             solutions, limiting = (np.array(column) for column in zip(*found, strict=True))
             tally.n_solutions[some] = np.minimum(solutions.sum(0), _MAX_COUNT)
-            # The codes of limits are larger than the code for poses out of reach.
+            # The codes of limits are larger than the code of an unreachable pose. The maximum code
+            # therefore names a limit if at least one code names a limit.
             tally.limiting[some] = np.where(solutions.any(0), FREE, limiting.max(0))
 
 
@@ -363,10 +363,7 @@ def _excess(robot: Robot, q: FloatArray, j: int, wraps: bool) -> FloatArray:
 
 
 def _limit(robot: Robot, q: FloatArray, valid: BoolArray, wraps: tuple[bool, ...]) -> IntArray:
-    """Return the coordinate with the largest limit violation.
-
-    The function selects the branch whose largest limit violation is smallest.
-    """
+    """Return the coordinate with the largest limit violation."""
     parts = np.zeros(q.shape)
     for j, wrap in enumerate(wraps):
         room = _room(robot, j, wrap)

@@ -3,10 +3,11 @@
 A cell is reachable if the inverse kinematics has a solution at its center within the joint limits.
 All solution branches are tested. A cell is subdivided down to the resolution if an adjacent cell
 has a different result. The number of tested cells therefore grows with the surface of the reachable
-region, not with its volume. The border lies between cell centers with different results. Half of
-the volume of the border cells is counted, and half of their volume is the stated error. The error
-is an upper bound if no border lies between centers with equal results. The actual error is usually
-much smaller and decreases with the cell size.
+region, not with its volume. The border lies between cell centers with different results. The volume
+includes half of the volume of the border cells. The other half is the stated error. The stated
+error is an upper bound if the border never passes between two adjacent centers that are both
+reachable or both unreachable. The actual error is usually much smaller and decreases with the cell
+size.
 """
 
 from __future__ import annotations
@@ -109,7 +110,7 @@ def reachable_positions(
     Args:
         robot: A robot with `ik`, such as a platform on six legs or a delta robot.
         R_0_ee: (3, 3) the orientation, or None for the orientation at q_seed.
-        resolution: Number of cells along each side of the box, 32 times a power of two.
+        resolution: Number of cells along each side of the box: 32 times a power of two.
         q_seed: (n,) coordinates [rad or m] with a tool position near reached positions. None means
             the reference configuration.
 

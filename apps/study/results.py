@@ -1,6 +1,6 @@
 """Result files with all fields of a frozen dataclass in the .npz format.
 
-Arrays have the names of their fields. All other values are JSON text with the name "facts". The
+Arrays have the names of their fields. The entry "facts" contains all other values as JSON text. The
 text also describes nested objects such as a grid.
 """
 

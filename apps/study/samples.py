@@ -33,12 +33,11 @@ BLOCK = 1 << 12
 """Number of sample points processed at once. The cache can hold the poses and Jacobians of these
 points."""
 _BITS = 52
-"""Number of bits of a coordinate in the unit cube, one bit less than in a double."""
+"""Number of bits of a coordinate in the unit cube."""
 _NET_KEY = 0
-"""Second entry of the random seed for the Sobol net.
+"""Second number of the random seed of the Sobol sequence.
 
-Each piece of a sample set uses a random seed with a different second entry. The random numbers for
-the piece are therefore independent of the Sobol net."""
+The pieces of a sample set use the second numbers 1, 2, ..."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +49,9 @@ class Samples:
         upper: (n,) largest coordinates [rad or m].
         count: Number of points.
         sampling: "sobol", "uniform" or "grid". With "sobol", each piece is a Sobol net with its own
-            random digital shift. Each piece and the whole set are evenly distributed. With
-            "uniform", the points are random and independent. With "grid", the points are the nodes
-            of a grid with equal counts per coordinate. The grid includes both limits.
+            random digital shift. With "uniform", the points are random and independent. With
+            "grid", the points are the nodes of a grid with equal counts per coordinate. The grid
+            includes both limits.
         key: Seed of the random numbers. Equal seeds generate equal points.
     """
 
@@ -66,7 +65,10 @@ class Samples:
 
     @property
     def pieces(self) -> int:
-        """Number of pieces. The last piece may have fewer points."""
+        """Number of pieces.
+
+        The last piece may have fewer points than the other pieces.
+        """
         return -(-self.count // PIECE)
 
     def blocks(self, piece: int) -> Iterator[FloatArray]:

@@ -27,7 +27,8 @@ from .tolerances import STATICALLY_SINGULAR
 
 FloatArray = NDArray[np.float64]
 _PRESTRESSED = 1e-6
-"""Maximum squared strut force in an internal force state of norm 1.
+"""Consider internal forces of norm 1 that are in equilibrium without a load. A strut whose squared
+force is at most this value counts as free of internal force.
 
 If the squared strut force is larger than 1e-6, equilibrium does not determine the strut force."""
 
@@ -52,7 +53,7 @@ class StaticLoads(StudyResult):
         closure_names: Names of the closures: joints that close a loop between two links.
         closure_wrenches: (..., c, 6) force and moment [N, N m] from the first link of a closure on
             the second link. The point of reference is the closure's frame on the second link. The
-            axes are the base axes.
+            forces and moments are expressed in the axes of the base frame.
     """
 
     robot: str
@@ -101,9 +102,9 @@ def gravity_forces(
 ) -> FloatArray:
     """Return the forces of weights in the coordinates of the actuators.
 
-    The sign convention is the same as in `robot.actuator_forces`. At any velocity, the returned
-    forces and the weights have the same power. To hold the robot, the actuators apply the negative
-    of the returned forces.
+    The sign convention is the same as in `robot.actuator_forces`. At any velocity of the joints,
+    the power of the returned forces equals the power of the weights. To hold the robot, the
+    actuators apply the negative of the returned forces.
 
     Args:
         robot: The robot.
@@ -118,8 +119,8 @@ def gravity_forces(
 
     Raises:
         OutOfReachError: The loops of a single configuration do not close.
-        InputValueError: A mass is invalid, there are no masses, or the actuators cannot hold the
-            weights at a single configuration.
+        InputValueError: A mass is invalid, there are no masses, or q is a single configuration in
+            which the actuators cannot hold the weights.
     """
     check_type("gravity_forces: robot", robot, Robot)
     if masses is None and not robot.manifest.load.masses:
@@ -204,7 +205,7 @@ class _Solved:
         self._solve()
 
     def _solve(self) -> None:
-        """Solve the rows without an actuator for the forces x."""
+        """Compute the forces x from the equations of the coordinates without an actuator."""
         e = self.equations
         work = e.work(self.applied)
         G, rest = e.G / e.lengths[:, None], work / e.lengths
@@ -220,7 +221,7 @@ class _Solved:
             names = [e.coordinate_name(e.free_rows[k]) for k in np.flatnonzero(moved[0])]
             raise InputValueError(
                 f"{self.caller}: not in equilibrium: the load moves {', '.join(names)}, which no "
-                "actuator holds in this configuration"
+                "actuator can balance in this configuration"
             )
 
     def refuse_prestress(self) -> None:
@@ -273,7 +274,7 @@ class _Solved:
     def _filled(self, found: FloatArray) -> FloatArray:
         """Expand results of the solved configurations to the whole batch.
 
-        Configurations with open loops, and loads without a solution, have NaN.
+        The results are NaN at configurations with open loops or without a solution for the loads.
         """
         values = np.full((len(self.closed), *found.shape[1:]), np.nan)
         values[np.flatnonzero(self.closed)[self.solved]] = found[self.solved]

@@ -26,14 +26,16 @@ _PIECES_A_TASK = 64
 """Number of pieces of a sample set that a worker processes in one task. A task takes a few seconds.
 Tasks of this duration need little communication, and little work is lost if a worker is killed."""
 _TASKS_A_WORKER = 2
-"""Number of queued tasks per worker. With a queued task, a worker never waits for its next task.
-More tasks would only fill the memory with results."""
+"""Number of queued tasks per worker. With a queued task, a worker never waits for its next task."""
 _RETRIES = 5
 """Maximum number of repetitions of a task after its worker was killed."""
 
 
 class Tally(Protocol):
-    """Statistics of a part of the samples. The statistics of several parts can be merged."""
+    """Statistics of a part of the samples.
+
+    The statistics of two parts of the samples can be merged.
+    """
 
     def merge(self, other: Self) -> None:
         """Add the counts of another sample set."""
@@ -52,7 +54,7 @@ class Work(Protocol[T]):
         """Return an object with all counts at zero."""
 
     def add(self, tally: T, piece: int) -> None:
-        """Process a piece of the sample set and add its counts."""
+        """Process one piece of the sample set and add the resulting counts to this object."""
 
 
 def tallied(
@@ -71,8 +73,8 @@ def tallied(
         pieces: Number of pieces.
         threads: Number of threads of this process or of each worker, or "all" for one thread per
             core.
-        client: A `dask.distributed.Client`, whose workers share the pieces, or None for this
-            process.
+        client: A `dask.distributed.Client` whose workers share the work, or None for computation in
+            this process.
         progress: Whether to show a progress bar. With None, the bar is shown if standard error goes
             to a terminal.
         name: The name of the progress bar.

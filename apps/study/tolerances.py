@@ -3,15 +3,15 @@
 # --- motion ---
 
 ON_CURVE = 1e-11
-"""Maximum residual [m, rad] of a configuration on a curve: a hundredth of the documented
-accuracy of motions."""
+"""Maximum residual [m, rad] of a configuration on a curve."""
 IN_PLACE = 1e-12
 """If distance [m] and angle [rad] between two poses are at most this value, the poses count as
-equal. Farther than 1 m from the base, the distance is divided by the distance from the base."""
+equal. If a pose is farther than 1 m from the base, the distance between the poses is divided by the
+distance from the base."""
 STRAIGHT = 1e-9
 """Three points count as collinear if the sine of the angle between their connecting lines is at
-most 1e-9. A circle through such points has a radius of at least a billion times their distance.
-Points count as coplanar if their distance from a plane is at most 1e-9 of their extent."""
+most 1e-9. Points count as coplanar if their distance from a plane is at most 1e-9 of their extent.
+"""
 NODES_APART = 2e-3
 """Node spacing of fourth-order finite differences, relative to the curve length. The relative
 truncation error is about the fourth power of the spacing, 2e-11. Second derivatives amplify
@@ -20,19 +20,18 @@ rounding errors to about 2e-10."""
 # --- planar regions bounded by arcs ---
 
 SAME_ARC = 1e-11
-"""Maximum distance of circles that count as equal, and maximum length of arcs that count as points.
-The distance and the length are relative to the size of a region. 1e-11 is far above rounding errors
-and far below manufacturing tolerances."""
+"""Two circles count as equal up to this distance, and an arc counts as a point up to this length.
+"""
 TANGENT = 1e-12
 """Circles count as tangent if a cosine differs from 1 by less than 1e-12. This tolerance is a
 thousand times the rounding error of a cosine."""
 TEST_DISTANCE = 3e-11
-"""Distance of the test points on both sides of an arc, relative to the size of the region. For
-short arcs, the test points are closer to the arc. The distance exceeds SAME_ARC, so a test point
-does not lie on another arc that counts as equal."""
+"""Distance of the test points on both sides of an arc, relative to the size of the region. The
+distance exceeds SAME_ARC, so a test point cannot lie on another arc that counts as equal to this
+arc."""
 
 # --- static loads ---
 
 STATICALLY_SINGULAR = 1e-9
 """Relative size of values that count as 0: singular values of the equilibrium equations, unbalanced
-forces and sines of angles between axes. Poses of closed loops have errors up to 1e-12."""
+forces and sines of angles between axes."""

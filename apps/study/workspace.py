@@ -26,8 +26,7 @@ from .samples import Samples, Sampling, samples_of
 from .streaming import Threads, tallied
 
 _STARTS = 8
-"""Number of start configurations for each bound. The optimized function has only a few local
-optima."""
+"""Number of start configurations for each bound."""
 _CALLS = 1000
 """Maximum number of evaluations of an optimization."""
 _STEP = 1e-12
@@ -38,11 +37,11 @@ FloatArray = NDArray[np.float64]
 Quality = Literal["manipulability", "limit_margin", "directions"]
 
 _PATH_POINTS = 10_001
-"""Number of points on the tool path of a robot with one coordinate. The chords between the points
-give the path length."""
+"""Number of points on the tool path of a robot with one coordinate. The sum of the distances
+between adjacent points is the path length."""
 _SIDE = 8
-"""Number of belts and number of meridians on the sphere of z axes. The belts and meridians divide
-the sphere into 64 sectors."""
+"""A sphere of directions is divided into this number of latitude zones, and each zone into this
+number of longitude sectors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +109,7 @@ class Workspace(StudyResult):
         return self.path_length or size_of(self.grid, self.hits)
 
     def section(self, axis: Literal["x", "y", "z"], at: float) -> NDArray[np.uint32]:
-        """Return the hits in the layer of cells at one coordinate.
+        """Return the hits in each cell of the layer at a given coordinate along an axis.
 
         Args:
             axis: The axis normal to the section.
@@ -121,7 +120,7 @@ class Workspace(StudyResult):
             order x, y, z.
 
         Raises:
-            InputValueError: The axis is unknown, or the coordinate is outside the cells.
+            InputValueError: The axis is unknown, or the coordinate is outside the grid.
         """
         k = _axis("section", axis)
         layer = int(np.floor((finite("section: at", at) - self.grid.lower[k]) / self.grid.side))
@@ -208,7 +207,10 @@ def workspace(
 
 
 class _Counts:
-    """Counts for each cell. The last entry counts configurations with open loops."""
+    """Hits, best quality values and reached direction sectors of each cell.
+
+    The last entry counts configurations with open loops.
+    """
 
     def __init__(self, cells: int, quality: frozenset[Quality]) -> None:
         self.hits = np.zeros(cells + 1, dtype=np.uint32)
@@ -257,10 +259,10 @@ def _limit_margin(q: FloatArray, points: Samples) -> FloatArray:
 
 
 def _sector(z: FloatArray) -> NDArray[np.uint64]:
-    """Return the sectors of directions, with 8 belts of equal area and 8 meridians.
+    """Return the sector index of each direction on a grid of 8 belts and 8 meridians.
 
     Args:
-        z: (m, 3) unit vectors of the tool's z axis. A vector with NaN has the index of sector 0.
+        z: (m, 3) unit vectors of the tool's z axis.
     """
     belt = np.clip(np.nan_to_num((z[:, 2] + 1) * (_SIDE / 2)), 0, _SIDE - 1).astype(np.uint64)
     turn = np.arctan2(z[:, 1], z[:, 0]) * (_SIDE / (2 * np.pi)) + _SIDE / 2
@@ -340,7 +342,10 @@ def bounds_of(robot: Robot, points: Samples) -> FloatArray:
 
 
 def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: int) -> float:
-    """Minimize a tool coordinate from a start configuration, or maximize for sign -1."""
+    """Minimize a tool coordinate from a start configuration.
+
+    If sign is -1, the coordinate is maximized, and the negative maximum is returned.
+    """
     with requires("chasles[study]"):
         from scipy.optimize import minimize  # noqa: PLC0415
 

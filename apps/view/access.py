@@ -1,10 +1,11 @@
 """Restrict the live view to the page with the token in its address.
 
 Every program on this machine can reach a server on 127.0.0.1. A page of any web site that is open
-in the browser can also reach the server. Three checks protect the view from foreign pages. First,
-the Host header must name this machine. A Host header with the domain of a web site that points to
-127.0.0.1 is rejected. Second, the Origin of a WebSocket must be the page itself. Third, a request
-must contain the token, either in the address or in the cookie of the first response.
+in the browser can also reach the server. Three checks protect the view from pages of other web
+sites and from other programs. First, the Host header must name this machine. A Host header with the
+domain of a web site that points to 127.0.0.1 is rejected. Second, the Origin header of a WebSocket
+request must name the address of the page itself. Third, a request must contain the token, either in
+the address or in the cookie of the first response.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _STARTING = threading.Lock()
 
 @dataclass(frozen=True)
 class Access:
-    """The secret token of one view.
+    """The secret token that protects a view.
 
     Attributes:
         token: A random text in the address of the page.
@@ -49,7 +50,11 @@ class Access:
         return any(secrets.compare_digest(one.encode(), self.token.encode()) for one in given)
 
     def cookie(self, host: str) -> str:
-        """Return the Set-Cookie header. The cookie name contains the port: ports share cookies."""
+        """Return the Set-Cookie header.
+
+        The cookie name contains the port, because browsers share cookies between all ports of a
+        host.
+        """
         return f"{_cookie_name(host)}={self.token}; HttpOnly; SameSite=Strict; Path=/"
 
     @staticmethod
@@ -72,10 +77,9 @@ def _cookie_name(host: str) -> str:
 
 @contextmanager
 def checked_by(access: Access) -> Iterator[None]:
-    """Context in which a started viser server checks each request.
+    """Make every viser server that starts in this context check each request.
 
-    viser has no hook for requests. The context wraps the call of `websockets.asyncio.server.serve`
-    in viser.
+    The context wraps the call of `websockets.asyncio.server.serve` in viser.
     """
     from websockets.asyncio import server  # noqa: PLC0415
 

@@ -30,9 +30,11 @@ _NEAR_LIMIT = 0.05
 """A coordinate is near its limit if its distance to the limit is below this fraction of its
 range."""
 _NEAR_BORDER = 0.05
-"""Minimum margin of a branch. A branch with a smaller margin is near the workspace border."""
+"""Minimum margin of a branch. With a smaller margin, a branch is near the boundary of the
+workspace."""
 _STRIDE = 0.05
-"""Maximum step of a coordinate for iterated loops [rad, or relative to the robot size]."""
+"""Maximum change of a coordinate between two solutions of the loops along a straight path [rad, or
+relative to the robot size]."""
 _PLANAR_GHOSTS = 8
 """Number of branches of a planar platform with three two-link legs."""
 
@@ -41,7 +43,7 @@ class Nearness(Enum):
     """The state of a coordinate or a branch relative to its limits."""
 
     FREE = "within the limits"
-    NEAR = "near a limit or the border of reach"
+    NEAR = "near a limit or the boundary of reach"
     BEYOND = "beyond a limit"
 
 
@@ -59,7 +61,7 @@ class Displayed:
     Attributes:
         q: (n,) coordinates [rad or m].
         z: (n_z,) configuration of the loops. For a serial robot, z is q.
-        bodies: (bodies, 4, 4) poses of the skeleton's bodies in the base frame.
+        bodies: (bodies, 4, 4) poses of the bodies of the drawn skeleton in the base frame.
         tool: (4, 4) pose of the tool.
         closes: Whether the loops close at the requested coordinates. If the loops do not close, the
             previous configuration is kept.
@@ -84,7 +86,7 @@ class Ghosts:
     Attributes:
         positions: (g, bodies, 3) positions of the bodies [m].
         wxyzs: (g, bodies, 4) orientations of the bodies as quaternions.
-        scales: (g,) 1 for a ghost, 0 for an empty slot.
+        scales: (g,) drawing scale of each slot: 1 for a slot with a branch, 0 for an empty slot.
         colours: (g, 3) red, green and blue from 0 to 255.
     """
 
@@ -95,7 +97,7 @@ class Ghosts:
 
     @staticmethod
     def joined(parts: Sequence[Ghosts]) -> Ghosts:
-        """Concatenate the ghosts of several kinds."""
+        """Combine several groups of ghost robots into one group."""
         return Ghosts(
             np.concatenate([part.positions for part in parts]),
             np.concatenate([part.wxyzs for part in parts]),
@@ -112,7 +114,8 @@ class Display:
         skeleton: The bodies.
         solids: The solids of the bodies.
         start: The initial configuration, the same as in drawings.
-        most_ghosts: Maximum number of ghosts.
+        most_ghosts: Maximum number of ghosts, which show the robot on other branches with the same
+            tool pose.
         most_modes: Maximum number of assembly modes, or 0 if they are unknown.
         moved: Index of the coordinate that moves each actuated joint, keyed by joint name.
     """
@@ -160,8 +163,8 @@ class Display:
 
         Returns:
             The configuration. If the loops do not close, the result is the previous configuration.
-            If Newton's method solves the loops, the result is the last configuration with closed
-            loops on the straight path in q.
+            If Newton's method solves the loops, the result is the last configuration on the
+            straight path to q at which the loops close.
         """
         if self.robot.loop_solution == "newton":
             return self._followed(q, last)
@@ -203,7 +206,7 @@ class Display:
         return self._placed(found.z, colours, self.most_modes)
 
     def _placed(self, z: FloatArray, shown: Sequence[Colour], count: int) -> Ghosts:
-        """Return a fixed number of ghosts with configurations (g, n_z) and colors.
+        """Return `count` pale robots, of which the first g show the configurations (g, n_z).
 
         Unused ghosts have scale zero.
         """
@@ -218,7 +221,7 @@ class Display:
         return found
 
     def no_ghosts(self, count: int) -> Ghosts:
-        """Return `count` empty slots for additional pale configurations."""
+        """Return `count` invisible pale robots, which can show further configurations."""
         bodies = len(self.skeleton.bodies)
         wxyzs = np.zeros((count, bodies, 4))
         wxyzs[..., 0] = 1.0
@@ -295,7 +298,7 @@ class Display:
 
 
 def _moved(robot: Robot, bodies: Skeleton) -> dict[str, int]:
-    """Return the coordinate index of each moved joint or cylinder, keyed by symbol name."""
+    """Return the index of the coordinate that moves each joint or cylinder, by symbol name."""
     found = {}
     for body in bodies.bodies:
         k = bodies.actuator(body.joint)

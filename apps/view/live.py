@@ -37,9 +37,10 @@ _GHOST_OPACITY = 0.4
 _GIZMO = 0.2
 """Size of the tool handle relative to the robot size."""
 _CLOUD = 20_000
-"""Number of workspace points. 20,000 points show the workspace clearly, and the view still
-rotates smoothly."""
-_LEGEND = "blue: within limits · yellow: near a limit or the border of reach · red: beyond a limit"
+"""Number of workspace points in the view."""
+_LEGEND = (
+    "blue: within limits · yellow: near a limit or the boundary of reach · red: beyond a limit"
+)
 _MODES = " · purple: assembly modes at the same actuators"
 _AWAY = "The pose is out of reach: a nearby configuration with the smallest error is shown."
 _OPEN = "A loop does not close at these coordinates."
@@ -146,7 +147,8 @@ class LiveView:
         """Set the initial camera such that the robot fills the page."""
         center, radius = self._display.ball(self._display.start)
         camera = self._server.initial_camera
-        # The panel covers the right side of the page, so the robot is left of the center.
+        # The panel covers the right side of the page, so the camera shows the robot to the left of
+        # the center.
         target = center + 0.5 * radius * np.array([0.8, 0.6, 0.0])
         camera.position = tuple(target + 2.2 * radius * np.array([0.6, -0.8, 0.45]))
         camera.look_at = tuple(target)
@@ -248,8 +250,9 @@ class LiveView:
         value = min(max(q * unit.factor, low), high)
         slider = self._server.gui.add_slider(unit.label, low, high, _STEP, value)
 
-        # The function is not a coroutine. For a coroutine, viser would wake its event loop at each
-        # value that the view sets. An event has a client only if the user moved the slider.
+        # The function is not a coroutine. With a coroutine, viser would wake its event loop each
+        # time the view sets a slider value. Viser sets the client of an event only if the user
+        # moved the slider.
         def on_update(event: Any) -> None:
             if event.client_id is not None:
                 q = self.displayed.q.copy()

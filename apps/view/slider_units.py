@@ -17,13 +17,12 @@ FloatArray = NDArray[np.float64]
 _READ = {"rad": ("°", 180 / math.pi), "m": ("mm", 1000.0)}
 """Displayed unit and conversion factor for each SI unit."""
 _UNLIMITED = {"rad": math.pi, "m": 0.5}
-"""Half the range of a slider without limits [rad, or relative to the robot size]. The initial value
-is in the middle of the slider."""
+"""Half the range of a slider without limits [rad, or relative to the robot size]."""
 
 
 @dataclass(frozen=True)
 class SliderUnit:
-    """A slider of a coordinate.
+    """Unit and scale of the slider for a coordinate.
 
     Attributes:
         name: Name of the coordinate.
@@ -31,7 +30,7 @@ class SliderUnit:
         factor: Displayed units per rad or m.
         lower: Lower end of the slider [rad or m].
         upper: Upper end of the slider [rad or m].
-        limited: Whether both ends of the slider are limits of the robot.
+        limited: Whether both ends of the slider are limits of the coordinate.
     """
 
     name: str
@@ -52,8 +51,8 @@ def slider_units(robot: Robot, start: FloatArray) -> tuple[SliderUnit, ...]:
 
     Args:
         robot: The robot.
-        start: (n,) initial coordinates [rad or m]. Without a limit, the slider extends half a turn,
-            or half the robot size, from the initial coordinate.
+        start: (n,) initial coordinates [rad or m]. If a limit is missing, the slider ends half a
+            turn, or half the robot size, away from the initial coordinate.
     """
     found, length = [], skeleton(robot).size
     for k, coordinate in enumerate(robot.coordinates):

@@ -89,15 +89,15 @@ def _parts(shape: Any, body: int, radius: float, actuated: frozenset[str]) -> It
     for triangles in _surfaces(shape.kind, points, axis, radius):
         yield Solid(body, joint, colour, triangles)
     if shape.kind in ("barrel", "piston", "rod"):
-        # The ends on joints are the first end of a barrel, the last end of a piston, and both ends
-        # of a rod.
+        # Draw a ball at each joint: at the first end of a barrel, at the last end of a piston, and
+        # at both ends of a rod.
         ends = {"barrel": points[:1], "piston": points[-1:], "rod": points}[shape.kind]
         for end in ends:
             yield Solid(body, "", _PASSIVE, ball(end, 1.7 * radius))
 
 
 _SYMBOLS = frozenset({"revolute", "helical", "carriage", "ram", "piston"})
-"""Shapes that are symbols of actuated joints."""
+"""Kinds of drawn shapes that show an actuated joint."""
 _COLOURS = {
     "link": _LINK,
     "plate": _LINK,

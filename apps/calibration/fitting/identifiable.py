@@ -20,19 +20,19 @@ SEPARABLE = 1e-4
 """Minimum relative pivot of an identifiable column. A column with a smaller pivot would amplify
 noise more than ten thousand times."""
 VISIBLE = 1e-3
-"""Minimum pivot of an identifiable column, in standard deviations per 1 mm or 1 mrad. Pivots below
-this minimum come from rounding errors or second-order effects."""
+"""Minimum pivot of an identifiable column. The unit is one standard deviation of the measurements
+per 1 mm or 1 mrad of the parameter."""
 SHOWN = 0.01
 """Smallest coefficient that is shown in a combination of parameters."""
 
 
 @dataclass(frozen=True)
 class Unidentifiable:
-    """A parameter or unknown with the same effect as other parameters.
+    """A parameter or unknown whose effect can be reproduced by other parameters.
 
     Attributes:
-        name: Name of the unidentifiable parameter or unknown. An unidentifiable parameter keeps its
-            nominal value. An unidentifiable unknown keeps its start value.
+        name: Name of the parameter or unknown that cannot be identified. An unidentifiable
+            parameter keeps its nominal value. An unidentifiable unknown keeps its start value.
         combination: Names and coefficients of the parameters that have the same effect.
     """
 
@@ -40,7 +40,7 @@ class Unidentifiable:
     combination: tuple[tuple[str, float], ...]
 
     def __str__(self) -> str:
-        """The reason why the parameter is not identified, as a sentence."""
+        """Return the reason why the parameter is not identified, as a sentence."""
         if not self.combination:
             return f"{self.name} has no effect on the measurements"
         sum_ = " ".join(f"{c:+.3g} {name}" for name, c in self.combination)
@@ -53,9 +53,9 @@ def identifiable(
     """Select the identifiable columns of a derivative.
 
     Args:
-        kept: (M, u) columns of the Jacobian for the variables that are always identified, in
-            standard deviations per 1 mm or 1 mrad.
-        columns: (M, p) columns of the candidates.
+        kept: (M, u) derivatives with respect to the variables that are always identified. An entry
+            is the change of a measurement error, in standard deviations, per 1 mm or 1 mrad.
+        columns: (M, p) derivatives with respect to the other parameters.
         names: Names of the candidates.
         kept_names: Names of the variables that are always identified.
 

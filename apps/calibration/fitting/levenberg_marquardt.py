@@ -25,12 +25,12 @@ FloatArray = NDArray[np.float64]
 
 _FIRST = 1e-10
 """Initial damping relative to the largest curvature. The damping is small because start values are
-near the solution. Parameters with little effect have a relative curvature of only 1e-8."""
+near the solution."""
 _MIN_WEIGHT = 1e-10
-"""Minimum curvature of the loss relative to the curvature at 0. The exact curvature can be
-negative."""
+"""Minimum weight of an error in the matrix of the normal equations. The weight is the curvature of
+Cauchy's loss, relative to the curvature at zero error."""
 _MIN_FACTOR = 0.1
-"""Factor by which a good step changes the damping."""
+"""Minimum factor by which an accepted step changes the damping."""
 _MAX_DAMPING = 1e12
 """Maximum damping relative to the initial damping. If the damping exceeds this value, steps change
 the sum of squares only by rounding errors."""

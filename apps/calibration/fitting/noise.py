@@ -6,9 +6,9 @@ combines the measurement errors and the parameter errors:
 
     H = J^T J + s^2 D^T D
 
-The inverse of H gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). The
-fit adapts to an error, so only the fraction 1 - h of the error's variance remains. The
-sum of 1 - h is the residual number of degrees of freedom.
+The inverse of H gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). Each
+measurement error also shifts the fit. So the residual contains only the fraction 1 - h of the
+error's variance. The sum of 1 - h is the number of residual degrees of freedom.
 
 Without known standard deviations, s^2 = sum e^2 / (M - k) for M errors and k variables. With known
 standard deviations, s maximizes the marginal likelihood of the measurements. An error along a
@@ -38,23 +38,23 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 OUTLYING = 5.0
-"""Outlier limit in robust standard deviations, for many residual degrees of freedom. For few
-degrees of freedom, Student's t exceeds the limit with the probability `CHANCE`."""
+"""Outlier limit in robust standard deviations, for many residual degrees of freedom."""
 CONSISTENT = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""
 MIN_NOISE = 1e-3
-"""Minimum noise relative to the stated standard deviations, smaller than the noise of any
-device."""
+"""Minimum noise relative to the stated standard deviations. The noise of real measuring devices is
+larger."""
 _MIN_DEVIATION = 0.01
-"""Minimum robust standard deviation, relative to the stated standard deviation. If measurements are
-exact, residuals below this value come from rounding and do not indicate outliers."""
+"""Minimum robust standard deviation of a row, as a fraction of its stated standard deviation. If
+measurements are exact, residuals below this value come from rounding and do not indicate outliers.
+"""
 CHANCE = float(scipy.special.ndtr(-OUTLYING))
-"""One-sided probability of an error beyond the outlier limit."""
+"""Probability that a correct measurement exceeds the outlier limit on one side."""
 _EFFICIENCY = 0.37
 """Statistical efficiency of the median absolute deviation for a normal distribution."""
 _ESTIMATED = 0.1
-"""Minimum residual fraction 1 - h of an error that is tested as an outlier. h is the leverage of
-the measurement."""
+"""An error is tested as an outlier only if its relative variance exceeds this value. Let h be the
+leverage of an error that the fit uses. The relative variance of this error is 1 - h."""
 _STRAY = math.log(10)
 """Prior standard deviation of log s: a factor of ten in the noise s."""
 _LOG_NOISE = np.linspace(math.log(MIN_NOISE), math.log(1e6), 200)
@@ -101,8 +101,7 @@ class Linearized:
     def freedoms(self, noise: float) -> float:
         """Return the residual number of degrees of freedom.
 
-        A parameter that the measurements do not determine does not reduce the number of degrees of
-        freedom.
+        Only parameters that the measurements determine reduce the number of degrees of freedom.
         """
         if not len(self.D):
             return float(self.J.shape[0] - self.J.shape[1])
@@ -111,7 +110,8 @@ class Linearized:
     def noise(self) -> float:
         """Return the noise, relative to the stated standard deviations.
 
-        The noise is 0 if `D` is empty and there are not more errors than variables.
+        The noise is 0 if `D` has no rows and the number of errors is at most the number of
+        variables.
         """
         if len(self.D):
             return self._most_probable_noise()
@@ -127,7 +127,9 @@ class Linearized:
             noise: The previous estimate of the noise.
         """
         h = _leverages(every.J, self.inverse_root(noise))
-        # The fit minimizes only used errors. The variance of an unused error is 1 + h.
+        # Let h be the leverage of an error. If the fit uses the error, the variance of the error
+        # after the fit is 1 - h times the noise variance. Otherwise, the variance is 1 + h times
+        # the noise variance.
         kept = np.where(used, np.maximum(1 - h, 0), 1 + h)
         compared = kept > _ESTIMATED
         sizes = np.abs(every.e) / np.sqrt(np.where(compared, kept, 1))

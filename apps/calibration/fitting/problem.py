@@ -4,7 +4,7 @@ The identified parameters and unknowns minimize the sum of squared errors. Each 
 its standard deviation. The Levenberg-Marquardt iteration uses the exact derivative from the
 generated identification Jacobian. Variables are scaled by 1 mm and 1 mrad.
 
-s is the noise relative to the stated standard deviations. t_k is the standard deviation of
+Let s be the noise relative to the stated standard deviations. Let t_k be the standard deviation of
 parameter k about its nominal value. The most probable parameters p minimize the following sum:
 
     sum_i e_i^2 + sum_k (s (p_k - nominal_k) / t_k)^2
@@ -50,8 +50,8 @@ _ROUNDS = 12
 _STEP = 1e-12
 """The iteration stops below this relative change of the sum of squares and the variables."""
 _EVALUATIONS = 100
-"""Maximum number of evaluations per solution. About twenty suffice. For exact data, the iteration
-does not converge before rounding errors dominate."""
+"""Maximum number of evaluations per solution. For exact data, the iteration does not converge
+before rounding errors dominate. About twenty suffice."""
 _NEARNESS = 0.3
 """Penalty on 1 mm or 1 mrad of deviation from the nominal design, in standard deviations. The
 penalty selects one solution if parameters have the same effect."""
@@ -59,8 +59,7 @@ _PLACED = 1e-3
 """Penalty on 1 mm or 1 mrad of deviation of frames and targets from their start values."""
 _FAR = 0.1
 """Unit of the scaled frame and target variables in the first fit [m or rad]. A tool that hardly
-rotates determines target and base positions only weakly. The position estimates may then be far
-from the start values."""
+rotates determines target and base positions only weakly."""
 _NEARBY = 1e-6
 """The first fit of a robot with loops stops at this relative step."""
 _MAX_NEARBY = 200
@@ -72,8 +71,7 @@ _SAME_NOISE = 0.01
 def in_one_thread(function: Callable[Inputs, Output]) -> Callable[Inputs, Output]:
     """Run the linear algebra of a function in one thread.
 
-    The matrices are small. On a busy machine, several threads would wait for each other and be up
-    to a hundred times slower.
+    The matrices are small.
     """
 
     @functools.wraps(function)
@@ -131,7 +129,7 @@ def problem_at(
 def _whole(
     robot: Robot, q: FloatArray, start: Start, p: FloatArray, sought: IntArray, known: FloatArray
 ) -> Problem:
-    """Return the problem with all candidates and all unknowns as variables."""
+    """Return the problem in which all candidate parameters and all unknowns are variables."""
     return Problem(
         robot=robot,
         q=q,
@@ -156,11 +154,10 @@ def problem_nearby(
     *,
     robust: bool,
 ) -> Problem:
-    """Return the problem with the identifiable variables of a robot with loops.
+    """Return the calibration problem of a robot with loops, with only the identifiable variables.
 
     Parameters may be identifiable for a real robot, but not for its nominal design. For example,
     the rods of a real delta robot are not parallel. A first fit therefore varies all candidates.
-    The returned problem has the variables that are identifiable at the first fit.
 
     Args:
         first: The least-squares problem with the variables that are identifiable at the nominal
@@ -228,7 +225,7 @@ class Problem:
         q: (N, n) coordinates.
         measurements: The measurements.
         T_W_base: (4, 4) base frame in the device frame W.
-        start_geometry: Geometry parameters before the identification.
+        start_geometry: Initial values of the geometry parameters.
         fixed_unknowns: Values of the unknowns before the identification.
         sought: Indices of the identified parameters in the geometry.
         open_unknowns: Indices of the identified unknowns.
@@ -303,7 +300,7 @@ class Problem:
 
     @functools.cached_property
     def _rows(self) -> IntArray:
-        """Row index of each error."""
+        """For each error, the index of its row."""
         return self.measurements.rows
 
     @functools.cached_property
@@ -331,7 +328,7 @@ class Problem:
         )
 
     def prior_jacobian(self) -> FloatArray:
-        """Return the (t, k) derivative of `strays` with respect to the k scaled variables."""
+        """Return the derivative (t, k) of the prior deviations by k scaled variables."""
         rows = np.flatnonzero(self.known)
         found = np.zeros((len(rows), len(self.x0)))
         found[np.arange(len(rows)), rows] = SMALL / self.known[rows]
@@ -424,7 +421,7 @@ class Problem:
             agreeing[self._rows[closed][wrong]] = False
             self._linearized(fit.x, agreeing[self._rows]).inverse_root(fit.noise)
         except Undetermined:
-            return used  # If the rows with NaN were omitted, the variables would be undetermined.
+            return used
         return agreeing
 
     def noise(self, x: FloatArray, used: BoolArray) -> float:
@@ -437,7 +434,7 @@ class Problem:
         return max(at.noise(), MIN_NOISE) if len(at.D) else at.noise()
 
     def _linearized(self, x: FloatArray, kept: BoolArray) -> Linearized:
-        """Linearize the errors in the mask `kept`, and all parameter deviations, at x."""
+        """Linearize the selected measurement errors and all parameter deviations at x."""
         J = self.derivative(x)[kept] * SMALL
         return Linearized(self.errors(x)[kept], J, self.strays(x), self.prior_jacobian())
 

@@ -21,12 +21,13 @@ from .table_text import TableLine, number
 FloatArray = NDArray[np.float64]
 
 _KEPT = 0.05
-"""Maximum change of a distance between targets on a tool, relative to the motion of the targets."""
+"""Two targets count as fixed to one tool if their distance changes by less than this fraction of
+their motion."""
 _LARGEST = 720.0
-"""Maximum absolute value in a column of joint angles [deg]. Positions in millimeters usually have
-larger values."""
+"""Maximum absolute value in a column of joint angles [deg]."""
 _MIN = 3
-"""If a table has fewer rows than this number, no distance is tested for being constant."""
+"""Minimum number of complete table rows for inferring the columns. If a table has fewer complete
+rows than this number, an error asks for a header."""
 
 
 def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[str]) -> list[str]:
@@ -85,7 +86,7 @@ def _names(count: int) -> list[str]:
 
 
 def _are_targets(values: FloatArray) -> bool:
-    """Return whether columns are target positions with constant distances."""
+    """Whether the columns are positions of targets with constant mutual distances."""
     if values.shape[1] % len(AXES):
         return False
     points = values.reshape(len(values), -1, len(AXES))

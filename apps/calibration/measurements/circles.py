@@ -31,7 +31,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 MIN_TURN = 0.2
-"""Minimum arc of a circle [rad]. An arc below this minimum determines its center too poorly."""
+"""Minimum arc of a circle [rad]."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +72,8 @@ class CirclePoints(Positions):
             T: (N, 4, 4) nominal tool poses. The poses determine the joint angles.
 
         Raises:
-            InputValueError: On a circle, the tool rotates by less than 0.2 rad, or about more than
-                one axis.
+            InputValueError: Along one of the circles, the tool rotates by less than 0.2 rad, or
+                about more than one axis.
         """
         return tuple(
             _fitted(self.points[self.circle == k], _turned(T[self.circle == k], k)[1])

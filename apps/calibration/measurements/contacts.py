@@ -56,7 +56,10 @@ class _OneNumber(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error. A row contains the error of one measurement."""
+        """For each error, the index of its row.
+
+        A row contains the error of one measurement.
+        """
         return np.arange(len(self.values))
 
     @property
@@ -84,7 +87,9 @@ class _OneNumber(Measurements):
         return self
 
     def _best(self, T: FloatArray, start: Callable[[FloatArray], FloatArray]) -> Start:
-        """Return the best fit from several start targets. Several starts avoid local minima.
+        """Return the best of several fits, each with a different start position of the target.
+
+        Several starts avoid local minima.
 
         Args:
             T: (N, 4, 4) nominal tool poses.
@@ -111,8 +116,8 @@ class Distances(_OneNumber):
     """Distances of a target on the tool from a fixed point, for example measured by a ball bar.
 
     Attributes:
-        values: (N,) distances [m]. For contacts with a sphere, use the sum of the sphere radius and
-            the probe radius.
+        values: (N,) distances [m]. If a probe touches a sphere, the distance is the sum of the
+            sphere radius and the probe radius.
         sigma: Standard deviation [m].
     """
 
@@ -162,14 +167,14 @@ class SphereContacts(_OneNumber):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Names of the target in the tool frame, the center in the base frame, and the radius."""
+        """Names: target coordinates (tool frame), center coordinates (base frame), and radius."""
         return (*_point("target"), *_point("center"), "radius")
 
     def _start(self, T: FloatArray) -> Start:
         return self._best(T, lambda target: self._linear(T, target))
 
     def _linear(self, T: FloatArray, target: FloatArray) -> FloatArray:
-        """Fit the sphere linearly for a target (3,)."""
+        """Fit a sphere to the positions of a target (3,) by linear least squares."""
         # |p|^2 = 2 p . c + r^2 - |c|^2
         points = points_on_tool(T, target[None])[:, 0]
         p = points - points.mean(0)
@@ -235,7 +240,10 @@ class PlaneContacts(_OneNumber):
         return np.asarray(np.linalg.svd(np.array([self.normal]))[2][1:])
 
     def _direction(self, x: FloatArray) -> FloatArray:
-        """Return the normal for slopes x[3:5], with length 1 to first order."""
+        """Return the normal vector for the slopes x[3:5].
+
+        To first order, its length is 1.
+        """
         return np.asarray(np.array(self.normal) + x[3:5] @ self._across())
 
 
@@ -243,12 +251,13 @@ _STEP = 1e-6
 """Relative change at which the fit of the start values stops. The identification later refines the
 start values."""
 _EVALUATIONS = 50
-"""Maximum number of evaluations of the fit of the start values."""
+"""Maximum number of error evaluations in the fit of the start values."""
 _TARGETS = np.array([[0, 0, 0], [1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) * 0.06
-"""Targets at which the fit starts [m]: the tool origin, and the corners of a tetrahedron."""
+"""Start positions of the target in the fits [m]: the tool origin, and the corners of a tetrahedron.
+"""
 _HEIGHT = 0.1
-"""Minimum start distance of the fixed point from the plane of coplanar target positions, relative
-to the extent of the target positions."""
+"""If the target positions are coplanar, the start value of the fixed point has at least this
+distance from their plane. The distance is relative to the extent of the positions."""
 _FLAT = 1e-6
 """Below this relative singular value, points count as coplanar or collinear."""
 
@@ -256,10 +265,9 @@ _FLAT = 1e-6
 def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatArray]:
     """Fit the center of a sphere: solve 2 p . c + b = right for c and b by least squares.
 
-    The points p (N, 3) have mean 0, and c (3,) is the center. The function returns c, b and a
-    vector. If the points are coplanar, the vector is the normal of their plane. Coplanar points do
-    not determine the component of c along the normal. If the points are not coplanar, the vector is
-    0.
+    The points p (N, 3) have mean 0, and c (3,) is the center. If the points are coplanar, the third
+    result is the normal of their plane. Coplanar points do not determine the component of c along
+    the normal. If the points are not coplanar, the third result is 0.
     """
     _, sizes, axes = np.linalg.svd(p, full_matrices=False)
     rows = np.column_stack([2 * p, np.full(len(p), sizes[0])])

@@ -30,18 +30,19 @@ _ROUNDS = 60
 _SETTLED = 1e-6
 """The iteration stops below this relative decrease of the squared error."""
 _DAMPED = 1e-3
-"""Initial damping relative to the trace of the normal equations."""
+"""Initial damping, as a factor of the trace of the normal equations."""
 _STUCK = 1e6
 """The iteration stops at this damping, relative to the trace of the normal equations."""
 _FULL = 1e-9
 """Below this relative singular value, an unknown is undetermined."""
 _ACROSS = 0.1
-"""Below this second singular value of axis directions, the axes count as parallel."""
+"""Maximum second singular value of the directions of parallel axes."""
 _LEVER = 0.1
 """Minimum distance of points that represent an orientation [m]. At this distance, a rotation by
 0.05 mrad moves a point by 5 um."""
 _REPEATED = 0.999
-"""Orientations alone are ambiguous above this ratio of the two largest singular values."""
+"""Maximum ratio of the two largest singular values at which the orientations alone determine the
+result."""
 
 
 class Registration(NamedTuple):
@@ -159,8 +160,7 @@ class _Registrations:
     """Registration errors as a function of the rotation R alone.
 
     Targets x_j and translation c satisfy R_i x_j + c = R^T y_ij - p_i. The nominal poses have
-    orientations R_i and origins p_i. For each R, these equations are linear in x_j and c. The
-    residual is linear in R. A QR factorization compresses the residual to a few rows.
+    orientations R_i and origins p_i.
     """
 
     def __init__(self, T: FloatArray, measured: FloatArray) -> None:
@@ -188,7 +188,7 @@ class _Registrations:
         self._left = right - u[:, :rank] @ along
 
     def errors(self, R: FloatArray) -> FloatArray:
-        """Return error vectors (k, r) for rotations R (k, 3, 3).
+        """Return the position error vectors (k, r) for k candidate rotations R (k, 3, 3).
 
         The norm of an error vector is the RMS distance between computed and measured positions.
         """

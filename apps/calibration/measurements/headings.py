@@ -1,14 +1,14 @@
 """Recognition of column headings: each supported spelling and its standard name.
 
-Headings of joints q1 ... are coordinate names or q1, J1, joint_1, theta_1[deg], A1, Achse 1, rax_1,
-q[0], S L U R B T. Headings of a position x are x, X_mm, px, pos_x, tcp.x, x_measured. Headings of
-several positions are X1, x_1, P1_x, target_1_x, SMR1.X, left_x and right_x. The x columns of two
-positions may also have the headings x and x, or x and x.1. Headings of quaternions are qw, quat_w,
-orientation.w. If the joints have other names, q1 ... q4 or q0 ... q3 are also headings of
-quaternions. Headings of rotation vectors are rx, rot_x, rotvec_x. Headings of angles are roll,
-pitch, yaw, or w, p, r of FANUC, or c, b, a of KUKA. Headings of matrices are r11, R_1_1, T[0][0],
-m00, or nx, ox, ax ... Headings of target names are target, marker, SMR, point and ball. The heading
-of a station is "station".
+The heading of a joint column is the coordinate name or a common joint name. Examples are q1, J1,
+joint_1, theta_1[deg], A1, Achse 1, rax_1, q[0] and the letters S L U R B T. A column for the
+position x has the heading x, X_mm, px, pos_x, tcp.x or x_measured. Headings of several positions
+are X1, x_1, P1_x, target_1_x, SMR1.X, left_x and right_x. The x columns of two positions may also
+have the heading x twice, or the headings x and x.1. Headings of quaternions are qw, quat_w,
+orientation.w. If no joint column has these names, q1 ... q4 or q0 ... q3 are also headings of
+quaternions. Headings of rotation vectors are rx, rot_x, rotvec_x. Roll, pitch and yaw have the
+headings roll, pitch, yaw; w, p, r (FANUC); or c, b, a (KUKA). Headings of matrices are r11, R_1_1,
+T[0][0], m00, or nx, ox, ax ... Headings of target names are target, marker, SMR, point and ball.
 
 Units are written in brackets, after an underscore or a space, or without a separator: "q1 [deg]",
 "q1_deg", "J1deg". Words such as "measured", "actual" or "tracker" are ignored. Columns with
@@ -95,7 +95,7 @@ _FANUC, _KUKA = ("w", "p", "r"), ("c", "b", "a")
 _POSITIONS = frozenset((*AXES, "px", "py", "pz"))
 _DOTTED = re.compile(r"[a-zA-Z]\.\d+$")
 _COLUMNS = ("n", "o", "a")
-"""First letters of the columns of a rotation matrix in Paul's notation."""
+"""First letters of headings for a rotation matrix: Paul's names of the three columns."""
 
 
 class Column(NamedTuple):
@@ -104,7 +104,7 @@ class Column(NamedTuple):
     Attributes:
         heading: The heading without the unit.
         number: Column index, from 0.
-        unit: A key of `UNITS`, the unknown unit as written, or "" without a unit.
+        unit: A key of `UNITS`, or the text of an unknown unit, or "" if the heading has no unit.
     """
 
     heading: str
@@ -245,7 +245,10 @@ def _has_coordinates(headings: Sequence[_Heading], own: Sequence[str]) -> bool:
 def _numbered_quaternion(
     rest: Sequence[_Heading], own: Sequence[str], said: list[str]
 ) -> dict[int, str]:
-    """Find a quaternion q1 ... q4 or q0 ... q3, if the joints have other names."""
+    """Find a quaternion q1 ... q4 or q0 ... q3.
+
+    These names must not be names of joints.
+    """
     del own
     numbers = {
         int(h.tokens[-1]): h.column.number
@@ -372,7 +375,10 @@ def _targets_by_name(
 
 
 def _again(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> dict[int, str]:
-    """Find targets in repeated columns x, y, z. Pandas renames repeats to x.1, y.1, z.1."""
+    """Find the target columns if the headings x, y, z are repeated.
+
+    Pandas renames repeats to x.1, y.1, z.1.
+    """
     del own
     plain: dict[str, list[int]] = {axis: [] for axis in AXES}
     dotted: dict[int, str] = {}

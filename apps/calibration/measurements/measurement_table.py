@@ -8,9 +8,9 @@ orientation of a pose has the columns rx [deg], ry [deg], rz [deg], or qw, qx, q
 The columns of the table can be in any order. `headings.py` lists the supported headings.
 `table_text.py` lists the separators. Units are in the headings or in a row below the header. If no
 angle or no position has a unit, the unit is inferred from the values.
-:attr:`MeasurementTable.assumptions` reports the inferred unit. Without a header, columns are
-inferred from their count and values (`bare_table.py`). Empty position cells mean that the target
-was invisible. All other columns of the table are ignored.
+:attr:`MeasurementTable.assumptions` reports the inferred unit. Without a header, the number of
+columns and their values determine the meaning of each column (`bare_table.py`). Empty position
+cells mean that the target was invisible. All other columns of the table are ignored.
 """
 
 from __future__ import annotations
@@ -152,7 +152,10 @@ class _Table(NamedTuple):
     width: int
 
     def numbers(self, name: str, kind: str, *, may_be_empty: bool = False) -> FloatArray:
-        """Return a column in m or rad. A dimensionless column (kind "1") is not scaled."""
+        """Return a column, converted to meters or radians.
+
+        A dimensionless column (kind "1") is not scaled.
+        """
         factor = self._factor(self.columns[name], kind)
         return np.array([self._number(name, row, may_be_empty) for row in self.rows]) * factor
 
@@ -208,7 +211,7 @@ def _cell(row: TableLine, column: int) -> str:
 
 
 def _with_units(table: _Table, robot: Robot) -> _Table:
-    """Return the table with inferred units, if the file states no units."""
+    """Return the table with inferred units if the file states no units."""
     turning = [k for k in range(robot.n) if robot.coordinates[k].unit == "rad"]
     form = form_of(table.columns)
     turns = [name for k in turning if (name := _name_of(table, robot, k))]
@@ -308,8 +311,8 @@ def _orientations(table: _Table, form: Form) -> FloatArray:
 def _long(table: _Table, q: FloatArray) -> MeasurementTable:
     """Read a table with one row per target.
 
-    Rows of one station with equal coordinates are one configuration. If two rows of a station have
-    equal coordinates and the same target, the rows belong to two configurations.
+    If two rows of a station have equal coordinates and the same target, the rows belong to two
+    configurations.
     """
     names = table.names_of_rows(TARGET)
     targets = list(dict.fromkeys(names))

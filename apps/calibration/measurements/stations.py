@@ -71,13 +71,16 @@ class StationPositions(Measurements):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Names of the target positions in the tool frame, then of the station pose corrections."""
+        """Names of the unknown target coordinates, then names of the station pose corrections."""
         moved = (f"station{s + 1}_{name}" for s in range(1, self.count) for name in _MOVED)
         return (*self._placed.unknowns, *moved)
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error. Each visible target is a row."""
+        """For each error, the index of its row.
+
+        Each visible target is a row.
+        """
         return self._placed.rows
 
     @property
@@ -125,10 +128,12 @@ class StationPositions(Measurements):
         return np.asarray(se3.exp(self._steps(x)) @ known)
 
     def _start(self, T: FloatArray) -> Start:
-        """Estimate the frames, beginning with the station that measured the most targets.
+        """Estimate the frames of the stations.
 
-        :func:`register_points` estimates the targets from this station. If the targets are known,
-        the frames of the other stations have a closed form.
+        The estimate starts with the station that measured the most targets.
+
+        :func:`register_points` estimates the targets from this station. The targets then determine
+        the frames of the other stations in closed form.
         """
         seen = np.bincount(self.station[self.configurations], minlength=self.count)
         most = self.station == np.argmax(seen)
@@ -176,7 +181,7 @@ class StationPositions(Measurements):
 
     @property
     def _placed(self) -> Positions:
-        """The measured points as `Positions` in W."""
+        """The measured points as `Positions` in the frame W of the first station."""
         return Positions(self.points, self.sigma)
 
     def _targets(self, x: FloatArray) -> FloatArray:

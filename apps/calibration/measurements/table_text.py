@@ -19,7 +19,8 @@ _ARCHIVE = b"PK\x03\x04"
 """First bytes of a spreadsheet file, which is a ZIP archive."""
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _BEFORE_UNIT = re.compile(r"\s+(?![\[(])")
-"""Spaces that separate columns. A space before a bracket does not separate columns: "q1 [deg]"."""
+"""Groups of spaces that separate columns. A space before a bracket does not separate columns: "q1
+[deg]"."""
 _MAX_COLUMNS = 10_000
 _GROUP = 3
 """Number of digits between thousands separators."""

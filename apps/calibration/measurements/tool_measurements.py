@@ -27,8 +27,7 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 SMALL = 1e-3
-"""Default standard deviation of positions [m] and rotations [rad]. The standard deviations are also
-the scale of the variables."""
+"""Default standard deviation of positions [m] and rotations [rad]."""
 
 _XYZW = "quaternions are written x, y, z, w, not w, x, y, z"
 _WXYZ = "quaternions are written w, x, y, z, not x, y, z, w"
@@ -128,8 +127,8 @@ class Measurements(ABC):
     def _from_frame(self, T: FloatArray, start: Start) -> Start:  # noqa: ARG002
         """Update the start values for a known base frame. The tool poses T (N, 4, 4) are in W.
 
-        By default, the start values do not change. Subclasses estimate the target positions or the
-        tool frame again.
+        By default, the start values do not change. Subclasses may update the target positions or
+        the tool frame.
         """
         return start
 
@@ -139,14 +138,13 @@ class Measurements(ABC):
 
     @abstractmethod
     def _placed_as(self, other: Self) -> Self:
-        """Return these measurements with the identified frames of `other`, from the same setup."""
+        """Return a copy of the measurements with the frames that were identified for `other`."""
 
     @abstractmethod
     def _scaled(self, factor: float) -> Self:
         """Return the measurements with all lengths multiplied by a factor."""
 
     def _read_otherwise(self) -> Iterator[tuple[str, Self]]:
-        """Yield (possible mistake in the conventions, corrected measurements)."""
         return iter(())
 
     @abstractmethod
@@ -177,7 +175,7 @@ def points_on_tool(T: FloatArray, targets: FloatArray) -> FloatArray:
 def velocities_on_tool(T: FloatArray, J: FloatArray, targets: FloatArray) -> FloatArray:
     """Return the velocities (N, m, 3, p) of targets (m, 3) for mixed Jacobians J (N, 6, p).
 
-    A velocity is v + omega x (R x).
+    The velocity of a target at r in the tool frame is v + omega x (R r).
     """
     levers = np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
     turned = np.cross(J[:, None, 3:, :], levers[..., None], axis=-2)
@@ -215,7 +213,10 @@ class Positions(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error. A row contains the three errors of a visible target."""
+        """For each error, the index of its row.
+
+        A row contains the three errors of a visible target.
+        """
         return np.repeat(np.arange(int(self._seen.sum())), 3)
 
     @property
@@ -248,7 +249,7 @@ class Positions(Measurements):
         return replace(self, points=factor * self.points)
 
     def _read_otherwise(self) -> Iterator[tuple[str, Self]]:
-        """Yield a mirrored device frame. A mirrored frame corresponds to swapped axes."""
+        """Yield the measurements with mirrored x coordinates, for a left-handed device frame."""
         yield LEFT_HANDED, replace(self, points=self.points * [-1.0, 1.0, 1.0])
 
     def _start(self, T: FloatArray) -> Start:
@@ -308,7 +309,10 @@ class Poses(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error. Each pose is a row."""
+        """For each error, the index of its row.
+
+        Each pose is a row.
+        """
         return np.repeat(np.arange(len(self.T)), 6)
 
     @property

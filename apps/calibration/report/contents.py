@@ -84,7 +84,7 @@ def contents(found: Calibration) -> Contents:
         (
             *found.warnings,
             *_left_out(found),
-            *(f"Held at nominal: {item}." for item in found.unidentifiable),
+            *(f"Fixed at nominal: {item}." for item in found.unidentifiable),
         ),
     )
 

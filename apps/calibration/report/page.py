@@ -73,7 +73,8 @@ def _table(table: Table) -> str:
 
 def _svg(ax: Any) -> str:
     stream = io.StringIO()
-    # The page is reproducible, because it has no date and a fixed salt of SVG identifiers.
+    # The page is reproducible, because it contains no date and the salt of the SVG identifiers is
+    # fixed.
     with matplotlib.rc_context({"svg.hashsalt": "chasles"}):
         ax.figure.savefig(stream, format="svg", metadata={"Date": None})
     text = stream.getvalue()

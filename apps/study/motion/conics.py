@@ -6,9 +6,9 @@ P and Q. The arc is
 
     X(t) = (1 - t)^2 P + 2 t (1 - t) W + t^2 Q,    0 <= t <= 1
 
-The pole W is scaled so that W^T C W = -P^T C Q / 2. The sign of W selects one of the two arcs. For
-half an ellipse, the pole W is at infinity. Gauss quadrature on pieces gives the arc length.
-Newton's method inverts the arc length.
+The homogeneous coordinates of the pole W are scaled so that W^T C W = -P^T C Q / 2. The sign of W
+selects one of the two arcs. For half an ellipse, the pole W is at infinity. Gauss quadrature on
+pieces gives the arc length.
 
 Source:
     G. Farin, Curves and Surfaces for CAGD, chapter 12: conics as rational curves.
@@ -95,7 +95,7 @@ def conic(poses: ArrayLike) -> ConicArc:
     Raises:
         ShapeError: `poses` has the wrong shape.
         InputValueError: The positions are not coplanar, three positions are collinear, or the
-            points are not in the order along one branch of the conic.
+            positions are not in order along one branch of the conic.
     """
     T, _ = waypoints("conic", poses)
     if len(T) != _POINTS:

@@ -56,7 +56,7 @@ class PoseCurve(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class JointLine:
-    """A straight line in the coordinates. Each coordinate is a linear function of s.
+    """A straight line in the coordinates, which are linear functions of the path parameter s.
 
     Attributes:
         q_start: (n,) values at s = 0.
@@ -104,7 +104,8 @@ class TaskLine:
         start: (k,) task coordinates at the start, in the order of the inverse for the task.
         end: (k,) task coordinates at the end.
         task: "position", "position_pitch" or "planar".
-        length: Distance of the end positions [m]. If it is 0, `length` is the norm of end - start.
+        length: Distance of the end positions [m]. If this distance is 0, `length` is the norm of
+            end - start.
     """
 
     start: FloatArray
@@ -340,7 +341,7 @@ def _pose(name: str, T: ArrayLike) -> FloatArray:
 
 
 def _vector(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the displacement between two positions [m], or 0 for a rounding error."""
+    """Return the displacement from ``a`` to ``b`` [m], or 0 if it is only a rounding error."""
     step = b - a
     size = max(1.0, float(np.abs(a).max()))
     return step if np.linalg.norm(step) > IN_PLACE * size else np.zeros(step.shape)
@@ -372,10 +373,7 @@ class Spline:
 def curve_poses(
     rotations: Any, s: FloatArray, p: FloatArray, v: FloatArray, a: FloatArray
 ) -> CurvePoses:
-    """Return the poses at lengths s (m,).
-
-    `rotations` is a spline. `p`, `v` and `a` are positions, first and second derivatives.
-    """
+    """Return the poses at lengths s (m,) from positions p and their derivatives v and a."""
     R = rotations(s).as_matrix()
     # SciPy returns the angular velocity in body axes. In base axes, the derivative needs no
     # additional term, because omega x omega = 0.
@@ -478,7 +476,7 @@ def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
             pose is not rigid.
     """
     T = real(f"{name}: poses", poses)
-    if T.ndim == 2 and T.shape[1] == 3:  # noqa: PLR2004 - the rows are positions
+    if T.ndim == 2 and T.shape[1] == 3:  # noqa: PLR2004 - each row is a position
         T = poses_at(np.broadcast_to(np.eye(3), (len(T), 3, 3)), T)
     if T.ndim != 3 or T.shape[1:] != (4, 4) or len(T) < 3:  # noqa: PLR2004 - each row is a pose
         raise ShapeError(

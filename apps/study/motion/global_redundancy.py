@@ -41,9 +41,8 @@ _TRIES = (
 interpolation. The margin is a distance from the joint limits, relative to the joint range.
 
 If an attempt finds no sequence, or if the joints leave the limits between the knots, the search
-continues with the next attempt. A spline through configurations at a limit exceeds the limit
-between the knots. A monotone interpolation stays between the knot values, but the second
-derivatives jump at the knots.
+continues with the next attempt. A monotone interpolation stays between the knot values, but the
+second derivatives jump at the knots.
 """
 _CELLS = {1: 96, 2: 18, 3: 8}
 """Number of grid values per parameter, for each number of parameters."""
@@ -66,7 +65,8 @@ class ParameterCurve:
     Attributes:
         names: The parameters.
         spline: Function from positions (m,) to parameters (m, p). The first derivatives are
-            continuous. The second derivatives are discontinuous if parameters must follow a limit.
+            continuous. If a parameter is at a limit for a part of the motion, the second
+            derivatives are discontinuous.
         q_start: (n,) coordinates at the start [rad or m].
     """
 
@@ -118,7 +118,7 @@ def resolve_redundancy(
 def parameter_curve(
     robot: Robot, s: FloatArray, T: FloatArray, q_seed: FloatArray, bounds: FloatArray
 ) -> tuple[ParameterCurve, JointPath]:
-    """Return (parameters on a curve, coordinates) as :func:`resolve_redundancy` finds them.
+    """Return redundancy parameters along a curve of poses, and the resulting joint path.
 
     Args:
         robot: A robot with redundancy parameters.
@@ -270,8 +270,8 @@ class _Search:
     def _features(self, q: FloatArray) -> FloatArray:
         """Return a vector (f,) for each of k configurations (k, n).
 
-        The squared distance of two vectors is the cost of the motion between two configurations.
-
+        The squared distance between the vectors of two configurations is the cost of the motion
+        between the configurations.
 
         A revolute coordinate without limits becomes a point on the unit circle.
         """
@@ -287,14 +287,7 @@ class _Search:
 def _predecessors(
     cost: FloatArray, before: FloatArray, after: FloatArray, weight: int
 ) -> tuple[IntArray, FloatArray]:
-    """Return (predecessor (l,), cost (l,)) of the cheapest step to each vector (l, f).
-
-    A step leads from a vector of `before` to a vector of `after`. If each vector of `before` gets
-    the additional coordinate sqrt(cost / weight), the shortest step is the cheapest step. A k-d
-    tree finds the shortest step without the distances of all pairs of vectors. If the shortest step
-    is longer than the maximum distance, all vectors of `before` within the maximum distance are
-    compared.
-    """
+    """Return (predecessor (l,), cost (l,)) of the cheapest step to each vector (l, f)."""
     reached = np.flatnonzero(np.isfinite(cost))
     height = np.sqrt((cost[reached] - cost[reached].min()) / weight)
     tree = cKDTree(np.column_stack([before[reached], height]))
@@ -327,7 +320,12 @@ def _bounds(robot: Robot, label: str, limits: Any) -> FloatArray:
 
 
 def _inwards(bounds: FloatArray) -> FloatArray:
-    """Return (n, 2) changes of the limits: plus and minus the range, or 0 for infinite limits."""
+    """Return (n, 2) inward shifts of both limits, as large as the coordinate range.
+
+    The shift of a lower limit is positive, and that of an upper limit negative.
+
+    The shifts are 0 for infinite limits.
+    """
     size = np.diff(bounds, axis=1)
     return np.asarray(np.where(np.isfinite(size), size, 0.0) * [1.0, -1.0])
 
@@ -341,10 +339,7 @@ def _first_outside(path: JointPath, bounds: FloatArray) -> int:
 def _through(
     interpolation: Callable[..., Any], s: FloatArray, parameters: FloatArray
 ) -> Callable[..., FloatArray]:
-    """Return a curve that interpolates parameters at the knots s.
-
-    The curve for a single knot is constant.
-    """
+    """Return a curve that interpolates parameters at the knots s."""
     if len(s) == 1:
         return lambda at, order=0: np.tile(parameters * float(order == 0), (len(at), 1))
     spline: Callable[..., FloatArray] = interpolation(s, parameters)

@@ -37,7 +37,7 @@ class LimitViolation:
     t: float
 
     def __str__(self) -> str:
-        """The violation of the limit as a sentence."""
+        """Return the violation of the limit as a sentence."""
         return (
             f"{self.coordinate} exceeds its {self.limit} limit by {self.amount:.3g} at "
             f"{self.t:.3f} s"

@@ -1,4 +1,4 @@
-"""Motions: a robot on a curve with a time scaling.
+"""Motions of a robot along a curve with a time scaling.
 
 For a curve of the tool, inverse kinematics gives the coordinates at each sample. The coordinates
 stay on the branch nearest to `q_seed`. The tool is on the curve up to rounding errors, also for
@@ -39,7 +39,7 @@ _SAMPLES = 521
 """Number of sample poses if the redundancy is resolved over the whole curve. The joint limits are
 satisfied at the sample poses."""
 _ROUNDING = 1e-9
-"""Relative excess over the curve length that counts as a rounding error."""
+"""Maximum relative excess over the curve length that counts as a rounding error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +56,9 @@ class Motion:
             to values. The curve must be a curve of the tool pose. Fixed joints that are not
             redundancy parameters require an iteration.
         redundancy: The method that selects values of redundant joints. With "fixed", redundancy
-            parameters keep their values at q_seed. With "minimum_norm", minimum-norm steps from
-            q_seed in the joints of the main chain solve each pose. With "global", the parameters
-            minimize the integral of the squared joint rates over the curve, as in
+            parameters keep their values at q_seed. With "minimum_norm", each pose is solved by
+            minimum-norm steps of the main-chain joints, starting from q_seed. With "global", the
+            parameters minimize the integral of the squared joint rates over the curve, as in
             `resolve_redundancy`. The motion stays within the limits. With "global", the start
             configuration may differ from q_seed.
 
@@ -142,7 +142,7 @@ class Motion:
         return Trajectory(self.robot.name, names, times, q, qd, qdd, T, V, stage)
 
     def on_curve(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the coordinates on the curve, independent of time.
+        """Return coordinates on the curve and their derivatives with respect to the curve length.
 
         Args:
             s: (m,) lengths in ascending order.
@@ -207,7 +207,10 @@ class Motion:
         return q
 
     def _followed(self, s: FloatArray, task: Any) -> FloatArray:
-        """Return coordinates on the branch of q_seed, with more samples where a joint moves far."""
+        """Return coordinates on the branch of q_seed.
+
+        If a joint moves far between samples, the path also visits intermediate poses.
+        """
         for halvings in range(_HALVINGS + 1):
             parts = 2**halvings
             finer = np.interp(np.arange((len(s) - 1) * parts + 1) / parts, np.arange(len(s)), s)

@@ -5,11 +5,10 @@ the main chain joints theta:
 
     theta <- theta + J^+(theta) e(theta),   e = (p - p(theta); log(R R(theta)^T))
 
-The pseudo-inverse J^+ gives the step of the joints with the smallest norm. Cylinder lengths do not
-affect this norm of joint steps. The configuration at a pose depends only on the start configuration
-and the pose. A closed curve therefore returns to the same configuration. Integrated minimum-norm
-rates would not return to the start configuration. A different configuration may be nearer to the
-start configuration.
+The pseudo-inverse J^+ gives the step of the joints with the smallest norm. The norm includes the
+main chain joints, but not the cylinder lengths. The configuration at a pose depends only on the
+start configuration and the pose. A closed curve therefore returns to the same configuration. A
+different configuration may be nearer to the start configuration.
 
 Source:
     D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969, for
@@ -37,11 +36,12 @@ BoolArray = NDArray[np.bool_]
 _STEPS = 30
 """Maximum number of Newton steps."""
 _OFFSETS = np.array([[0, 1, 2, 3, 4], [-2, -1, 0, 1, 2], [-4, -3, -2, -1, 0]], dtype=np.float64)
-"""Nodes of finite differences at the start, inside and at the end of a curve."""
+"""Offsets of the nodes of finite differences. The three rows apply at the start, inside and at the
+end of a curve."""
 
 
 class OnCurve(NamedTuple):
-    """Configurations on a curve, independent of time.
+    """Configurations along a tool curve and their derivatives with respect to the curve length s.
 
     Attributes:
         q: (m, n) coordinates [rad or m].
@@ -57,7 +57,9 @@ class OnCurve(NamedTuple):
 def minimum_norm(
     robot: Robot, curve: PoseCurve, s: FloatArray, start: FloatArray, fixed: Fixed | None = None
 ) -> OnCurve:
-    """Return coordinates on a curve of the tool by minimum-norm steps.
+    """Return the coordinates for which the tool follows a curve.
+
+    Minimum-norm steps from `start` solve the inverse kinematics of each pose.
 
     The derivatives with respect to s match the twist of the curve up to rounding errors. The
     null-space components of the derivatives are fourth-order differences. Near singularities, the
@@ -91,7 +93,7 @@ def minimum_norm(
 def parametrized(
     robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray, moves: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return derivatives of the coordinates on a curve with known parameter motions.
+    """Return the derivatives of q on a curve, for given motions of the redundancy parameters.
 
     Args:
         robot: A robot whose redundancy parameters are joints of the main chain.
@@ -129,7 +131,10 @@ def _moving(robot: Robot, fixed: Fixed | None) -> BoolArray:
 def _solved(
     robot: Robot, curve: PoseCurve, s: FloatArray, theta_0: FloatArray, moving: BoolArray
 ) -> FloatArray:
-    """Return joint positions (m, n) at lengths (m,), by iterations from theta_0."""
+    """Return the joint positions (m, n) at curve lengths s (m,).
+
+    Minimum-norm Newton steps start from theta_0.
+    """
     T = curve.at(s).T
     theta = np.tile(theta_0, (len(s), 1))
     met = False
@@ -139,7 +144,7 @@ def _solved(
         theta[:, moving] += _pinv(J[..., moving], error)
         if met:
             return theta
-        # After convergence, a last Newton step squares the residual.
+        # After convergence, one more Newton step reduces the residual quadratically.
         met = bool((np.abs(error) < ON_CURVE * robot.unit_length).all())
         if not np.isfinite(theta).all():
             break
@@ -210,7 +215,7 @@ def _require_no_jump(robot: Robot, curve: PoseCurve, s: FloatArray, theta: Float
 
 
 def _weights() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the weights (3, 5) of the nodes for value, first and second derivative."""
+    """Return the weights (3, 5) of five nodes for the value and its first two derivatives."""
     powers = _OFFSETS[..., None] ** np.arange(_OFFSETS.shape[1])
     inverse = np.asarray(np.linalg.inv(powers), dtype=np.float64)
     value = (_OFFSETS == 0).astype(np.float64)

@@ -249,4 +249,4 @@ class MotionSequence:
 
 
 _CHECKS = 100
-"""Number of samples with which a new stage is checked."""
+"""Number of samples at which a new stage of the motion is checked."""

@@ -31,8 +31,8 @@ from .redundancy import parametrized
 FloatArray = NDArray[np.float64]
 
 _STEP = 2e-3
-"""Step of fourth-order differences [rad or m]. The truncation error is about the fourth power of
-the step, 2e-11. Second derivatives divide rounding errors by the squared step."""
+"""Step of fourth-order differences [rad or m]. Second derivatives divide rounding errors by the
+squared step."""
 
 
 def task_rates(
@@ -54,7 +54,7 @@ def task_rates(
         (m, n) first and second derivatives of q with respect to s.
 
     Raises:
-        InputValueError: More joints move than the task has coordinates.
+        InputValueError: The number of moving joints exceeds the number of task coordinates.
     """
     names = robot.free_coordinates.get(task, ())
     fixed = [robot.coordinate_names.index(name) for name in names]
@@ -75,7 +75,7 @@ def task_rates(
 def curve_rates(
     robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray, fixed: Fixed | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return minimum-norm derivatives of the coordinates on a curve of the tool.
+    """Return minimum-norm derivatives of the coordinates along a curve of tool poses.
 
     Args:
         robot: The robot.
@@ -103,9 +103,9 @@ def parameter_rates(
 ) -> tuple[FloatArray, FloatArray]:
     """Return derivatives of the coordinates on a curve with known redundancy parameters.
 
-    A redundancy parameter a(q), such as a swivel angle, has the known rate a'. A motion c
-    along the null vector n of the Jacobian gives this rate: D_n a c = a' - D_p a. D_n and D_p are
-    derivatives along n and along a particular rate p.
+    A redundancy parameter a(q), such as a swivel angle, has the known rate a'. The motion c along
+    the null vector n of the Jacobian follows from D_n a c = a' - D_p a. D_n is the derivative along
+    n. D_p is the derivative along p, the minimum-norm coordinate rate for the given twist.
 
     Args:
         robot: The robot.

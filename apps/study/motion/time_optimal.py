@@ -38,21 +38,23 @@ _FEWEST = 10
 _FINER = 10
 """Limits are checked at this number of samples between two grid nodes."""
 _REFINEMENTS = 3
-"""Number of rounds in which samples are added near the largest values."""
+"""Number of times that samples are added near the maximum required time factor."""
 _ROUNDS = 4
-"""Maximum number of grids. Each grid adds nodes where the previous time scaling exceeds a limit."""
+"""Maximum number of grids."""
 _CLOSEST = 1e-5
 """Minimum node spacing relative to the curve length. If two nodes were closer, rounding errors of
 rates would look like accelerations."""
 _LOCAL = 1.01
-"""Time factor of a sample above which its grid interval gets an additional node."""
+"""If the limits require a time factor above this value at a sample, a node is added to the grid
+interval that contains the sample."""
 _HIDDEN = 1.0
-"""Maximum height of a peak between two samples, relative to the difference of the samples."""
+"""Maximum height of a peak between two samples, relative to the difference between the two samples.
+"""
 _BEFORE = 1e-9
-"""Distance of the last sample from the next node, relative to the time between nodes."""
+"""Time from the last sample of an interval to the next node, relative to the duration of the
+interval."""
 _NONE = 1e9
-"""Value for an unlimited acceleration of the tool along its path. No motion reaches this
-acceleration."""
+"""Value for an unlimited acceleration of the tool along its path."""
 _MARGIN = 1e-5
 """Relative increase of the duration, because limits may be exceeded between the samples."""
 
@@ -65,7 +67,7 @@ def time_optimal(
     tool_speed: float | None = None,
     nodes: int = _NODES,
 ) -> Motion:
-    """Return the same motion in the minimum time within limits.
+    """Return the motion along the curve of `motion` in the minimum time within limits.
 
     Args:
         motion: A motion on the curve. The time scaling of this motion has no effect.
@@ -148,7 +150,10 @@ def _fastest(
 
 
 def _nodes(motion: Motion, count: int) -> FloatArray:
-    """Return grid nodes, denser where joint rates change by a larger factor."""
+    """Return the nodes of a grid.
+
+    The grid is denser where the joint rates change most.
+    """
     s = np.linspace(0, motion.curve.length, count + 1)
     _, by_s, by_ss = motion.on_curve(s)
     if not by_s.any():
@@ -185,15 +190,13 @@ def _on_grid(motion: Motion, s: FloatArray, tool_speed: float | None) -> Any:
 def _stretch(
     motion: Motion, limits: list[FloatArray], tool_speed: float | None
 ) -> tuple[float, FloatArray]:
-    """Return (time factor of at least 1, additional grid nodes) for the limits.
+    """Return the time factor (at least 1) and additional grid nodes.
 
-    A motion that is slower by the time factor satisfies the limits. The additional grid nodes are
-    positions on the curve that need a time factor above `_LOCAL`.
+    A motion that is slower by the time factor satisfies the limits.
 
     Close to a singularity, peaks may be narrower than the sample spacing. An interval is sampled
-    again if its estimated maximum is too large. The estimate uses the time factors at the two ends
-    of the interval. The estimate is the larger time factor plus a fraction of the difference of the
-    two time factors.
+    again if its estimated maximum is too large. The estimate is the larger time factor plus a
+    fraction of the difference between the two time factors.
     """
     begin, width = motion.time_scaling.breaks[:-1], np.diff(motion.time_scaling.breaks)
     most, beyond = 1.0, [np.empty(0)]

@@ -34,7 +34,7 @@ Profile = Literal["constant", "cubic", "quintic", "trapezoidal", "s_curve"]
 DERIVATIVES = ("position", "rate", "acceleration", "jerk")
 
 _JUMP = 1e-9
-"""Minimum jump of a derivative that is reported, relative to length / duration^order."""
+"""A jump of a derivative is reported if it exceeds this value times length / duration^order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +65,11 @@ class TimeScaling:
         """Return length, rate and acceleration.
 
         Args:
-            t: (m,) times [s]. Before the start and after the end, rates are 0.
+            t: (m,) times [s].
 
         Returns:
-            (length, rate, acceleration), three arrays (m,). With the path unit u, the array units
-            are u, u/s and u/s^2.
+            (length, rate, acceleration), three arrays (m,). If u is the unit of the path, the units
+            of the arrays are u, u/s and u/s^2.
         """
         time = real("TimeScaling: t", t)
         inside = np.clip(time, 0, self.duration)
@@ -105,7 +105,7 @@ class TimeScaling:
         return value
 
     def _at_ends(self, order: int) -> tuple[FloatArray, FloatArray]:
-        """Return (values just before each break, values just after) of a derivative."""
+        """Return the values of a derivative just before each break, and just after each break."""
         rows = _derived(self.coefficients, order)
         widths = np.diff(self.breaks)
         last = np.array([polynomial.polyval(w, row) for w, row in zip(widths, rows, strict=True)])
@@ -178,7 +178,7 @@ def _is_limited(profile: Profile, limits: dict[str, float]) -> bool:
 
 
 def _by_time(profile: Profile, length: float, duration: float | None) -> dict[str, float]:
-    """Return limits that accelerate, cruise and brake for equal times."""
+    """Return limits with which accelerating, cruising and braking take equally long."""
     if duration is None:
         needed = (
             "speed, acceleration and jerk" if profile == "s_curve" else "speed and acceleration"

@@ -103,11 +103,11 @@ class Trajectory(StudyResult):
         """Return the trajectory of a file.
 
         Args:
-            path: A .npz file of `to_npz`, a .npz file with arrays `t (m,)` and `q (m, n)`, or a
-                .csv file with a header. The .csv columns are the coordinate names [rad or m], and
-                optionally "t [s]", "NAME rate" and "NAME acceleration". All other columns of the
-                table are ignored. If the file contains no times, the time step is 0.05 s. Missing
-                rates and accelerations are computed by finite differences.
+            path: A .npz file of `to_npz` or with arrays `t (m,)` and `q (m, n)`, or a .csv file
+                with a header. The .csv columns are the coordinate names [rad or m], and optionally
+                "t [s]", "NAME rate" and "NAME acceleration". All other columns of the table are
+                ignored. If the file contains no times, the time step is 0.05 s. Missing rates and
+                accelerations are computed by finite differences.
             robot: The robot of the trajectory. The robot is required unless `to_npz` wrote the
                 file.
 
@@ -159,7 +159,9 @@ class Trajectory(StudyResult):
 
 
 def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
-    """Concatenate trajectories. The field `stage` of the result is the index of the trajectory.
+    """Concatenate trajectories.
+
+    The field `stage` of the result is the index of the source trajectory of each sample.
 
     The first sample of a trajectory replaces the last sample of the preceding trajectory.
 

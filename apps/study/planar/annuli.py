@@ -47,7 +47,9 @@ class Annulus:
 
 @dataclass(frozen=True, eq=False)
 class BorderArc:
-    """A circular arc of a border, with the region on its left.
+    """A circular arc on the boundary of a region.
+
+    The region is on the left side of the arc.
 
     Attributes:
         center: (2,) center [m].
@@ -78,7 +80,7 @@ class BorderArc:
 
 
 def border(annuli: Sequence[Annulus]) -> list[BorderArc]:
-    """Return the border arcs of the intersection of annuli."""
+    """Return the arcs on the boundary of the intersection of annuli."""
     found = []
     for k, own in enumerate(annuli):
         for radius, outward in ((own.outer, True), (own.inner, False)):
@@ -100,7 +102,10 @@ def area(annuli: Sequence[Annulus]) -> float:
 
 
 def _cuts(center: FloatArray, radius: float, others: Sequence[Annulus]) -> list[float]:
-    """Return the angles at which other circles cross a circle, and the first angle plus 2 pi."""
+    """Return the sorted angles at which other circles cross a circle.
+
+    The last entry is the first angle plus 2 pi. Without crossings, the angles are 0 and 2 pi.
+    """
     angles: list[float] = []
     for other in others:
         step = other.center - center

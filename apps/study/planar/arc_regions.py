@@ -91,13 +91,13 @@ class ArcRegion:
 
     @cached_property
     def _rows(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Centers (k, 2), radii, smallest angles and angular widths (k,) of the arcs."""
+        """Center (k, 2), radii, smallest angles and angular widths (k,) of the arcs."""
         rows = [(*a.center, a.radius, min(a.start, a.end), abs(a.end - a.start)) for a in self.arcs]
         table = np.array(rows, dtype=np.float64).reshape(-1, 5)
         return table[:, :2], table[:, 2], table[:, 3], table[:, 4]
 
     def moment(self) -> float:
-        """The integral of x over the part with x > 0 [m^3].
+        """Return the integral of x over the part with x > 0 [m^3].
 
         By Green's theorem, the moment is the integral of max(x, 0)^2 / 2 dy along the border.
         """
@@ -250,10 +250,11 @@ def _crossings(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the intersections of one circle with k circles as angles (radian).
 
-    The result is a pair: the angles on the one circle, and the angles on the k circles. Each array
-    has the shape (2, ..., k), because two circles have up to two intersections. The angles are NaN
-    if two circles do not intersect. Tangent circles do not count as crossing, because rounding
-    errors could create or remove their intersections.
+    Tangent circles do not count as crossing, because rounding errors could create or remove their
+    intersections.
+
+    Each array has the shape (2, ..., k), because two circles have up to two intersections. The
+    angles are NaN if two circles do not intersect.
     """
     step = centers - center
     d = np.hypot(step[:, 0], step[:, 1])

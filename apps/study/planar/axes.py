@@ -80,7 +80,9 @@ def of_tool(robot: Robot) -> MovingAxes:
 
 
 def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
-    """Yield the axes that move each intersection of consecutive axes, from the tool to the base.
+    """Yield the axes that move the intersection point of each pair of adjacent axes.
+
+    The pairs come in the order from the tool to the base.
 
     p + s a is the point of an axis nearest to another axis. The difference p + s a - p' - s' a' is
     normal to both directions a and a'.

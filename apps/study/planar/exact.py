@@ -93,7 +93,7 @@ class ExactWorkspace(StudyResult):
 
     @cached_property
     def meridian(self) -> Meridian:
-        """Return the meridian section: distances from the first axis and heights.
+        """Return the meridian section: distances from the first axis, and heights along this axis.
 
         Raises:
             InputValueError: The workspace is planar.
@@ -111,8 +111,7 @@ class ExactWorkspace(StudyResult):
             p = self.origin + np.array([_along(self.section, axis) for axis in self.axes.T]).T
             slides = np.sort(np.outer(self.height, normal), axis=0)
             return np.asarray(p + slides)
-        # At each angle of the first joint, x and y are linear in u. The extremes of x and y are
-        # therefore at the extremes of u.
+        # At each angle of the first joint, x and y are linear in the section coordinate u.
         towards = math.atan2(self.axes[0, 1], self.axes[0, 0])
         ends = []
         for u in (u_0, u_1):
@@ -124,7 +123,7 @@ class ExactWorkspace(StudyResult):
         return np.asarray(self.origin + np.array([[*low.min(0), v_0], [*high.max(0), v_1]]))
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the border of the section.
+        """Draw the outline of the section.
 
         Args:
             ax: The matplotlib axes, or None for a new figure.
@@ -141,17 +140,18 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
     """Return the exact workspace of an arm whose joints move a point in a plane.
 
     Args:
-        robot: A serial arm of one of two types. An arm of type A has parallel revolute joints, and
-            prismatic joints along their axes. An arm of type B has a vertical first axis, and all
-            following axes are parallel and horizontal. Joints that do not move the point, such as a
-            roll about the tool, are ignored.
+        robot: A serial arm of type A or type B. Joints that do not move the point are ignored. An
+            arm of type A has parallel revolute joints, and prismatic joints along their axes. An
+            arm of type B has a vertical first axis, and all following axes are parallel and
+            horizontal.
         point: "tool" for the tool origin, or "wrist" for an intersection of consecutive axes, such
             as the center of a spherical wrist. For "wrist", the joints before the two intersecting
             axes must form an arm of type A or B. If several intersections fulfill this condition,
             the wrist is the intersection nearest to the tool.
 
     Raises:
-        InputValueError: The arm has neither type A nor type B.
+        InputValueError: The robot has loops, or the joints that move the point form neither an arm
+            of type A nor of type B.
     """
     check_type("exact_workspace: robot", robot, Robot)
     if robot.loops:
@@ -161,10 +161,10 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
     candidates = [of_tool(robot)] if point == "tool" else of_meetings(robot)
     chain = next((own for own in candidates if own.parallel or own.upright), None)
     if chain is None:
-        other = "; the border for point='wrist' may do so" if point == "tool" else ""
+        other = "; the boundary for point='wrist' may do so" if point == "tool" else ""
         raise InputValueError(
             f"{robot.name}: the axes that move its {point} are neither parallel, nor a vertical "
-            "axis followed by parallel horizontal axes, so the border does not consist of "
+            "axis followed by parallel horizontal axes, so the boundary does not consist of "
             f"arcs{other}; use workspace(), which accepts any arm"
         )
     flat = chain.parallel
@@ -204,7 +204,7 @@ def _plane(n: FloatArray) -> FloatArray:
 
 
 def _along(section: ArcRegion, direction: FloatArray) -> FloatArray:
-    """Return the extremes (2,) of direction @ (u, v) over a section."""
+    """Return the minimum and maximum (2,) of direction @ (u, v) over a section."""
     size = math.hypot(*direction)
     if size <= SAME_ARC:
         return np.zeros(2)

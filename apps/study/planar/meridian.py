@@ -1,14 +1,15 @@
 """Bodies of revolution that a rotating planar region sweeps.
 
-The plane has the distance d from a vertical axis. The region in the plane has points (u, v), where
-u = 0 is nearest to the axis. In a full turn, (u, v) describes a circle of radius rho = sqrt(u^2 +
-d^2) at height v. The points (u, v) and (-u, v) describe the same circle. Since rho d(rho) = u du,
-the volume is an integral over the region (Pappus).
+The plane has the distance d from a vertical axis. A point of the region has the horizontal
+coordinate u and the height v in the plane. The line u = 0 is nearest to the axis. In a full turn,
+(u, v) describes a circle of radius rho = sqrt(u^2 + d^2) at height v. The points (u, v) and (-u, v)
+describe the same circle. Since rho d(rho) = u du, the volume is an integral over the region
+(Pappus).
 
 In a rotation by an angle s of less than a full turn, the point u describes an arc of angle s. The
-point (-u, v) describes an arc on the same circle. Its start is the start of the first arc, rotated
-by pi - 2 a(u), with a(u) = atan2(d, u). If (u, v) and (-u, v) belong to the region, their arcs
-overlap by the following angle:
+point (-u, v) describes an arc on the same circle. The start of the second arc is the start of the
+first arc, rotated by pi - 2 a(u), with a(u) = atan2(d, u). If (u, v) and (-u, v) belong to the
+region, their arcs overlap by the following angle:
 
     max(0, s - pi + 2 a) + max(0, s - pi - 2 a)
 
@@ -43,8 +44,7 @@ BoolArray = NDArray[np.bool_]
 
 _TURN = 2 * math.pi
 _EXACT = 1e-13
-"""Tolerance of an integral along an arc, relative to the larger of its value and the radius times
-the largest integrand."""
+"""Relative tolerance of an integral along an arc."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +98,9 @@ class Meridian:
     def curves(self) -> list[FloatArray]:
         """Return the border as curves of points (k, 2) in (rho, z) [m].
 
-        The points of the plane at u = 0 are nearest to the axis. If the region crosses u = 0, the
-        border includes straight lines. Their distance from the axis is the distance of the points
-        with u = 0.
+        The points with u = 0 are the points of the plane that are nearest to the axis. If the
+        region crosses u = 0, the border includes straight lines. All points of these lines have u =
+        0, so the lines have the smallest possible distance from the axis.
         """
         found = [np.column_stack([np.hypot(u, self.offset), v]) for u, v in self._pieces()]
         return found + (self._nearest() if self.offset else [])
@@ -121,7 +121,7 @@ class Meridian:
         return found
 
     def _pieces(self) -> list[tuple[FloatArray, FloatArray]]:
-        """Return the border arcs with u >= 0."""
+        """Return the arcs of the boundary with u >= 0."""
         pieces = []
         for arc in self.both.arcs:
             for a, b in itertools.pairwise(_cuts(arc, (0.0,))):
@@ -151,7 +151,7 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
         turn: The angle of rotation [rad], at most a full turn.
 
     Returns:
-        The volume [m^3] with relative error 1e-12, or 0 for a region without area.
+        The volume [m^3] with relative error 1e-12; a region with zero area has volume 0.
     """
     mirrored = section.mirrored()
     if not section.solid:
@@ -164,8 +164,7 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
         """Return the integral of u a(u) from 0 to u."""
         return u * u / 2 * math.atan2(d, u) + d / 2 * (u - d * math.atan2(u, d)) if d else 0.0
 
-    # The variable `turned` is the value of u where the overlap of the arcs of u and -u begins or
-    # ends.
+    # At u = `turned`, one of the overlap angles `beyond` + 2 a and `beyond` - 2 a is 0.
     turned = d / math.tan(abs(beyond) / 2) if beyond else math.inf
 
     def shared(u: float) -> float:
@@ -185,7 +184,6 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
 def _along(
     arcs: Sequence[BorderArc], value: Callable[[float], float], at: Sequence[float]
 ) -> float:
-    """Integrate value(max(u, 0)) dv along arcs. The derivative of `value` jumps at u = `at`."""
     with requires("chasles[study]"):
         from scipy.integrate import quad  # noqa: PLC0415
 

@@ -1,9 +1,9 @@
 """Workspaces of planar platforms with three legs, bounded by circles.
 
 At a constant orientation, a two-link leg or a cylinder with limits reaches an annulus. The center
-and the radii of the annulus are fitted to samples. The fit is exact. A leg's margin or squared
-length is a polynomial in the squared distance from the center. Legs that do not fit a polynomial
-raise an error.
+and the radii of the annulus are fitted to samples. The fit is exact, because a leg's margin or
+squared length is a polynomial in the squared distance from the center. Legs that do not fit a
+polynomial raise an error.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ FloatArray = NDArray[np.float64]
 
 _SAMPLES = 200
 _FITS = 1e-9
-"""Maximum relative residual of the polynomial. Above this residual, the border does not consist of
-circles."""
+"""Maximum relative residual of the polynomial. With a larger residual, the boundary curve does not
+consist of circular arcs."""
 _AXES = ("prismatic", "prismatic", "revolute")
 
 
@@ -65,7 +65,7 @@ class PlanarRegion(StudyResult):
 
     @property
     def arcs(self) -> list[BorderArc]:
-        """The border arcs, with the region on their left."""
+        """The arcs of the border, directed so that the region is on their left."""
         return [arc for piece in self.pieces for arc in border(piece)]
 
     def contains(self, points: FloatArray) -> NDArray[np.bool_]:
@@ -96,8 +96,8 @@ def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
         phi: The angle [rad].
 
     Raises:
-        InputValueError: The robot is not a planar platform with three legs of two links or a
-            cylinder, or the angle is not finite.
+        InputValueError: The angle is not finite, or the robot is not a planar platform with three
+            legs. The error is also raised if a leg is neither two links nor a cylinder.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998.
@@ -113,18 +113,16 @@ def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
 def dexterous_workspace(robot: Robot) -> PlanarRegion:
     """Return the positions of a planar platform's tool that allow every angle.
 
-    While the platform rotates, the center of a leg's annulus moves on a circle of radius r about a
-    fixed point. Let t be the distance of the tool from this fixed point. The distance of the tool
-    from the center of the annulus is then between |t - r| and t + r. So the tool stays in the
-    annulus if t <= outer - r and t >= inner + r. If the hole of the annulus moves around the tool,
-    the condition t <= r - inner replaces the condition t >= inner + r.
+    Let t be the distance of the tool from this fixed point. The distance of the tool from the
+    center of the annulus is then between |t - r| and t + r. So the tool stays in the annulus if t
+    <= outer - r and t >= inner + r.
 
     Args:
         robot: As for `constant_orientation_workspace`.
 
     Raises:
-        InputValueError: The robot is not a planar platform with three legs of two links or a
-            cylinder.
+        InputValueError: The robot is not a planar platform on three legs. Each leg must have two
+            links or a cylinder.
     """
     check_type("dexterous_workspace: robot", robot, Robot)
     legs = []
@@ -229,7 +227,6 @@ def _is_planar(robot: Robot) -> bool:
 
 
 def _annulus(robot: Robot, leg: int, phi: float) -> Annulus:
-    """Fit the annulus of a leg to samples of the leg's margin or length."""
     coordinate = robot.coordinates[leg]
     if coordinate.kind == "prismatic":
         c, (a, b) = _of_distance(robot, leg, lambda x: robot.actuators(x)[:, leg] ** 2, phi, 1)
@@ -260,14 +257,14 @@ def _of_distance(
     residual = np.abs(powers @ coefficients - found).max()
     if not residual <= _FITS * np.abs(found).max():
         raise InputValueError(
-            f"{robot.name}: the border of leg {leg + 1} does not consist of circles; the residual "
-            f"is {residual:.3g} of {np.abs(found).max():.3g}"
+            f"{robot.name}: the boundary of leg {leg + 1} does not consist of circles; the "
+            f"residual is {residual:.3g} of {np.abs(found).max():.3g}"
         )
     return center, coefficients / size ** (2.0 * np.arange(degree + 1))
 
 
 def _center(p: FloatArray, value: FloatArray, degree: int) -> FloatArray:
-    """Return the center of a leg's annulus from the leading polynomial terms.
+    """Return the center of a leg's annulus, computed from the leading terms of the polynomial.
 
     For the center (c_x, c_y), a d^2m = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y y)
     + lower orders.

@@ -80,7 +80,8 @@ def singularity_curves(
         resolution: Number of grid lines per axis.
 
     Returns:
-        Type-1 and type-2 curves. Type-2 curves end at the boundary of leg reach.
+        Type-1 and type-2 curves. Type-2 curves end at the boundary of the region that all legs
+        reach.
 
     Raises:
         MissingFunctionError: The robot is not a planar platform.

@@ -10,10 +10,9 @@ have radii b - r, r + a and |r - a|. So circular arcs bound the total workspace.
 The border of the inclusive workspace also contains curves that are not circular, on which two legs
 reach their limits. The inclusive workspace is computed by subdividing squares. A square with half
 diagonal d is inside the workspace if all legs reach its center at some angle phi with a margin of
-d. A square is outside the workspace if, at each angle, some leg would have to be longer or shorter
-by more than d to reach the center. The inside test and the outside test have a closed form. A
-square that is neither inside nor outside is subdivided. The area of the remaining squares is the
-error.
+d. A square is outside the workspace if, at each angle phi, its center is beyond the limits of some
+leg by more than d. The inside test and the outside test have a closed form. A square that is
+neither inside nor outside is subdivided. The area of the remaining squares is the error.
 """
 
 from __future__ import annotations
@@ -138,7 +137,7 @@ class _Leg:
         return np.asarray(self.middle + self.radius * along)
 
     def always(self, point: FloatArray) -> bool:
-        """Return whether a point is in the annulus at every angle."""
+        """Return whether a point is in the annulus of the leg at every platform angle."""
         x, y = point - self.middle
         d, angle = math.hypot(x, y), math.atan2(y, x)
         ends = np.hypot(*(point - self.centers(np.array([0.0, self.width]))).T)
@@ -147,7 +146,7 @@ class _Leg:
         return bool(nearest >= self.inner and farthest <= self.outer)
 
     def circles(self) -> list[tuple[FloatArray, float]]:
-        """Return circles whose arcs bound the region of points reached at every angle."""
+        """Return the circles whose arcs bound the region that is reachable at every angle."""
         ends = self.centers(np.array([0.0, self.width]))
         found = [(end, radius) for end in ends for radius in (self.inner, self.outer)]
         about_middle = (

@@ -18,10 +18,10 @@ Values = Callable[[FloatArray], FloatArray]
 
 
 def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArray, ...]:
-    """Return the zero curves of a function on a grid.
+    """Return the curves on which a function is 0, from values on a grid.
 
-    At most one zero is found on each cell edge. Zeros on edges are bisected to double precision. A
-    sign change at a pole of the function is not a zero.
+    Zeros on edges are bisected to double precision. A sign change at a pole of the function is not
+    a zero.
     """
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), -1)
     f = values(grid)
@@ -61,12 +61,12 @@ def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, F
 
 
 def _changes(first: FloatArray, second: FloatArray) -> BoolArray:
-    """Return whether two values have different signs. NaN has no sign."""
+    """Return whether two values have different signs."""
     return np.asarray(((first > 0) & (second <= 0)) | ((first <= 0) & (second > 0)))
 
 
 def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
-    """Return pairs of zeros that a curve connects within a cell."""
+    """Return the pairs of zeros that are connected by a curve within a grid cell."""
     along_x, along_y = sides
     around = np.stack([along_x[:-1, :-1], along_y[1:, :-1], along_x[:-1, 1:], along_y[:-1, :-1]])
     count = (around >= 0).sum(0)
@@ -93,7 +93,7 @@ def _joined(pairs: list[tuple[int, int]], points: FloatArray) -> tuple[FloatArra
             neighbors.setdefault(one, []).append(other)
             neighbors.setdefault(other, []).append(one)
     curves = []
-    # Open curves are followed before closed curves. Each open curve is followed from one end.
+    # Open zero curves are traced before closed curves. Each open curve is followed from one end.
     for start in sorted(neighbors, key=lambda n: (len(neighbors[n]), n)):
         path = [start]
         while neighbors[path[-1]]:

@@ -55,9 +55,9 @@ class ConfigurationSpace:
         radii: (k,) radius of each of the k `bodies` [m].
         lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
-        checks: Pairs of indices for collision checks. The first index selects a shape of the robot.
-            The second index selects an obstacle, or another shape of the robot by the number of
-            obstacles plus its index.
+        checks: Pairs of indices for collision checks. The first index selects a collision shape of
+            the robot. The second index counts the obstacles first, followed by the collision shapes
+            of the robot.
         bounds: Bounds of the joint motion of a robot with loops.
     """
 
@@ -181,7 +181,7 @@ class ConfigurationSpace:
         return found
 
     def explain(self, q: FloatArray) -> str:
-        """Return the reason why a configuration (n,) is not free."""
+        """Return the reason why the configuration (n,) is in collision or outside the limits."""
         beyond = np.flatnonzero(~((q >= self.lower) & (q <= self.upper)))
         if len(beyond):
             return f"{self.robot.coordinates[beyond[0]].name} is beyond its limits"
@@ -205,7 +205,7 @@ class ConfigurationSpace:
     def _pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
         """Return (shape, second shape, last body that moves both shapes) of each checked pair.
 
-        If the second number is negative, the pair consists of a shape and an obstacle.
+        If the index of the second shape is negative, the second shape is an obstacle.
         """
         own, others = np.array(self.checks).T
         others = others - len(self.obstacles)
@@ -279,8 +279,9 @@ def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
 def _checked(space: ConfigurationSpace, allowed_collisions: list[set[str]]) -> ConfigurationSpace:
     """Return the space with the pairs of shapes to check.
 
-    A pair is not checked if both shapes are on one body, or if a joint connects their bodies. A
-    pair that touches in each of many random configurations is not checked.
+    A pair is not checked if both shapes are on one body, or if a joint connects their bodies.
+
+    A pair that touches in each of many random configurations is not checked.
     """
     hulls, first = space.hulls.hulls, len(space.obstacles)
     together = joined(space.hulls.skeleton) + allowed_collisions

@@ -2,7 +2,8 @@
 
 The shapes of the bodies are the lines and plates of the robot's drawing. Each line of a body is a
 capsule, and each plate is a rounded hull of its corners. Each rod or cylinder is a capsule between
-its ends. Lines and plates of the ground between several joints are ignored.
+its ends. If several joints connect the robot to the ground, the lines and plates that represent the
+ground in the drawing are ignored.
 
 The motion of a point is bounded by a sum over the joints between the base and the point. Each term
 is the joint motion times the lever arm of the point at the middle configuration. A joint moves the
@@ -90,7 +91,7 @@ class Hulls:
         return np.split(self._corners(self.skeleton.poses_from_configuration(z)), self._ends[:-1])
 
     def shapes(self, radii: FloatArray) -> list[Any]:
-        """Return a shape of the library coal for each hull with radii (hulls,).
+        """Return the shapes of the hulls for the collision library coal, with the radii (hulls,).
 
         A strut has None instead of a shape.
         """
@@ -127,17 +128,15 @@ class Hulls:
         return found, lengths
 
     def moves(self, z: FloatArray, w: FloatArray) -> FloatArray:
-        """Bound the motion of shapes for joint positions within a box.
+        """Return an upper bound on the displacement of each hull for joint values within a box.
 
         Args:
             z: (n_z,) configuration at the center of the box [rad or m].
             w: (n_z,) half widths of the box [rad or m].
 
         Returns:
-            (bodies, hulls) maximum displacement [m] of each hull from the center of the box. Row k
-            ignores the joints up to the joint of body k. The ignored joints move body k and all
-            following shapes together. The ignored joints do not change the distances between body k
-            and the following shapes.
+            (bodies, hulls) maximum displacement [m] of each hull from its position at the center of
+            the box. Row k ignores the joints up to the joint of body k.
         """
         T = self.skeleton.poses_from_configuration(z)
         points, joints = self._corners(T), self._joints
@@ -157,7 +156,7 @@ class Hulls:
         return found
 
     def common(self, i: int, j: int) -> int:
-        """Return the index of the last body that moves two hulls, or 0 for the ground."""
+        """Return the index of the last moving body that carries hulls i and j, or 0."""
         bodies = [*self.hulls[i].bodies, *self.hulls[j].bodies]
         shared = set.intersection(*(set(self._chain(int(k))) for k in bodies))
         return max(shared & {0, *self._moving.tolist()})
@@ -202,7 +201,10 @@ class Hulls:
 
     @cached_property
     def _placements(self) -> FloatArray:
-        """(hulls, 4, 4) poses of the shapes on their bodies. Plates have the identity as pose."""
+        """(hulls, 4, 4) poses of the shapes on their bodies.
+
+        The pose of a plate is the identity.
+        """
         made = np.tile(np.eye(4), (len(self.hulls), 1, 1))
         for k, hull in enumerate(self.hulls):
             if len(hull.corners) <= 2 and not hull.is_strut:  # noqa: PLR2004 - a line has two ends
@@ -300,8 +302,8 @@ def _rounded(corners: FloatArray, radius: float) -> Any:
     points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     for corner in corners:
         points.append(corner)
-    # The library coal searches the farthest corner of a shape along edges. The search is exact if
-    # all edges are listed.
+    # The library coal searches for the farthest corner of a shape along its edges. The search is
+    # exact if all edges are listed.
     for face in combinations(range(len(corners)), 3):
         faces.append(coal.Triangle(*face))
     made = coal.Convex(points, faces)

@@ -42,11 +42,11 @@ BoolArray = NDArray[np.bool_]
 
 _TURN = 2 * np.pi
 _ANGLES, _LENGTHS = 5, 3
-"""Number of interpolation nodes for a polynomial of degree 2 in an angle or a length."""
+"""Number of interpolation nodes of a polynomial of degree 2."""
 _LARGEST = 300_000
 """Maximum number of interpolation nodes for one equation."""
 _SAMPLES = 200
-"""Number of random configurations to find the joints in an equation."""
+"""Number of random configurations at which the test finds the joints that occur in an equation."""
 _ATTEMPTS = 30
 """Maximum number of batches of random configurations, if loops close at few configurations."""
 _FEWEST = 5
@@ -54,14 +54,12 @@ _FEWEST = 5
 _ROOM = 2.0
 """Range of a prismatic joint in which the bounds hold, relative to the sampled range."""
 _FITS = 1e-9
-"""Maximum relative difference between a loop equation and its fitted polynomial.
-
-A difference above this value is not a rounding error.
-"""
+"""Maximum relative difference between a loop equation and the polynomial that is fitted to it. A
+difference above this value is not a rounding error."""
 _ROUNDS = 30
-"""Maximum number of iterations for the ranges of the joint values."""
+"""Maximum number of iterations that enlarge the box of joint values."""
 _WIDER = 1 + 1e-6
-"""Factor that enlarges the box, so that the box satisfies Taylor's inequality strictly."""
+"""Factor that enlarges the box, so that Taylor's inequality holds strictly."""
 _ROUNDING = 1e-12
 """Minimum half width of the box [rad or m]. Values of motionless joints have rounding errors."""
 _CONDITION = 1e10
@@ -85,8 +83,8 @@ class LoopBounds:
         curvature: (equations, z, z) bounds of the second derivatives of the equations.
         lengths: (equations, 1 + z) strut lengths as linear functions of the joints. A row contains
             the length at joint values 0, then the slopes. The row is zero for an equation without a
-            strut. A strut equation d = l is bounded as d^2 - l^2, with end distance d and strut
-            length l.
+            strut. For a strut, the bounds hold for the equation d^2 - l^2 = 0. Here, d is the
+            distance between the strut ends and l is the strut length.
     """
 
     robot: Robot
@@ -100,7 +98,7 @@ class LoopBounds:
     __repr__ = short_repr
 
     def joints(self, a: FloatArray, b: FloatArray) -> FloatArray | None:
-        """Bound the deviation of each joint from the middle of a segment.
+        """Bound the deviation of each joint from its value at the middle of a segment.
 
         Args:
             a: (n,) actuated coordinates at the start of the segment [rad or m].
@@ -138,14 +136,14 @@ class LoopBounds:
         return w if inside and within else None
 
     def _scale(self, z: FloatArray) -> FloatArray:
-        """Return the ratio of errors (equations,) of d^2 - l^2 and of the equation d - l.
+        """Return the factors (equations,) that convert errors of d - l to errors of d^2 - l^2.
 
-        The factor of a strut equation is the derivative 2 l, and all other factors are 1.
+        The factor of a strut equation is 2 l, the derivative of l^2. All other factors are 1.
         """
         return np.where(self.lengths.any(1), 2 * _affine(self.lengths, z), 1.0)
 
     def _bent(self, w: FloatArray) -> FloatArray:
-        """Return bounds (equations,) of w^T H w, with H the second derivatives of each equation."""
+        """Return bounds (equations,) of w^T H w, where H is the Hessian of an equation."""
         return np.asarray((self.curvature @ w) @ w)
 
 
@@ -204,7 +202,7 @@ def closed_configurations(
 def _given(
     robot: Robot, names: list[str], chain: NDArray[np.intp], q: FloatArray
 ) -> tuple[NDArray[np.intp], FloatArray]:
-    """Return (indices of the joints that actuators move directly, gear ratios)."""
+    """Return the indices of joints with constant gear ratios to actuators, and the ratios."""
     own = [
         (names.index(c.name), row)
         for c, row in zip(robot.coordinates, np.eye(robot.n), strict=True)
@@ -225,7 +223,7 @@ def _given(
 
 
 def _distances(bones: Skeleton, z: FloatArray) -> FloatArray:
-    """Return the distances (struts, m) between the ends of struts at configurations (m, z) [m]."""
+    """Return the end-to-end distances (struts, m) [m] of the struts at configurations (m, z)."""
     T = bones.poses_from_configuration(z)
     spans = [body.span for body in bones.bodies if body.span and not body.span.from_end]
     ends = [
@@ -236,14 +234,16 @@ def _distances(bones: Skeleton, z: FloatArray) -> FloatArray:
 
 
 def _affine(coefficients: FloatArray, z: FloatArray) -> FloatArray:
-    """Evaluate linear functions with coefficients (..., 1 + z) at z (..., z)."""
+    """Evaluate linear functions with coefficients (..., 1 + n) at variables z (..., n)."""
     return np.asarray(coefficients[..., 0] + (coefficients[..., 1:] * z).sum(-1))
 
 
 def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatArray:
-    """Return the strut length as a linear function (1 + z,) of z. Without a strut, return zeros.
+    """Return the coefficients (1 + n,) of a strut length that is linear in the joint values z.
 
-    The end distance of a strut equals its length. The length is constant, or linear in the stroke.
+    If the equation contains no strut, all coefficients are 0.
+
+    The length is constant, or linear in the stroke.
     """
     basis = np.column_stack([np.ones(len(z)), z])
     for distance in distances:
@@ -262,7 +262,13 @@ def _is_linear(values: FloatArray, z: FloatArray) -> bool:
 
 
 def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return strut lengths (equations, 1 + z) and second-derivative bounds (equations, z, z)."""
+    """Return strut lengths and bounds of the second derivatives of the loop equations.
+
+    Each strut length is a linear function of the joint values. The first array (equations, 1 + z)
+    contains the coefficients of these functions.
+
+    The array of bounds has the shape (equations, z, z).
+    """
     rng, n = np.random.default_rng(1), len(turns)
     scale = np.where(turns, np.pi, widest)
     random = rng.uniform(-1, 1, (_SAMPLES, n)) * scale
@@ -335,7 +341,7 @@ def _coefficients(
 
 
 def _orders(turns: bool) -> FloatArray:
-    """Return the orders m of e^(i m angle) for a revolute joint, or powers of a prismatic joint."""
+    """Return the Fourier orders of a revolute joint, or the exponents of a prismatic joint."""
     return np.array([0.0, 1.0, 2.0, -2.0, -1.0]) if turns else np.arange(3.0)
 
 

@@ -1,4 +1,4 @@
-"""Obstacles and capsules as shapes of the library coal.
+"""Converts obstacles and capsules to shapes of the collision library coal.
 
 Source:
     T. Duff and others, Building an orthonormal basis, revisited, 2017, for frames along lines.
@@ -92,13 +92,16 @@ def mesh(
     except OSError as error:
         raise InputValueError(f"mesh: path: {name_of_file}: {error.strerror}") from None
     except ValueError as error:
-        raise InputValueError(f"mesh: path: {name_of_file}: not a surface of triangles") from error
+        raise InputValueError(f"mesh: path: {name_of_file}: not a triangle mesh") from error
     T = finite("mesh: T_0_mesh", np.eye(4) if T_0_mesh is None else T_0_mesh, (4, 4))
     return Obstacle(shape, T, name or Path(path).name)
 
 
 def capsules_along(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return (distances (m,) of point pairs, middle poses (m, 4, 4) with z along each pair)."""
+    """Return the distance (m,) and a middle pose (m, 4, 4) of each pair of points.
+
+    The z axis of the pose points from the first point to the second point.
+    """
     step = b - a
     length = np.linalg.norm(step, axis=-1)
     z = np.where(length[:, None] > _POINT, step / np.maximum(length, _POINT)[:, None], [0, 0, 1])

@@ -49,7 +49,7 @@ class Plan(StudyResult):
     Attributes:
         q: (m, n) corners of the path from start to goal, or (0, n) without a path.
         length: Length of the path in the coordinates, or inf without a path.
-        reason: The reason for a missing path, or "" with a path.
+        reason: The reason why no path was found, or "" if a path was found.
         n_checked: Number of checked segments.
     """
 

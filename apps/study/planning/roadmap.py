@@ -152,9 +152,9 @@ class Roadmap:
 
         for end, name in ((first, "start"), (last, "goal")):
             if graph.degree(end) == 0:
-                return f"no free edge leads from the {name} to a point of the roadmap"
+                return f"no free edge connects the {name} to a point of the roadmap"
         parts = nx.number_connected_components(graph)
-        return f"start and goal lie in different ones of the {parts} parts of the roadmap"
+        return f"start and goal lie in different parts of the roadmap, which has {parts} parts"
 
 
 def prm(
@@ -173,8 +173,8 @@ def prm(
         samples: Number of free points.
         neighbors: Maximum number of nearest points to which each point is connected.
         max_step: Maximum length of an edge in the space of the coordinates.
-        dispersion: Minimum distance between points, in the coordinates. If the distance is large,
-            the roadmap has fewer points than `samples`.
+        dispersion: Minimum distance between two points in the space of the coordinates. If too few
+            free points with this distance are found, the roadmap has fewer points than `samples`.
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy.
 
     Raises:

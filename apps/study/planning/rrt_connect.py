@@ -39,7 +39,7 @@ def rrt_connect(
         q_goal: (n,) the goal point.
         time_limit: Time after which the search ends [s].
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy. Only the first seed of a
-            process has an effect. ompl ignores later seeds.
+            process has an effect, because ompl ignores later seeds.
 
     Returns:
         The path, or the reason for a missing path. All segments of the path are checked.

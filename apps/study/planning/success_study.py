@@ -54,7 +54,7 @@ class SuccessStudy(StudyResult):
     """A table with the trials of a study.
 
     Attributes:
-        rows: The trials, keyed by number of samples and maximum step.
+        rows: The trials. Each trial has a different pair of sample count and maximum step.
     """
 
     _parts = (Trial,)
