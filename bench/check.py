@@ -1,10 +1,9 @@
 """Comparison of the time ratios of a short run with a committed baseline.
 
 A time ratio is the time of another library divided by the time of chasles, measured in the same
-run. Time ratios depend little on the machine, so a small decrease of a time ratio is allowed. If a
-time ratio decreases by more than the allowed margin, all time ratios are measured again. The check
-fails if a time ratio decreased by more than the allowed margin in the first and in the second
-measurement.
+run. Time ratios vary slightly between machines, so the check tolerates a small decrease. If a time
+ratio decreases by more than the allowed margin, all time ratios are measured again. The check fails
+if the decrease exceeds the margin in both measurements.
 """
 
 import json
@@ -16,13 +15,14 @@ from .report import Ratio, machine, out, table
 
 BASELINE = Path(__file__).with_name("baseline.json")
 MARGIN = 0.4
-"""Allowed relative decrease of a time ratio, if the baseline was measured on this machine.
+"""Permitted relative decrease of a time ratio compared with a baseline from this machine.
 
 Other processes on the same core reduce the speed of chasles more than of other libraries.
 Instruction counts (`count.py`) detect small slowdowns.
 """
 MARGIN_ELSEWHERE = 0.5
-"""Allowed relative decrease of a time ratio, if processor or compiler differ from the baseline."""
+"""Allowed relative decrease of a time ratio if the processor or the compiler differs from the
+baseline."""
 
 
 def run(write: bool) -> int:
@@ -46,14 +46,17 @@ def run(write: bool) -> int:
 
 
 def measured() -> dict[str, float]:
-    """Return the ratios of the minimum times of a short run."""
+    """Return the time ratio of each compared pair of programs, by name.
+
+    The time of a program is its minimum time in a short run.
+    """
     plan = without_slow_builds(SHORT)
     rows = [row for _, section in SECTIONS.values() for row in section(plan)]
     return {row.key: round(row.of_best, 3) for row in rows if isinstance(row, Ratio)}
 
 
 def margin_between(baseline: Mapping[str, str], here: Mapping[str, str]) -> float:
-    """Return the allowed relative decrease of a time ratio.
+    """Return the allowed relative decrease of the speed compared with other libraries.
 
     The margin is larger if the processor or compiler differs from the baseline.
     """

@@ -1,10 +1,8 @@
 """Instruction counts from valgrind, reproducible on a busy machine.
 
-Kernels are compiled for baseline x86-64. Instructions of the math library are excluded. The
-instruction counts of kernels depend only on the generated C and the compiler. The instruction
-counts include functions of the generated C that replace library functions. To count a call from
-Python, one run makes 100 calls and another run makes 400 calls. The difference of the two
-instruction counts, divided by 300, is the instruction count of one call.
+Instructions of the math library are excluded. To count a call from Python, one run makes 100 calls
+and another run makes 400 calls. The difference of the two instruction counts, divided by 300, is
+the instruction count of one call.
 """
 
 import json
@@ -37,7 +35,7 @@ COUNTED = {
     "board_installer": ("fk_jacobian_mixed",),
     "five_bar": ("fk_jacobian_mixed", "chain", "chain_D_q"),
 }
-"""Names of the counted kernels, keyed by robot."""
+"""Names of the kernels whose instructions are counted, keyed by robot."""
 RISE = 0.02
 """Maximum relative increase of an instruction count that passes the check."""
 TIMES = 100
@@ -127,8 +125,8 @@ def compare(
         found: Software versions and instruction counts, measured on the current machine.
         same: Names of programs whose version affects the instruction counts, such as "compiler". If
             the version of one of these programs differs, no instruction count is checked.
-        exactly: Whether every change of an instruction count is a failure, and every missing
-            function too. If False, only a relative increase above RISE is a failure.
+        exactly: If True, any changed instruction count or missing function fails the check. If
+            False, only a relative increase above RISE fails the check.
 
     Returns:
         One line for each instruction count that fails the check.
@@ -143,7 +141,7 @@ def compare(
 
 
 def differences(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
-    """Return the functions with different or missing counts."""
+    """Return the functions whose count is missing or differs from the expected count."""
     names = {**expected, **found}
     return [
         f"{name}: {found.get(name, 'not counted')}, expected {expected.get(name, 'none')}"

@@ -19,7 +19,7 @@ def write() -> None:
 
 
 def figures() -> str:
-    """Return the description of the machine and the tables of all results."""
+    """Return the description of the machine and all result tables."""
     results = [
         json.loads(file.read_text(encoding="utf-8")) for file in sorted(RESULTS.glob("*.json"))
     ]

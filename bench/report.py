@@ -27,7 +27,7 @@ class Plan:
     """Options of a benchmark run.
 
     Attributes:
-        rounds: Number of alternating repetitions, A B A B.
+        rounds: Number of rounds. Each round runs the compared programs in turn.
         calls: Number of Python calls per round.
         batch: Number of poses in a batch and in a C loop.
         leave_out: Other libraries to skip because they take too long.

@@ -30,7 +30,7 @@ SymPy allocates many small, long-lived objects, and a collection that scans them
 ABOUT_COMPILATION = {"call", "library", "test_portable.py"}
 """Folders and modules whose tests compile robots with the flags of users."""
 ABOUT_VECTORS = {"runtime", "derive", "generated", "crosscheck", "campaigns"}
-"""Folders whose tests call robots with vector code and with the general solver of built arms."""
+"""Folders of tests that compile robots with SIMD code."""
 ABOUT_READING = {
     *("test_crafted_corpus.py", "test_crafted_files.py", "test_known_files.py"),
     *("test_checking.py", "test_isolation.py", "test_readers.py"),
@@ -44,14 +44,14 @@ MISSING = ("missing program", "missing package")
 
 @pytest.fixture(scope="module", autouse=True)
 def vectors(request):
-    """Compiles robots with vector code for the modules that test vector code."""
+    """Compile robots with vector code for the modules that test vector code."""
     with compiled_with_vectors() if ABOUT_VECTORS & {*request.path.parts} else nullcontext():
         yield
 
 
 @pytest.fixture(scope="module", autouse=True)
 def own_robots(request, vectors):
-    """Quickly compiles robots that chasles does not ship, except in the tests of compilation."""
+    """Shorten the compilation of robots that chasles does not ship, except in compilation tests."""
     is_about_compilation = ABOUT_COMPILATION & {*request.path.parts}
     with nullcontext() if is_about_compilation else own_robots_compiled_quickly():
         yield
@@ -59,14 +59,13 @@ def own_robots(request, vectors):
 
 @pytest.fixture(scope="module", autouse=True)
 def files_read_here(request):
-    """Reads robot files in the test process, whose fork takes 0.1 s."""
+    """Read robot files in the test process instead of a forked process."""
     with nullcontext() if request.path.name in ABOUT_READING else reading_here():
         yield
 
 
 @pytest.fixture(scope="module", autouse=True)
 def articles_printed_here(request):
-    """Prints articles in the test process, because a fork of the test process takes 0.1 s."""
     with nullcontext() if request.path.name in ABOUT_PRINTING else printing_here():
         yield
 
@@ -80,18 +79,16 @@ def pytest_addoption(parser):
 
 
 def pytest_collectstart():
-    """Collects no garbage while the tests are imported, which saves a third of this time."""
+    """Disable garbage collection while test files are imported."""
     gc.disable()
 
 
 def pytest_collection_finish():
-    """Excludes all imported modules from garbage collection.
+    """Exclude all imported modules from garbage collection.
 
-    A full garbage collection without these modules takes milliseconds instead of 0.4 s. A test for
-    memory leaks needs dozens of garbage collections.
+    A test for memory leaks needs dozens of garbage collections.
     """
-    # At its first draw, Hypothesis searches all Python objects for references. Before the first
-    # test, there are few Python objects.
+    # At its first draw, Hypothesis searches all Python objects for references.
     hypothesis.find(hypothesis.strategies.none(), lambda value: value is None)
     gc.collect()
     gc.freeze()
@@ -101,8 +98,7 @@ def pytest_collection_finish():
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session):
-    # At the end of a session, pytest collects garbage ten times. Freezing all objects makes the ten
-    # garbage collections fast.
+    # After freezing, the remaining garbage collections skip all existing objects.
     gc.freeze()
     if session.config.getoption("all_tools") and missing(session.config):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
@@ -114,7 +110,7 @@ def pytest_terminal_summary(terminalreporter, config):
 
 
 def missing(config):
-    """Lists the missing programs and packages, one per line."""
+    """List the missing programs and packages, one per line."""
     reporter = config.pluginmanager.get_plugin("terminalreporter")
     skipped = reporter.stats.get("skipped", ()) if reporter else ()
     reasons = [report.longrepr[2].removeprefix("Skipped: ") for report in skipped]

@@ -44,12 +44,12 @@ def test_calibration_page_finds_measured_arm(tmp_path, monkeypatch):
 
 
 def positions(T, targets):
-    """Returns positions (N, m, 3) of tool targets (m, 3) at poses (N, 4, 4)."""
+    """Return positions (N, m, 3) of tool targets (m, 3) at poses (N, 4, 4)."""
     return T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
 
 
 def write_table(path, q, points):
-    """Writes coordinates (N, n) and positions (N, m, 3) under headings with units."""
+    """Write coordinates (N, n) and positions (N, m, 3) under headings with units."""
     coordinates = [f"q{k + 1} [rad]" for k in range(q.shape[1])]
     header = [
         *coordinates,

@@ -48,7 +48,7 @@ def test_examples_in_other_languages_are_read_by_a_test_of_their_page():
 
 
 def sources():
-    """Returns the texts of all test files."""
+    """Return the texts of all test files."""
     files = Path(__file__).parent.rglob("test_*.py")
     return [file.read_text(encoding="utf-8") for file in files]
 
@@ -65,7 +65,7 @@ def test_readme_examples_run_one_by_one(tmp_path, capsys):
 
 
 def block_names(block):
-    """Returns the names that a block defines."""
+    """Return the names that a block defines."""
     names = {}
     exec(compile(block, README, "exec"), names)
     return names

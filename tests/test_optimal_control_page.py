@@ -1,4 +1,4 @@
-"""The program on the page of optimal control runs, with CasADi instead of acados."""
+"""The program on the page about optimal control runs if CasADi replaces acados."""
 
 import contextlib
 import io
@@ -85,7 +85,7 @@ class Solver:
 
 
 def runge_kutta(model, h):
-    """Returns a step of the classical Runge-Kutta method, the default of acados."""
+    """Return a step of the classical Runge-Kutta method, the default of acados."""
     f = ca.Function("f", [model.x, model.u], [model.f_expl_expr])
     k1 = f(model.x, model.u)
     k2 = f(model.x + h / 2 * k1, model.u)
@@ -96,7 +96,7 @@ def runge_kutta(model, h):
 
 
 def between(problem, lower, value, upper):
-    """Adds the constraint lower <= value <= upper, or value = lower if both bounds are equal."""
+    """Add the constraint lower <= value <= upper, or value = lower if both bounds are equal."""
     lower, upper = np.asarray(lower), np.asarray(upper)
     if np.array_equal(lower, upper):
         problem.subject_to(value == lower)
@@ -106,7 +106,7 @@ def between(problem, lower, value, upper):
 
 @pytest.fixture(scope="module")
 def page():
-    """Returns (names that the Python blocks define, printed lines)."""
+    """Return (names that the Python blocks define, printed lines)."""
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         names = run(PAGE)

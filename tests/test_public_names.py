@@ -13,7 +13,7 @@ SCRIPT = runpy.run_path(str(DOCS / "names.py"))
 
 
 def listed(text: str) -> set[str]:
-    """Lists each name on the page with the module or class that contains it."""
+    """List each name on the page with the module or class that contains it."""
     found, module = set(), ""
     for part in re.split(r"\n(?:\n|(?=## ))", text):
         head = re.match(r"## (\S+)|\*\*(\w+)\*\*", part)
@@ -39,7 +39,7 @@ def test_reference_documents_every_listed_module_and_name_of_the_compiler():
 
 
 def functions_in_a_module_of_their_name(modules):
-    """Returns paths such as "chasles.calibration.identify.identify".
+    """Return paths such as "chasles.calibration.identify.identify".
 
     The page of a package omits these functions, so the reference names each of them.
     """

@@ -10,8 +10,8 @@ from tests.support.pages import DOCS, PAGES, ROOT, anchors, links, prose
 NAVIGATION = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:\n")[2]
 README = "../README.md"
 LONG = ("reference/", "explanation/", "papers", "performance.md", "architecture.md", "robots.md")
-"""Reference pages, which may be long. Pages that are not listed here must be short, because
-they are read from top to bottom."""
+"""Names of reference pages. These pages may be long. Pages that are not listed here must be short,
+because they are read from top to bottom."""
 MAX_WORDS = 1500
 MAX_SENTENCE = 35
 
@@ -45,7 +45,7 @@ def test_sentences_are_short(page):
 
 
 def sentences(markdown):
-    """Yields the sentences of paragraphs, list items and table cells of a page."""
+    """Yield the sentences of paragraphs, list items and table cells of a page."""
     blocks = re.split(r"\n\s*\n|^\s*(?:[-*]|\d+\.) |\s\|\s|^\|", markdown, flags=re.MULTILINE)
     for block in blocks:
         yield from re.split(r"(?<=[.:;?!])\s+", block.strip())

@@ -26,7 +26,7 @@ WRITTEN = {**HALVES, "tests": TESTS, "bench": BENCH}
 MAX_LINES = 500
 MAX_LINES_OF_RUNTIME = 15_000
 MAX_LINES_OF_EXPORTER = 600
-"""Number of lines of a folder of `derive/emit`, templates and support files included."""
+"""Maximum number of handwritten lines in each exporter folder of `derive/emit`."""
 SUFFIXES = {".py", ".c", ".cpp", ".h"}
 BUILT = {".so", ".pyc", ".o"}
 SHARED = {"support", "campaigns", "laws"}
@@ -80,15 +80,15 @@ COMMAND_LINE_ONLY = {"derive", "derive.build", "library"}
 
 
 def handwritten(root: Path) -> list[Path]:
-    """Returns the files of a folder that are not generated."""
+    """Return the files of a folder that are not generated."""
     files = (path for path in root.rglob("*") if path.is_file() and path.suffix not in BUILT)
     return sorted(path for path in files if "__pycache__" not in path.parts)
 
 
 def modules(root: Path) -> dict[tuple[str, ...], Path]:
-    """Returns the Python files below a folder, keyed by their dotted module names.
+    """Return the Python files below a folder, keyed by their dotted module names.
 
-    The key of the file __init__ of a folder is ().
+    The key of the file `__init__.py` in `root` is the empty tuple.
     """
     found = {}
     for path in root.rglob("*.py"):
@@ -98,11 +98,7 @@ def modules(root: Path) -> dict[tuple[str, ...], Path]:
 
 
 def statements(body: list) -> Iterator[ast.AST]:
-    """Yields all nested statements.
-
-    Expressions are skipped to save time, because a module contains many more expressions than
-    statements.
-    """
+    """Yield all nested statements."""
     for node in body:
         yield node
         for part in ("body", "orelse", "finalbody", "handlers", "cases"):
@@ -111,7 +107,7 @@ def statements(body: list) -> Iterator[ast.AST]:
 
 @cache
 def imports(path: Path) -> list[tuple[int, str, list[str]]]:
-    """Returns (level, module, names) of every import of a file."""
+    """Return (level, module, names) of every import of a file."""
     found = []
     for node in statements(ast.parse(path.read_text(encoding="utf-8")).body):
         if isinstance(node, ast.Import):
@@ -123,7 +119,7 @@ def imports(path: Path) -> list[tuple[int, str, list[str]]]:
 
 @cache
 def imported_modules(root: Path) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
-    """Maps each module in the folder `root` to the modules of `root` that it imports.
+    """Map each module in the folder `root` to the modules of `root` that it imports.
 
     The file `root/__init__.py` is omitted, because `root/__init__.py` imports names of all packages
     lazily.
@@ -146,7 +142,7 @@ def imported_modules(root: Path) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
 
 
 def circle(graph: dict) -> list:
-    """Returns the nodes of a cycle in a graph, or an empty list."""
+    """Return the nodes of a cycle in a graph, or an empty list."""
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:
@@ -177,7 +173,6 @@ def test_runtime_is_small():
 
 
 def test_exporters_are_short():
-    """C is excluded, because its support files contain the solvers of all robots."""
     folders = [path for path in (DERIVE / "emit").iterdir() if (path / "support").is_dir()]
     lengths = {folder.name: sum(map(line_count, handwritten(folder))) for folder in folders}
     assert {"c", "c_float", "cpp", "cuda", "jax", "mex", "moveit", "rust"} <= lengths.keys()
@@ -237,15 +232,14 @@ def test_steps_of_a_mechanism_follow_the_plan():
 
 
 def names_read(tree: ast.Module) -> Iterator[str]:
-    """Yields the names of variables and attributes in the code that derives a mechanism."""
+    """Yield the names of variables and attributes in the code that derives a mechanism."""
     steps = [part for node in tree.body for part in (node, *getattr(node, "body", ()))]
     step_of = {step.name: step for step in steps if isinstance(step, ast.FunctionDef)}
 
     def read(step: ast.FunctionDef) -> Iterator[str]:
         nodes = [node for part in step.body for node in ast.walk(part)]
         named = [node for node in nodes if isinstance(node, ast.Name | ast.Attribute)]
-        # The end positions of the syntax nodes give the order of the names in the source. For
-        # example, `a` precedes `b` in `a.b`.
+        # Sort the names by their position in the source.
         named.sort(key=lambda node: (node.lineno, node.end_lineno, node.end_col_offset))
         for node in named:
             name = node.id if isinstance(node, ast.Name) else node.attr
@@ -303,11 +297,12 @@ def test_packages_have_no_import_cycle(half):
 
 
 INSTALLED_AS = {"derive": ("derive",), "contract": ("contract",), "runtime": (), "apps": ()}
-"""For derive, contract, runtime and apps: the package below `chasles` that contains the code."""
+"""Path of the subpackage of `chasles` into which each source folder is installed. An empty path
+means that the folder's packages are directly in `chasles`."""
 
 
 def imports_of_chasles(half: str) -> Iterator[tuple[Path, str, str, list[str]]]:
-    """Yields (file, package, module below chasles, names) of each import from chasles."""
+    """Yield (file, package, module below chasles, names) of each import from chasles."""
     for name, path in modules(HALVES[half]).items():
         package = (*INSTALLED_AS[half], *(name if path.stem == "__init__" else name[:-1]))
         for level, module, names in imports(path):
@@ -322,7 +317,7 @@ def imports_of_chasles(half: str) -> Iterator[tuple[Path, str, str, list[str]]]:
 
 
 def parts_of_chasles(module: str, names: list[str]) -> set[str]:
-    """Returns the names that an import statement takes from `chasles`: a top-level module, or the
+    """Return the names that an import statement takes from `chasles`: a top-level module, or the
     imported names."""
     return {module.split(".", maxsplit=1)[0]} if module else set(names)
 
@@ -379,12 +374,11 @@ def test_apps_use_no_private_attribute_of_a_robot():
 
 
 def absolute_imports(path: Path, root: Path) -> Iterator[tuple[str, ...]]:
-    """Yields the dotted names that a file imports, relative to the folder of its package."""
+    """Yield the dotted names that a file imports, relative to the folder of its package."""
     package = path.relative_to(root).parent.parts
     for level, module, names in imports(path):
         base = (*(package[: len(package) - level + 1] if level else ()), *filter(None, [module]))
         dotted = tuple(".".join(base).split("."))
-        # In the statement `from tests import support`, the last name is a module.
         yield from ((*dotted, name) for name in names or [""])
 
 

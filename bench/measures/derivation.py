@@ -96,7 +96,7 @@ def _make(robots: tuple[str, ...], folder: str, environment: dict[str, str]) -> 
 
 
 def chain(kind: str, joints: int) -> dict[str, object]:
-    """Derivation time and file sizes for a chain of revolute joints."""
+    """Measure derivation time and file sizes for a chain of revolute joints."""
     robot = _chain(kind, joints)
     made: dict[str, bytes] = {}
     taken = seconds(lambda: made.update(files(robot, functions=("fk", "jacobian_mixed"))))
@@ -122,7 +122,7 @@ def _chain(kind: str, joints: int) -> SerialRobot:
 
 
 def operations(rounds: int) -> dict[str, dict[str, int]]:
-    """Count operations of forward kinematics in chasles, a CasADi product and SymPy with cse."""
+    """Count FK operations in chasles, a CasADi matrix product and SymPy with cse."""
     sizes = {}
     rows = []
     for name in ("ur5e", "puma560", "panda", "iiwa14"):

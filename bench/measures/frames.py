@@ -3,8 +3,7 @@
 While a slider is dragged, each frame shows the robot, its other inverse solutions as transparent
 ghosts, and joints near a limit in color. While the tool handle is dragged, the inverse determines
 the configuration. The table has a separate column for the time to compute the ghosts of other
-assembly modes. MAX_MS does not limit the times in this column. The time of viser to send a frame to
-the browser is not included.
+assembly modes. MAX_MS does not limit the times in this column.
 """
 
 import time
@@ -29,7 +28,7 @@ STEP = 0.003
 def run(robots: Sequence[str]) -> int:
     """Print the time per frame of each robot (default: all robots).
 
-    Return 1 if a time exceeds MAX_MS.
+    Return 1 if the time per frame of any robot exceeds MAX_MS.
     """
     names = robots or chasles.robots()
     table = Table(title="The computing for a frame, least of several runs")

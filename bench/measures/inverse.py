@@ -25,10 +25,7 @@ ARMS = ("ur5e", "puma560", "irb6640")
 IN_C = ("ur5e", "puma560")
 CALL_BAR, BATCH_BAR, GENERAL_BAR = 6.0, 50.0, 3.0
 SLOW = "ssik"
-"""Slow library.
-
-For arms with a closed form, no minimum is required for the time ratio of ssik and chasles.
-"""
+"""Slow library."""
 C_BAR_NS = 150
 AVX2 = ("-march=x86-64", "-mavx2", "-mfma")
 DERIVED_BAR_S = 10.0
@@ -38,7 +35,7 @@ CALIBRATED, ROUNDS = 1000, 4
 CALIBRATED_BAR_US, CALIBRATED_BATCH_US = 50.0, 2.0
 BATCH = 100_000
 PEERS_BATCH = 2_000
-"""Number of poses in a batch that other libraries solve.
+"""Number of poses in the batch for other libraries.
 
 The time of these libraries per pose does not depend on the number of poses.
 """
@@ -61,7 +58,7 @@ def poses(name: str, count: int) -> np.ndarray:
 
 
 def peers(name: str) -> list[Inverse]:
-    """Return the inverse kinematics of a robot in each other library.
+    """Return the inverse kinematics of a robot in all other libraries.
 
     Each library must return as many solutions as chasles, and each solution must reach its pose.
 
@@ -132,10 +129,10 @@ def _bar(name: str, bar: float) -> float | None:
 
 
 def general(plan: Plan) -> list[Ratio]:
-    """An arm without a closed-form structure, compared with the arm's module in ssik.
+    """Compare an arm without a closed-form structure with the arm's module in ssik.
 
-    The arm model of ssik has rounded lengths, so its tool poses differ from chasles by up to 0.1
-    mm. chasles and ssik each solve poses from their own forward kinematics.
+    The arm model of ssik has rounded lengths, so its tool poses differ from the poses of chasles by
+    up to 0.1 mm. Each library therefore solves poses from its own forward kinematics.
     """
     if SLOW in absent_peers() or GENERAL not in chasles.robots():
         out.print(f"{GENERAL} or {SLOW} is missing: no comparison for a general arm")
@@ -160,7 +157,7 @@ def calibrated(plan: Plan) -> list[Limit]:
         arm = chasles.load(Path(folder) / robot.name)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (CALIBRATED, arm.n))
     T = arm.fk(q)
-    # The minimum of several rounds excludes interruptions by the system.
+    # The minimum over several rounds excludes delays by other processes.
     rounds = [[seconds(partial(arm.ik, pose)) for pose in T] for _ in range(ROUNDS)]
     middle, late = 1e6 * np.quantile(np.min(rounds, axis=0), [0.5, 0.99])
     (batch,) = alternated({OWN: partial(arm.ik, T)}, plan.rounds).values()
@@ -183,7 +180,6 @@ def in_C(plan: Plan) -> list[Limit]:
         work = kernel(robot, "ik", AVX2)
         for pose in poses(name, CONFIGURATIONS):
             (q, *in_c), (own_q, *own, _) = work.at(pose), robot.ik(pose)
-            # Angles that differ by a full turn are equal.
             results, expected = (np.exp(1j * q), *in_c), (np.exp(1j * own_q), *own)
             require_same(f"{name} ik, C with AVX2", results, expected)
         repeats = max(plan.calls // VECTORS, 1)

@@ -37,10 +37,7 @@ TIMED = (
 )
 POSES = 20_000
 SWING = 0.075
-"""Amplitude of the crank angles [rad].
-
-Consecutive poses differ by less than a milliradian, as in a controller.
-"""
+"""Amplitude of the crank angles [rad]."""
 ITERATED = 1000
 """Number of poses in a batch for iterative functions."""
 FOLLOWED = (
@@ -53,10 +50,7 @@ FOLLOWED = (
 FREE = 0.3
 """Range on both sides of the reference, for coordinates without limits [rad or m]."""
 STEP = 1e-3
-"""Change of each coordinate between the seed and the solution [rad or m].
-
-A controller changes the coordinates by a similar amount in one time step.
-"""
+"""Change of each coordinate between the seed and the solution [rad or m]."""
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
@@ -68,7 +62,7 @@ def run(plan: Plan) -> list[Ratio | Limit]:
 def closed(robot: chasles.Robot, count: int) -> np.ndarray:
     """Return random configurations (at most count) at which the loops close.
 
-    A coordinate without limits is at most FREE from the reference configuration.
+    Random values of a coordinate without limits lie between reference - FREE and reference + FREE.
     """
     reference = robot.reference.q
     lower = np.where(np.isfinite(robot.lower), robot.lower, np.subtract(reference, FREE))
@@ -78,11 +72,6 @@ def closed(robot: chasles.Robot, count: int) -> np.ndarray:
 
 
 def open_chains(plan: Plan) -> list[Ratio]:
-    """Compare fk_jacobian of robots with loops to their main chains without loops.
-
-    Before the time measurement, the two results are compared. The Jacobian of the robot with loops
-    equals the Jacobian of the main chain times the derivative of the chain joints by the actuators.
-    """
     found = []
     for name in CHAINS:
         robot = chasles.load(name)

@@ -22,7 +22,10 @@ def run(plan: Plan) -> list[Ratio | Limit]:
 
 
 def one_arm(plan: Plan, arm: Arm) -> list[Ratio | Limit]:
-    """Return the times of calls for an arm, and the ratios of these times to chasles."""
+    """Compare the call times of other libraries with those of chasles for one arm.
+
+    The results also contain the overhead of a Python call over C.
+    """
     calls: list[Call] = setups("calls", arm, plan.leave_out)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (VECTORS, arm.joints))
     repeats = max(plan.calls // VECTORS, 1)

@@ -32,8 +32,7 @@ def run(count: int, first: int) -> int:
 
     Args:
         count: Number of arms of each kind.
-        first: Seed of the first random arm. The next arms have consecutive seeds. The seed
-            determines the geometry of the arm.
+        first: Seed of the first random arm. The seed determines the geometry of the arm.
     """
     rows = []
     for number in range(first, first + count):

@@ -13,12 +13,12 @@ from ..report import Limit, Plan, Ratio, alternated, ratio
 BATCH_OF_ONE = 1 / 1.5
 """A batch of one pose may take at most 1.5 times the time of a single call."""
 LOOK_UP = 1 / 1.5
-"""An attribute lookup on a robot may take at most 1.5 times as long as on a plain object."""
+"""Minimum ratio of the time of an attribute lookup on a plain object to the time on a robot."""
 IMPORT_MS, LOAD_MS = 100, 20
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Return the overhead of each call relative to C, and the maximum ratio."""
+    """Compare the fixed costs of small batches, attribute lookups, import and load."""
     return [*batches(plan), *look_up(plan), *startup(plan)]
 
 
@@ -46,7 +46,7 @@ def _repeated(work: Callable[[np.ndarray], object], q: np.ndarray, count: int):
 
 
 class _Plain:
-    """A Python object for comparison, whose attribute is looked up."""
+    """A Python object with one attribute, to compare the time of an attribute lookup."""
 
 
 def look_up(plan: Plan) -> list[Ratio]:
@@ -68,7 +68,7 @@ def _looked_up(item, plan: Plan):
 
 
 def startup(plan: Plan) -> list[Limit]:
-    """Time to import chasles in addition to NumPy, and to load a cached robot."""
+    """Measure the import time of chasles after NumPy, and the load time of a cached robot."""
     chasles.load("ur5e")
     importing = _measured("import numpy", "import chasles", plan.rounds)
     loading = _measured("import chasles", "chasles.load('ur5e')", plan.rounds)

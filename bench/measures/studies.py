@@ -1,9 +1,8 @@
 """``python -m bench studies`` compares workspaces, reach, motions and plans with plain loops.
 
-The plain loops are Python loops that call other libraries. They compute fewer configurations than
-chasles, because they are slow. In the comparison of workspaces, one iteration computes the forward
-kinematics and the grid cell of the tool. In the comparison of reach, one iteration of the Python
-loop solves the inverse of one pose. Times are per configuration, or per sample for a motion.
+The plain loops are Python loops that call other libraries. In the comparison of workspaces, one
+iteration of the loop computes the forward kinematics and the grid cell of the tool. Times are per
+configuration, or per sample for a motion.
 """
 
 import resource

@@ -32,11 +32,9 @@ ROOM = 512
 class Kernel:
     """A compiled function that is called for each row of an input array.
 
-    Each call overwrites the results of the previous call.
-
     Attributes:
         library: The loaded library.
-        size: Number of input numbers of one call, the length of a row of the input array.
+        size: Number of scalar inputs per call, which is the length of a row of the input array.
         results: The results of the last call, one row per output.
         shapes: The shape of each output.
     """
@@ -62,7 +60,10 @@ class Kernel:
 
 
 def kernel(robot: chasles.Robot, function: str, flags: Sequence[str] = ()) -> Kernel:
-    """Compile a robot function with the flags of chasles. An input row contains all arguments."""
+    """Compile a robot function with the flags of chasles.
+
+    An input row contains all arguments of a function.
+    """
     inputs, outputs = robot.functions[function].inputs, robot.functions[function].outputs
     sizes = [math.prod(array.shape) for array in inputs]
     arguments = [f"in + {sum(sizes[:k])}" for k in range(len(sizes))]

@@ -75,7 +75,10 @@ def complete(source: Source) -> Source:
 
 
 def loop(name: str, joints: int, source: Source, **options: Any) -> Loop:
-    """Compile a loop over the functions of a source that ends in ``#include "loop.h"``."""
+    """Compile a source that ends in ``#include "loop.h"``.
+
+    The included loop calls the functions of the source.
+    """
     return Loop(name, ctypes.CDLL(str(compiled(complete(source)))), joints, **options)
 
 

@@ -17,12 +17,12 @@ ACTUATED, PASSIVE = slice(0, 4, 2), slice(1, 4, 2)
 
 
 class FiveBar:
-    """Two cranks and two couplers that are connected at the tool.
+    """Two cranks and two couplers, with a common pin at the tool.
 
     Attributes:
         z: Angles of left crank, left elbow, right crank and right elbow [rad]. The next iteration
             starts from these angles.
-        corrections: Number of Newton corrections of the elbows so far.
+        corrections: Number of Newton steps that have corrected the elbow angles.
     """
 
     def __init__(self, w: float, a: float, b: float, z: np.ndarray) -> None:

@@ -23,7 +23,7 @@ Q = np.array([0.3, 0.5, 0.1, 0.2])
 
 @pytest.fixture
 def hide(monkeypatch):
-    """Makes an import fail as if the package were absent."""
+    """Make an import fail as if the package were absent."""
     real = builtins.__import__
 
     def hidden(package):

@@ -19,7 +19,7 @@ INTERNAL = {"ConfigurationSpace", "DifferentiableArm", "Skeleton"}
 
 
 def functions_of_robots():
-    """Lists the public functions and classes whose first argument is a robot."""
+    """List the public functions and classes whose first argument is a robot."""
     names = [(chasles, name) for name in chasles.__all__]
     for short in (*MODULES, "autodiff", "cuda"):
         module = import_module(f"chasles.{short}")

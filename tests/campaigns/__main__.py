@@ -45,7 +45,7 @@ class Progress:
     """Prints failures immediately, and the progress at intervals."""
 
     def __init__(self) -> None:
-        """Starts the clock."""
+        """Start the clock."""
         self.begin = self.last = time.monotonic()
         self.trials = 0
 
@@ -61,7 +61,7 @@ class Progress:
 
 
 def repeat(names: list[str], number: int) -> int:
-    """Repeats one trial in the current process. Returns 1 if the trial fails."""
+    """Repeat one trial in the current process. Returns 1 if the trial fails."""
     failed = False
     for name in names:
         outcome = outcome_of(campaign(name), number)
@@ -79,7 +79,7 @@ def checked(outcome: Outcome | Tally) -> str:
 
 
 def summary(tallies: dict[str, Tally]) -> None:
-    """Prints a table of all campaigns, and a command that repeats each failure."""
+    """Print a table of all campaigns, and for each listed failure the command that repeats it."""
     table = Table("campaign", "trials", "seconds", "failures", "checked", title_justify="left")
     for name, tally in tallies.items():
         numbers = (tally.trials, f"{tally.seconds:.0f}", len(tally.failures))

@@ -6,7 +6,7 @@ from .campaign import Outcome
 
 
 def barred(kind: str, figures: object, bars: Mapping[str, float], title: str = "") -> Outcome:
-    """Returns an outcome that fails if an error measure exceeds its bound or is NaN."""
+    """Return an outcome that fails if an error measure exceeds its bound or is NaN."""
     values = {name: float(vars(figures)[name]) for name in bars}
     missed = [
         f"{name} {value:.3g}, bar {bars[name]:g}"

@@ -1,37 +1,28 @@
 """Identification of random robots: error reduction, confidence intervals and warnings.
 
-Trials with even numbers test the error reduction and the confidence intervals. Each arm has axis
-errors up to 1 mm and 1 mrad. The arm is measured at 60 configurations with noise of 0.02 mm and
-0.05 mrad. The measurements are poses, positions of three targets, or positions with 5 mm outliers
-in 5 % of the rows.
+Each arm has axis errors up to 1 mm and 1 mrad. The arm is measured at 60 configurations with noise
+of 0.02 mm and 0.05 mrad. The measurements are poses, positions of three targets, or positions with
+5 mm outliers in 5 % of the rows.
 
 The mean error at validation configurations must decrease by a factor of 20, with all frames
-unknown. If the Cramer-Rao bound (`noise_bound.py`) does not allow a reduction by 20, the error must
-be at most 1.1 times a reference error. An efficient estimator exceeds the reference error with
-probability ``LEVEL``.
+unknown. An efficient estimator exceeds the reference error with probability ``LEVEL``.
 
 The axis intervals must contain the true values in 95 of 100 arms. For this test, the identification
 receives the true base frame. An error of an identified base frame would shift all axes equally. The
 intervals of an arm are correlated, so their coverage has no simple distribution. A trial therefore
 divides the errors of all k axes by their standard deviations, which gives the vector z. R is the
-correlation matrix of z, computed from independent derivatives. M is the number of redundant
-measurements. ``z^T R^-1 z / k`` has an F distribution with k and M degrees of freedom. Fisher's
-method combines the probabilities of all arms, separately for too narrow and too wide intervals.
+correlation matrix of z, computed from independent derivatives. ``z^T R^-1 z / k`` has an F
+distribution with k and M degrees of freedom. Fisher's method combines the probabilities of all
+arms, separately for too narrow and too wide intervals.
 
-A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``, which is below 1e-6. Even
-for measurements with outliers, a correct program fails a trial with a probability below 1e-6. With
-outliers, the F distribution is approximate. On six-axis arms, wrong standard deviations for which
-the intervals contain 90 % or 98.6 % of the true values fail 98 of 100 trials. A coverage of 92 %
-fails one of four trials, and a coverage of 98 % three of four. A long campaign measures the
-coverage of the intervals directly.
+A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``, which is below 1e-6. With
+outliers, the F distribution is approximate.
 
-Trials with odd numbers test the warnings. The robots are arms, a delta and other robots with loops.
+The odd-numbered trials test the warnings. The robots are arms, a delta and other robots with loops.
 The measuring devices of the trials cover all kinds of measurements. Measurements are few or many,
 exact or noisy, with and without tolerances. Correct measurements must fit within the stated noise
 and cause no warning about the robot. Measurements of a different robot, exchanged columns and a
-wrong angle unit must cause a warning or an error. A complete model without tolerances fits a
-different robot as well, so that no warning is necessary. Too few measured values may cause an
-error.
+wrong angle unit must cause a warning or an error. Too few measured values may cause an error.
 """
 
 from collections.abc import Callable
@@ -57,7 +48,7 @@ from .tracker import ARMS
 
 ROBOTS = (*ARMS, "bricklaying_gantry")
 JUDGED = (*ROBOTS, "delta", "four_bar", "five_bar", "excavator", "slider_crank", "well_manipulator")
-"""Robots of the trials with odd numbers, which test the warnings."""
+"""Robots of odd-numbered trials. These trials test the warnings."""
 DRAWS = 40
 """Number of random arms per trial."""
 SIGMA = 2e-5, 5e-5
@@ -68,13 +59,14 @@ CONFIGURATIONS, HELD = 60, 2_000
 FALL = 20
 """Minimum factor by which the identification must reduce the error."""
 NEAR = 1.1
-"""Maximum ratio of an efficient estimator's error to the error at the Cramer-Rao bound."""
+"""Maximum ratio of the observed error to the error at the Cramer-Rao bound."""
 LEVEL = 1e-8
 """Probability that a correct program fails one test.
 
-A trial tests the error of each arm, and tests for too narrow and too wide intervals."""
+A trial tests the error of each arm, and tests whether the confidence intervals are too narrow or
+too wide."""
 REACH = 2.5
-"""Maximum magnitude of a random coordinate [rad or m]. Narrower joint limits are kept."""
+"""Maximum magnitude of a random coordinate [rad or m]."""
 
 
 @dataclass(frozen=True)
@@ -96,9 +88,10 @@ class Judged:
     Attributes:
         fall: Ratio of the nominal error to the identified error.
         over: Ratio of the identified error to the Cramer-Rao bound.
-        is_reached: Whether the error is as small as for an efficient estimator.
+        is_reached: Whether the identified error is at most `NEAR` times the error limit of an
+            efficient estimator.
         inside: Whether each interval contains the true value.
-        probability: Probability of random errors smaller than the observed errors.
+        probability: Probability that random errors are smaller than the observed errors.
     """
 
     fall: float
@@ -109,12 +102,12 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Tests errors and intervals (even trials) or warnings (odd trials)."""
+    """Test errors and confidence intervals in even trials, and warnings in odd trials."""
     return accusations(number // 2) if number % 2 else errors(number // 2)
 
 
 def accusations(number: int) -> Outcome:
-    """Identifies one robot from correct and from wrong measurements."""
+    """Identify one robot from correct and from wrong measurements."""
     robot = chasles.load(JUDGED[number % len(JUDGED)], parametric=True)
     failures, counts = [], {"right": 0, "wrong": 0, "too few": 0}
     for seed in np.random.default_rng(number).integers(1 << 32, size=DRAWS):
@@ -137,7 +130,7 @@ def accusations(number: int) -> Outcome:
 
 
 def errors(number: int) -> Outcome:
-    """Identifies several random arms of one robot."""
+    """Identify several random arms of one robot."""
     kind = list(KINDS)[number % len(KINDS)]
     robot = chasles.load(ROBOTS[number // len(KINDS) % len(ROBOTS)], parametric=True)
     rng = np.random.default_rng(number)
@@ -168,7 +161,7 @@ def judged(robot, measure: Callable, random: np.random.Generator) -> Judged:
     found = identify(robot, drawn.q, measurements)
     before, after = _errors(robot, drawn, measurements, found)
     bound, limit = least_error(robot, drawn, found, random, LEVEL)
-    # Measurements of noise-free poses at the true geometry.
+    # Measurements without noise.
     known = identify(robot, drawn.q, measurements, T_W_base=drawn.T_W_base)
     exact = SOUND.get(measure, measure)(robot, drawn, random, 0.0)._placed_as(known.measurements)
     inside, probability = _intervals(robot, drawn, known, exact)
@@ -178,11 +171,11 @@ def judged(robot, measure: Callable, random: np.random.Generator) -> Judged:
 def _intervals(
     robot, drawn: Drawn, known: Calibration, exact: Poses | Positions
 ) -> tuple[np.ndarray, float]:
-    """Returns whether the axis intervals contain the true values, and a probability.
+    """Return whether each confidence interval contains the true axis parameter, and a probability.
 
-    The probability is the chance of errors smaller than the observed errors. Different parameter
-    values can describe the same geometry. A Newton step on noise-free measurements expresses the
-    true geometry in the identified parameters.
+    The probability states how likely random errors are to be smaller than the observed errors.
+    Different parameter values can describe the same geometry. A Newton step on noise-free
+    measurements expresses the true geometry in the identified parameters.
     """
     apart = exact._errors(known.poses(drawn.q), known.unknowns)
     J = derivative(robot, known, exact, drawn.q, known.T_W_base, known.p, known.unknowns)
@@ -214,7 +207,7 @@ def _drawn(robot, random: np.random.Generator) -> Drawn:
 
 
 def _span(robot) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the coordinate limits, restricted to `REACH`."""
+    """Return the coordinate limits, restricted to `REACH`."""
     if robot.kind != "serial":
         return np.maximum(robot.lower, -REACH), np.where(
             np.isfinite(robot.upper), robot.upper, REACH
@@ -248,11 +241,11 @@ def _gross(robot, drawn: Drawn, random: np.random.Generator) -> Positions:
 
 KINDS = {"poses": _poses, "three targets": _positions, "three targets, 5 % gross": _gross}
 SOUND = {_gross: _positions}
-"""Kinds of measurements without outliers."""
+"""Maps each kind of measurements with gross errors to the same kind without gross errors."""
 
 
 def _errors(robot, drawn: Drawn, measurements, found) -> tuple[float, float]:
-    """Returns the mean errors [m] of the nominal and the calibrated robot."""
+    """Return the mean errors [m] of the nominal and the calibrated robot."""
     true = drawn.T_W_base @ robot.fk_p(drawn.validation, drawn.p)
     measured = robot.fk(drawn.q)
     if isinstance(measurements, Poses):

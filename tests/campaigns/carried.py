@@ -14,7 +14,6 @@ from .legs import outcome
 
 
 def trial(number: int) -> Outcome:
-    # The legs of odd-numbered platforms keep ball joints in planes.
     if number % 2:
         planes, kind = drawn_planes(number // 2)
         if missing(solved_loops(loop_model(planes))):

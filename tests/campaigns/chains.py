@@ -23,7 +23,7 @@ CHAINS = 20
 
 
 def trial(number: int) -> Outcome:
-    """Checks many chains. An assertion states the seed of a failing chain."""
+    """Check many chains."""
     generator = random.Random(number)
     for _ in range(CHAINS):
         check_jacobians(generator.randrange(2**32))
@@ -32,7 +32,7 @@ def trial(number: int) -> Outcome:
 
 
 def check_jacobians(seed: int) -> None:
-    """Compares a random chain with Pinocchio."""
+    """Compare a random chain with Pinocchio."""
     generator = random.Random(seed)
     chain = random_chain(generator, generator.randint(1, 12))
     robot = chain.robot()
@@ -63,7 +63,7 @@ def check_jacobians(seed: int) -> None:
 
 
 def _jacobian_and_rate(model, data, tool, reference, D_q):
-    """Returns Pinocchio's tool Jacobian and its time derivative."""
+    """Return Pinocchio's tool Jacobian and its time derivative."""
     J = pin.getFrameJacobian(model, data, tool, reference)
     J_dot = pin.getFrameJacobianTimeVariation(model, data, tool, reference)
     return J.reshape(6, -1) @ D_q, J_dot.reshape(6, -1) @ D_q
@@ -77,7 +77,7 @@ MOTIONS = (
 
 
 def check_motions(seed: int) -> bool:
-    """Compares Hessians, twists and accelerations of a chain with Pinocchio.
+    """Compare Hessians, twists and accelerations of a chain with Pinocchio.
 
     Returns whether the chain has a coupled joint.
     """

@@ -1,4 +1,4 @@
-"""Random arms keep their poses in robot files, URDF files and tables."""
+"""Random arms have the same poses after they are written to robot files, URDF files and tables."""
 
 from collections import Counter
 from pathlib import Path
@@ -39,7 +39,7 @@ def trial(number: int) -> Outcome:
 
 
 def differences(robot: SerialRobot, conversion: Conversion, draw: Random) -> dict[str, float]:
-    """Returns the largest pose differences of the text and of the CSV table."""
+    """Return the largest pose differences of the text and of the CSV table."""
     form = conversion.format
     with TemporaryDirectory() as folder:
         path = Path(folder) / ("arm.urdf" if form == "urdf" else "arm.toml")

@@ -1,7 +1,8 @@
 """Arms whose joints are coupled to motors by random matrices of rational numbers.
 
-Matrix products with the uncoupled arm give the expected poses, Jacobians, derivatives and rates. In
-motor coordinates, each solution of the uncoupled arm must be among the solutions.
+Matrix products with the uncoupled arm give the expected poses, Jacobians, derivatives and rates.
+Each solution of the uncoupled arm, converted to motor coordinates, must be among the solutions of
+the coupled arm.
 """
 
 import numpy as np

@@ -2,14 +2,13 @@
 
 Even trials use a named arm, odd trials a random arm with round numbers. Each trial draws a maximum
 error between 0.1 and 10 (millimeter, milliradian). Every pose needs a solution, and no solution may
-be wrong. The inverse may lose at most 1 in 10,000 regular configurations. Configurations at
-multiples of 90 degrees are counted, but do not fail the campaign. Six-joint arms of even trials are
-also solved as general arms.
+be wrong. The inverse may lose at most 1 in 10,000 regular configurations. In even-numbered trials,
+six-joint arms are also solved by the method for general arms.
 
-Stricter rules apply to errors up to 3 (millimeter, milliradian). Each solution is in exactly one
-solution slot. Every configuration with a smallest singular value above 1e-3 is found, also at
-multiples of 90 degrees. On some poses, the regular solutions must equal the set found by
-multi-start Newton iteration.
+Stricter rules apply to errors up to 3 (millimeter, milliradian). No solution is in two solution
+slots. Every configuration with a smallest singular value above 1e-3 is found, also at multiples of
+90 degrees. On some poses, the regular solutions must equal the set found by multi-start Newton
+iteration.
 """
 
 from math import ceil
@@ -41,13 +40,13 @@ SIZES = -4.0, -2.0
 RANDOM, RIGHT = 10_000, 1000
 """Number of configurations per arm: random, and at multiples of 90 degrees."""
 MAX_LOST = 1e-4
-"""Maximum fraction of missing regular random configurations."""
+"""Maximum fraction of regular random configurations that may be missing."""
 REGULAR = 1e-4
 """Minimum singular value (m or rad per rad) at an isolated solution."""
 SMALL = 3e-3
 """Maximum errors (meter, radian) of arms without missing or duplicated solutions."""
 COMPARED = 200
-"""Number of poses per arm compared with Newton's method."""
+"""Number of poses per arm at which Newton's method is used to count the solutions."""
 SAME = 1e-5
 """Maximum difference (rad) at which solutions of the two solvers count as equal."""
 
@@ -89,12 +88,12 @@ def arm_of(number: int) -> SerialRobot:
 
 
 def size_of(number: int) -> float:
-    """Returns the error size (meter, radian) for a trial number."""
+    """Return the error size (meter, radian) for a trial number."""
     return float(10 ** np.random.default_rng(number).uniform(*SIZES))
 
 
 def strict_failures(judged: Judged, q: np.ndarray, right: np.ndarray) -> list[str]:
-    """Describes missing and duplicated solutions."""
+    """Describe missing and duplicated solutions."""
     failures = []
     for name, of in {"random": q, "right angles": right}.items():
         parts = np.array_split(of, max(1, -(-len(of) // PART)))
@@ -112,7 +111,7 @@ def strict_failures(judged: Judged, q: np.ndarray, right: np.ndarray) -> list[st
 
 
 def repeated_and_missing(judged: Judged, q: np.ndarray) -> tuple[int, int]:
-    """Counts duplicated solutions and missing regular configurations."""
+    """Count duplicated solutions and missing regular configurations."""
     arm, slides = judged.arm, slides_of(judged.robot)
     T, J = arm.fk_jacobian_mixed(q)
     found = arm.ik(T, fixed=judged.fixed(q))
@@ -123,7 +122,7 @@ def repeated_and_missing(judged: Judged, q: np.ndarray) -> tuple[int, int]:
 
 
 def fewer_than_newton(judged: Judged, q: np.ndarray) -> int:
-    """Counts regular solutions that only Newton's method finds."""
+    """Count regular solutions that only Newton's method finds."""
     arm, T = judged.arm, judged.arm.fk(q)
     own = arm.ik(T, fixed=judged.fixed(q)).valid_q()
     fixed = {k: q[k] for k in range(len(q)) if judged.is_fixed(k)}
@@ -132,7 +131,7 @@ def fewer_than_newton(judged: Judged, q: np.ndarray) -> int:
 
 
 def fewer(arm: chasles.Robot, general: chasles.Robot, q: np.ndarray) -> int:
-    """Counts regular solutions that only the general solver finds."""
+    """Count regular solutions that the general solver finds and the inverse of the arm misses."""
     missing = 0
     for part in np.array_split(q, -(-len(q) // PART)):
         T = arm.fk(part)

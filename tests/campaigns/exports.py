@@ -1,7 +1,4 @@
-"""Exports (C++, CUDA, MoveIt, MATLAB) agree with the C functions of shipped robots.
-
-The C functions run pose by pose, because the batch code sums in another order.
-"""
+"""Exports (C++, CUDA, MoveIt, MATLAB) agree with the C functions of shipped robots."""
 
 import os
 import shutil
@@ -43,7 +40,7 @@ TOLERANCE = 1e-12
 
 
 def trial(number: int) -> Outcome:
-    """Compares all compiled functions of one robot on random inputs."""
+    """Compare all compiled functions of one robot on random inputs."""
     os.environ["CHASLES_CFLAGS"] = EXACT  # the campaign runner restores CHASLES_CFLAGS
     robot = chasles.load(ROBOTS[number % len(ROBOTS)])
     rng, failures = np.random.default_rng(number), []
@@ -73,7 +70,7 @@ def trial(number: int) -> Outcome:
 
 
 def in_cuda(name: str, folder: Path, rng: np.random.Generator) -> list[str]:
-    """Compiles the CUDA kernels for the processor, and returns differences from the C."""
+    """Compile the CUDA kernels for the CPU, and return the differences from the C code."""
     shim, failures = Shim(name, folder), []
     q = rng.permutation(configurations(shim.robot, 10 * ROWS))[:ROWS]
     poses = rng.integers(-2, 3, (RIGHT_ANGLES, shim.robot.n)) * (np.pi / 2)
@@ -86,10 +83,10 @@ def in_cuda(name: str, folder: Path, rng: np.random.Generator) -> list[str]:
 def plugin_difference(
     robot: chasles.Robot, folder: Path, rng: np.random.Generator
 ) -> tuple[float, int]:
-    """Compares forward kinematics and all regular solutions.
+    """Compare forward kinematics and all regular solutions.
 
     Returns the largest difference and the number of compared solutions. A missing or additional
-    solution is an infinite difference.
+    solution counts as an infinite difference.
     """
     package = moveit.exported(robot.name, folder)
     library = moveit.compiled(package, robot.name, tuple(EXACT.split()))
@@ -113,7 +110,7 @@ def plugin_difference(
 
 
 def in_octave(robot: chasles.Robot, folder: Path, rng: np.random.Generator) -> list[str]:
-    """Calls the MATLAB functions in Octave, and returns their differences."""
+    """Call the MATLAB functions in Octave, and return their differences."""
     octave.exported(robot, folder)
     infos = [info for info in robot.manifest.functions if info.name in octave.FUNCTIONS]
     inputs = {info.name: inputs_of(robot, info, rng, ROWS) for info in infos}
@@ -146,7 +143,7 @@ def in_octave(robot: chasles.Robot, folder: Path, rng: np.random.Generator) -> l
 
 
 def difference(found: np.ndarray, expected: np.ndarray) -> float:
-    """Compares two arrays.
+    """Compare two arrays.
 
     Returns the largest relative difference. If only one of two values is NaN or infinite, the
     result is infinite.
@@ -157,7 +154,7 @@ def difference(found: np.ndarray, expected: np.ndarray) -> float:
 
 
 def built(robot: chasles.Robot, folder: Path) -> Path:
-    """Compiles the C++ package of a robot with a program that calls its functions."""
+    """Compile the C++ package of a robot with a program that calls its functions."""
     functions = sorted(FUNCTIONS & set(robot.functions))
     write(robot_of(robot.name), folder, functions=functions, languages=["cpp"])
     (folder / "driver.cpp").write_text(driver(robot.name))
@@ -172,14 +169,14 @@ def built(robot: chasles.Robot, folder: Path) -> Path:
 
 
 def in_cpp(program: Path, info: FunctionInfo, inputs: Sequence[np.ndarray]) -> np.ndarray:
-    """Returns the outputs of a C++ function as a flat list, row by row."""
+    """Return the outputs of a C++ function as a flat list, row by row."""
     rows = np.hstack([item.reshape(len(item), -1) for item in inputs]).tobytes()
     done = subprocess.run([program, info.name], input=rows, capture_output=True, check=True)
     return np.frombuffer(done.stdout).reshape(len(inputs[0]), -1)
 
 
 def in_c(robot: chasles.Robot, info: FunctionInfo, inputs: Sequence[np.ndarray]) -> np.ndarray:
-    """Returns the outputs of a C function as a flat list, row by row."""
+    """Return the outputs of a C function as a flat list, row by row."""
     function = robot.functions[info.name].ufunc
     results = (function(*row) for row in zip(*inputs, strict=True))
     as_tuples = (item if isinstance(item, tuple) else (item,) for item in results)

@@ -1,9 +1,9 @@
 """Derives and tests real arms from external files.
 
 Each trial tests one arm at random joint angles and at multiples of 90 degrees. A pose is missed if
-it has no correct solution. A valid solution is wrong if it does not reach its pose. A regular
-random configuration is lost if it is not among the solutions. A redundant arm is solved with the
-fixed joint value of the configuration.
+it has no correct solution. A valid solution is wrong if it does not reach its pose. A random
+configuration that is not singular is lost if the solutions of its pose do not contain it. A
+redundant arm is solved with the fixed joint value of the configuration.
 """
 
 from pathlib import Path
@@ -20,7 +20,7 @@ from tests.support.peers.interface import Answers
 from .campaign import Campaign, Outcome
 
 RANDOM, RIGHT = 2000, 1000
-"""Number of poses per arm: at random joint angles, and at multiples of 90 degrees."""
+"""Numbers of poses per arm at random joint angles and at multiples of 90 degrees."""
 MAX_LOST = 1e-4
 """Maximum fraction of random configurations that may be missing from the solutions."""
 
@@ -32,7 +32,7 @@ def trial(number: int) -> Outcome:
 
 
 def judgement(arm: FieldArm, folder: Path, random: int, right: int, seed: int) -> Outcome:
-    """Tests an arm at random joint angles and at multiples of 90 degrees.
+    """Test an arm at random joint angles and at multiples of 90 degrees.
 
     The argument `random` is the number of poses at random joint angles. The argument `right` is the
     number of poses at multiples of 90 degrees.
@@ -66,7 +66,7 @@ def judgement(arm: FieldArm, folder: Path, random: int, right: int, seed: int) -
 
 
 def own(case: FieldCase, q: np.ndarray) -> Answers:
-    """Solves the poses of configurations (m, n) with chasles."""
+    """Solve the poses of configurations (m, n) with chasles."""
     found = case.robot.ik(case.pose(q), fixed=fixed_values(case.robot, case.others(q)))
     return Answers(found.q, found.valid)
 

@@ -37,7 +37,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(number: int) -> tuple[Errors, str]:
-    """Derives and loads a random linkage. Returns the measured errors and the family of the
+    """Derive and load a random linkage. Returns the measured errors and the family of the
     linkage."""
     linkage = geared_linkage(number)
     derivation = derive(linkage.mechanism)

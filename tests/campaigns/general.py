@@ -3,9 +3,7 @@
 Trials alternate between six revolute joints, seven revolute joints, and seven to ten joints with up
 to two prismatic joints. The inverse solves poses at random joint angles and at multiples of 90
 degrees. Every pose needs a solution, and no solution may be wrong. Each regular configuration must
-be among the solutions. Arms with more than six joints also solve the poses with other fixed joint
-values. Each trial counts the poses for which multi-start Newton iteration finds a different number
-of solutions.
+be among the solutions.
 """
 
 from collections.abc import Collection, Sequence
@@ -61,11 +59,11 @@ class Judged:
     arm: chasles.Robot
 
     def fixed(self, q: np.ndarray) -> dict[str, np.ndarray]:
-        """Returns the fixed joint values that ``ik`` requires."""
+        """Return the fixed joint values that ``ik`` requires."""
         return fixed_at(self.arm, q)
 
     def true_poses(self, q: np.ndarray) -> np.ndarray:
-        """Computes poses (..., 4, 4) in extended precision from the joint placements."""
+        """Compute poses (..., 4, 4) in extended precision from the joint placements."""
         before, *placed = (E.astype(np.longdouble) for E in numbers(self.robot))
         T = np.broadcast_to(before, (*q.shape[:-1], 4, 4))
         for k, (joint, E) in enumerate(zip(self.robot.moving, placed, strict=True)):
@@ -79,11 +77,7 @@ class Judged:
         return T
 
     def lost(self, q: np.ndarray) -> tuple[int, ...]:
-        """Counts regular and lost configurations, unsolved poses and wrong solutions.
-
-        A regular configuration is lost if it is not among the solutions. A solution is wrong if its
-        pose error in extended precision exceeds ``WRONG``.
-        """
+        """Count regular and lost configurations, unsolved poses and wrong solutions."""
         parts = np.array_split(q, max(1, -(-len(q) // PART)))
         return tuple(map(int, np.sum([self._lost(part) for part in parts], axis=0)))
 
@@ -99,18 +93,18 @@ class Judged:
         return [mark.sum() for mark in marks]
 
     def is_fixed(self, joint: int) -> bool:
-        """Tests whether the value of a joint is an input of ``ik``."""
+        """Test whether the value of a joint is an input of ``ik``."""
         return any(joint == item.index for item in self.arm.redundancy)
 
     def elsewhere(self, q: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        """Finds other configurations with the same poses by multi-start iteration."""
+        """Find other configurations with the same poses by multi-start iteration."""
         found = self.arm.ik_numeric(self.arm.fk(q), random.uniform(-np.pi, np.pi, q.shape))
         return np.asarray(found.q[found.valid])
 
     def counts(self, T: np.ndarray, q: np.ndarray, random: np.random.Generator) -> int:
-        """Counts poses for which Newton's method finds a different number of solutions.
+        """Count poses for which Newton's method finds a different number of solutions.
 
-        The configurations q (m, n) contain the fixed joint values.
+        The configurations q (m, n) contain the values of the fixed joints.
         """
         own = self.arm.ik(T, fixed=self.fixed(q)).count
         others = [len(self.everywhere(*one, random)) for one in zip(T, q, strict=True)]
@@ -119,7 +113,7 @@ class Judged:
     def everywhere(
         self, T: np.ndarray, at: np.ndarray, random: np.random.Generator
     ) -> list[np.ndarray]:
-        """Solves a pose by Newton's method from random configurations."""
+        """Solve a pose by Newton's method from random configurations."""
         n = len(at)
         free = [k for k in range(n) if not self.is_fixed(k)]
         q = np.tile(at, (STARTS, 1))
@@ -144,7 +138,7 @@ class Judged:
 def configurations(
     robot: SerialRobot, count: int, right: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns random configurations (count, n), and configurations (right, n) at right angles."""
+    """Return ``count`` random configurations and ``right`` configurations with right angles."""
     n = len(robot.moving)
     q = rng.uniform(-np.pi, np.pi, (count, n))
     quarters = rng.integers(0, 4, (right, n)) * np.pi / 2
@@ -155,7 +149,7 @@ def configurations(
 
 
 def apart(q: np.ndarray, other: np.ndarray, slides: Collection[int] = ()) -> np.ndarray:
-    """Returns the maximum joint difference (rad, m), modulo full turns."""
+    """Return the maximum joint difference (rad, m), modulo full turns."""
     turns = np.array([k not in slides for k in range(q.shape[-1])])
     difference = q - other
     wrapped = (difference + np.pi) % (2 * np.pi) - np.pi
@@ -163,7 +157,7 @@ def apart(q: np.ndarray, other: np.ndarray, slides: Collection[int] = ()) -> np.
 
 
 def errors(T: np.ndarray, A: np.ndarray) -> np.ndarray:
-    """Returns pose errors (..., 6) in base axes: position, then axis times sine."""
+    """Return pose errors (..., 6) in base axes: position, then axis times sine."""
     E = T[..., :3, :3] @ np.swapaxes(A[..., :3, :3], -1, -2)
     w = [E[..., 2, 1] - E[..., 1, 2], E[..., 0, 2] - E[..., 2, 0], E[..., 1, 0] - E[..., 0, 1]]
     return np.concatenate([T[..., :3, 3] - A[..., :3, 3], np.stack(w, -1) / 2], -1)
@@ -194,7 +188,7 @@ def trial(number: int) -> Outcome:
 
 
 def arm_of(number: int) -> SerialRobot:
-    """Returns in turn a six-joint, a seven-joint or a longer arm."""
+    """Return in turn a six-joint, a seven-joint or a longer arm."""
     kinds = (random_arm, lambda seed: random_arm(seed, "///////"), long_arm)
     return kinds[number % len(kinds)](number)
 
@@ -208,7 +202,7 @@ def loaded(
 
 
 def violations(regular: int, lost: int, none: int, wrong: int, may_lose: float = 0) -> list[str]:
-    """Describes the failures of an arm. Up to ``may_lose`` lost configurations are no failure."""
+    """Describe the failures of an arm."""
     found = {"lost": lost * (lost > may_lose), "without a solution": none, "wrong": wrong}
     return [f"{count} {name}, {regular} regular" for name, count in found.items() if count]
 

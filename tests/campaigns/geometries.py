@@ -2,8 +2,8 @@
 
 Consecutive axes are skew, parallel or intersecting, which gives 243 patterns of six joints. Each
 trial uses 27 of the 243 patterns, once with six revolute joints and once with a prismatic joint.
-Each trial also uses two longer arms. The solver is compiled once and reads the tables of each arm.
-Every pose needs a solution, and each regular configuration must be among the solutions.
+The solver is compiled once and reads the tables of each arm. Every pose needs a solution, and each
+regular configuration must be among the solutions.
 """
 
 import ctypes
@@ -32,7 +32,6 @@ from .general import apart, configurations
 SHIM = Path(__file__).parents[1] / "support" / "native" / "any_arm.c"
 PATTERNS = tuple(map("".join, product(LINKS, repeat=5)))
 STRIDE = 9
-"""Stride between the axis patterns of a trial. Nine consecutive trials cover all patterns."""
 POSES = 1000
 """Number of random configurations per arm; one third as many are at multiples of 90 degrees."""
 SLOTS = 16
@@ -78,7 +77,7 @@ class Found:
 
 
 def arms(number: int) -> Iterator[tuple[str, SerialRobot]]:
-    """Yields the names and arms of a trial."""
+    """Yield the name and the description of each arm of a trial."""
     for k, links in enumerate(PATTERNS[number % STRIDE :: STRIDE]):
         yield links, random_arm(number, f"{links}/")
         place = (number // STRIDE + k) % JOINTS
@@ -97,7 +96,7 @@ def library() -> ctypes.CDLL:
 
 
 def judged(robot: SerialRobot, count: int, seed: int = 5) -> tuple[Found, Found] | None:
-    """Tests an arm at random configurations and at multiples of 90 degrees.
+    """Test an arm at random configurations and at multiples of 90 degrees.
 
     Returns None if the arm is singular or belongs to a closed-form family.
     """
@@ -107,7 +106,7 @@ def judged(robot: SerialRobot, count: int, seed: int = 5) -> tuple[Found, Found]
 
 
 def judged_at(robot: SerialRobot, q: np.ndarray) -> Found | None:
-    """Tests an arm at configurations (m, n), or returns None if the general solver does not
+    """Test an arm at configurations (m, n), or return None if the general solver does not
     apply."""
     choice = _taken(robot)
     return None if choice is None else _found(q, choice.given, slides_of(robot))
@@ -134,7 +133,10 @@ def _arm_of(tables: GeneralArm) -> Arm:
 
 
 def _found(q: np.ndarray, given: tuple[int, ...], slides: Collection[int]) -> Found:
-    """Solves the poses of configurations (m, n). Counts configurations that are not solutions."""
+    """Compute the inverse for the poses of configurations (m, n).
+
+    Counts configurations that are not solutions.
+    """
     m, n = q.shape
     slots, residual = np.empty((m, SLOTS, n)), np.empty((m, SLOTS))
     library().solve(m, *map(_pointer, (np.ascontiguousarray(q), slots, residual)))

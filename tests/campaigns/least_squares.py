@@ -1,9 +1,9 @@
 """Mechanisms with displaced joints, whose loops are closed in the least-squares sense.
 
-Pinned links replace the rods. Every joint and closure is shifted by up to 0.5 mm and rotated by up
-to 2 mrad about each axis. The configurations must match an independent minimization with exact
-derivatives. Derivatives must agree with finite differences. ``actuators`` and ``ik`` must return
-the coordinates from which the configuration was computed.
+Every joint and closure is shifted by up to 0.5 mm and rotated by up to 2 mrad about each axis. The
+configurations must match an independent minimization with exact derivatives. Derivatives must agree
+with finite differences. ``actuators`` and ``ik`` must return the coordinates from which the
+configuration was computed.
 """
 
 import tempfile
@@ -51,8 +51,8 @@ class Judged:
         slope: Largest error of the derivative of the configuration with respect to the coordinates.
         rate: Largest error of the main-chain accelerations at unit actuator velocities.
         back: Largest difference between coordinates and ``actuators(chain(q))``.
-        lost: Number of coordinates that ``ik`` does not recover, or 0 without an inverse.
-        open: Number of configurations near the reference whose loops remain open.
+        lost: Number of configurations that ``ik`` does not recover, or 0 without an inverse.
+        open: Number of configurations near the reference at which the loops do not close.
     """
 
     closure: float
@@ -71,7 +71,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(mechanism: Mechanism, rng: np.random.Generator) -> Judged:
-    """Derives and tests a mechanism at random configurations."""
+    """Derive and test a mechanism at random configurations."""
     with tempfile.TemporaryDirectory() as folder:
         names = FUNCTIONS if mechanism.name == "board_installer" else FUNCTIONS[:-1]
         write(mechanism, folder, functions=names, languages=C_ALONE)
@@ -91,7 +91,7 @@ def judged(mechanism: Mechanism, rng: np.random.Generator) -> Judged:
 
 
 def _around(robot: chasles.Robot, rng: np.random.Generator) -> np.ndarray:
-    """Returns coordinates (POSES, n) within a tenth of the limit range from the reference."""
+    """Return coordinates (POSES, n) within a tenth of the limit range from the reference."""
     limits = np.array([(c.lower, c.upper) for c in robot.coordinates], dtype=float)
     span = np.where(np.isfinite(limits).all(-1), limits[:, 1] - limits[:, 0], np.pi)
     return robot.reference.q + 0.1 * span * rng.uniform(-1, 1, (POSES, robot.n))

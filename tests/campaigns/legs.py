@@ -5,8 +5,8 @@ type or mixed. Tripteron, Exechon, 3-UPU, 3-URU, 3-PUU and 3-RUU have no ball jo
 such as the 5-UPS/UPU, a passive chain guides the platform. Further kinds are a Par4, a delta with a
 telescopic shaft, a pentapod, and an Exechon or a Tricept with a wrist.
 
-Valid solutions must reach the target pose in the correct assembly mode. One solution must be the
-generating configuration. ``fk`` must agree with Newton's method in small steps from the reference.
+Valid solutions must reach the target pose in the correct assembly mode. ``fk`` must agree with
+Newton's method in small steps from the reference.
 """
 
 import tempfile
@@ -32,7 +32,7 @@ INPUTS = 200
 REACH = {"rad": 0.5, "m": 0.08}
 """Maximum difference between a coordinate and its reference value."""
 FOLLOWED = 20
-"""Number of inputs at which the results are compared with Newton's method from the reference."""
+"""Number of inputs at which the results are compared with a Newton solution from the reference."""
 AGREE = 1e-9
 """Maximum difference from Newton's method (relative to the size, or radian)."""
 KINDS = LEG_KINDS | MACHINE_KINDS | GUIDED_KINDS
@@ -53,14 +53,14 @@ def trial(number: int) -> Outcome:
 
 
 def named(kind: str, number: int) -> Mechanism:
-    """Returns a random platform of a kind in ``NAMED``."""
+    """Return a random platform of a kind in ``NAMED``."""
     if kind in EQUAL_LEGS:
         return drawn(number, EQUAL_LEGS[kind])
     return drawn_as(KINDS[kind], number)
 
 
 def outcome(mechanism: Mechanism, number: int, title: str) -> Outcome:
-    """Compares the solutions of a platform with its forward kinematics near the reference."""
+    """Compare the solutions of a platform with its forward kinematics near the reference."""
     derivation = derive(mechanism, functions=FUNCTIONS)
     with tempfile.TemporaryDirectory() as folder:
         put(files_of(derivation), Path(folder))
@@ -86,10 +86,10 @@ def outcome(mechanism: Mechanism, number: int, title: str) -> Outcome:
 
 
 def from_newton(mechanism: Mechanism, q: Array, T: Array, size: float) -> Array:
-    """Returns the differences between poses T (N, 4, 4) and the poses of Newton's method.
+    """Return the differences between poses T (N, 4, 4) and poses that Newton's method computes.
 
-    Singular poses are not compared. Lengths are divided by ``size``. If only Newton's method finds
-    a pose, the difference is infinite.
+    Singular poses are not compared. If only Newton's method finds a pose, the difference is
+    infinite. Lengths are divided by ``size``.
     """
     model = Model(mechanism)
     z, regular = followed(model, q * model.ratio)

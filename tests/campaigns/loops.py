@@ -1,9 +1,6 @@
-"""Random coordinates of the shipped robots with loops. Most random coordinates cannot close the
-loops.
+"""Random coordinates of the shipped robots with loops.
 
-Coordinates span twice the limit range. If a robot reports closed loops, all values must satisfy the
-loop equations. If a robot reports open loops, all values must be NaN. For platforms, the actuators
-are solved from random poses.
+Coordinates span twice the limit range. If a robot reports open loops, all values must be NaN.
 """
 
 import tomllib
@@ -29,7 +26,7 @@ OPEN = 1e-12
 
 @cache
 def with_loops(pattern: str = "*.toml") -> tuple[Mechanism, ...]:
-    """Returns the shipped robots with loops whose files match a pattern."""
+    """Return the shipped robots with loops whose files match a pattern."""
     files = sorted(ROBOTS.glob(pattern))
     tables = {file: tomllib.loads(file.read_text(encoding="utf-8")) for file in files}
     # An extending file includes the loops of the extended file.
@@ -47,7 +44,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(mechanism: Mechanism, rng: np.random.Generator) -> tuple[int, int, float]:
-    """Returns (number of closed configurations, number of wrong ones, largest closure error)."""
+    """Return (number of closed configurations, number of wrong ones, largest closure error)."""
     robot, numbers = chasles.load(mechanism.name), Multistart(mechanism)
     is_map = robot.loop_solution == "closed form"
     closed, wrong, largest = 0, 0, 0.0
@@ -63,12 +60,11 @@ def judged(mechanism: Mechanism, rng: np.random.Generator) -> tuple[int, int, fl
 def _configurations(
     robot: chasles.Robot, numbers: Multistart, rng: np.random.Generator, is_map: bool
 ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-    """Returns joint values keyed by name, and the flags (valid, finite)."""
+    """Return joint values keyed by name, and the flags (valid, finite)."""
     if is_map:
         q = np.stack(list(_random(robot.coordinates, rng, numbers.size)), axis=-1)
         z = robot.configuration(q)
         names = [variable.name for variable in robot.configuration_variables]
-        # Loops that close for all coordinates have no margin.
         valid = (
             robot.loops_close(q) if hasattr(robot, "loops_close") else np.ones(len(q), dtype=bool)
         )
@@ -81,7 +77,7 @@ def _configurations(
 
 
 def _random(coordinates: tuple, rng: np.random.Generator, size: float) -> Iterator[np.ndarray]:
-    """Yields random coordinates from a range that is twice as wide as the joint limits."""
+    """Yield random coordinates from a range that is twice as wide as the joint limits."""
     for coordinate in coordinates:
         low, high = coordinate.lower, coordinate.upper
         if low is None or high is None or not np.isfinite(low) or not np.isfinite(high):

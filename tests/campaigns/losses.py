@@ -1,10 +1,9 @@
-"""Finds poses that inverses of random arms miss.
+"""Searches for poses of random arms for which the inverse kinematics misses solutions.
 
 Each inverse of a random arm solves poses at random coordinates, at multiples of 90 degrees and near
-these multiples. Every pose needs a solution, and no solution may be wrong. Regular coordinates must
-be among the solutions. The equations run in CasADi, so nothing is compiled. Poses that ``ik``
-solves only after refinement are also counted. Six-joint arms without a closed-form family need
-compiled C, so the campaign ``general`` tests them.
+these multiples. Every pose needs a solution, and no solution may be wrong. The equations run in
+CasADi, so nothing is compiled. Poses that ``ik`` solves only after refinement are also counted.
+Six-joint arms without a closed-form family need compiled C, so the campaign ``general`` tests them.
 """
 
 from collections.abc import Iterator
@@ -33,7 +32,7 @@ class Loss:
     Attributes:
         arm: Number of the arm.
         structure: Description of the arm's structure.
-        function: Name of the inverse.
+        function: Name of the inverse kinematics function.
         poses: Name of the pose set.
         verdict: Numbers of missed, wrong and lost configurations after refinement.
         unrefined: Number of unsolved poses without refinement.
@@ -48,11 +47,11 @@ class Loss:
 
     @property
     def is_real(self) -> bool:
-        """Tests whether errors remain after refinement."""
+        """Test whether errors remain after refinement."""
         return bool(self.verdict.missed or self.verdict.wrong or self.verdict.lost)
 
     def __str__(self) -> str:
-        """Returns a one-line description."""
+        """Return a one-line description."""
         v = self.verdict
         return (
             f"arm {self.arm}, {self.structure}, {self.function}, {self.poses}: "
@@ -62,7 +61,7 @@ class Loss:
 
 
 def trial(number: int) -> Outcome:
-    """Tests each inverse of one random arm. Trials with odd numbers fix random joints."""
+    """Test each inverse of one random arm. Trials with odd numbers fix random joints."""
     try:
         arm = random_arm(number)
         cases = cases_for_given(arm, number) if number % 2 else cases_of(arm)
@@ -76,7 +75,7 @@ def trial(number: int) -> Outcome:
 
 
 def losses_of(case: Derived, seed: int) -> Iterator[Loss]:
-    """Yields the pose sets with missed or wrong solutions."""
+    """Yield the pose sets with missed or wrong solutions."""
     for chosen, poses in sets(case, np.random.default_rng(seed)):
         bare = judged(chosen, poses, chosen.answers)
         if bare.missed or bare.wrong or bare.lost:
@@ -98,7 +97,10 @@ def sets(case: Derived, rng: np.random.Generator) -> Iterator[tuple[Derived, Pos
 
 
 def right_angles(case: Derived, rng: np.random.Generator) -> np.ndarray:
-    """Returns coordinates (m, n) with multiples of 90 degrees and round prismatic values."""
+    """Return coordinates (m, n) at special values.
+
+    Revolute joints are at multiples of 90 degrees, and prismatic joints at round values.
+    """
     n = case.robot.n
     values = [
         [0.0] if k in case.free else QUARTERS if case.turns[k] else ROUND_SLIDES for k in range(n)
@@ -110,7 +112,7 @@ def right_angles(case: Derived, rng: np.random.Generator) -> np.ndarray:
 
 
 def determines(case: Derived) -> bool:
-    """Tests whether the task has finitely many solutions."""
+    """Test whether the task has finitely many solutions."""
     rows = case.jacobian(np.zeros((1, case.robot.n))).shape[-2]
     inputs = [name for name in case.given if name in case.robot.functions]
     return len(case.solved) <= rows + len(inputs)

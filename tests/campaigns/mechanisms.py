@@ -2,11 +2,8 @@
 
 Each mechanism of ``drawn_mechanisms.py`` is derived and loaded. The trial compares all branches of
 the actuator map and of its inverse at several inputs. No branch may be missing, duplicated or
-wrong. A valid solution closes the loops with positive cylinder lengths. If the loops cannot close
-at an input, a finite value is correct only if the value does not depend on the input. Mechanisms
-without a closed form are only counted. Exception: they are compared at inputs without an assembly
-mode. Valid solutions of ``ik`` must reach the target pose, and one of them must be the generating
-configuration.
+wrong. A valid solution closes the loops with positive cylinder lengths. Valid solutions of ``ik``
+must reach the target pose, and one of them must be the generating configuration.
 """
 
 import tempfile
@@ -29,9 +26,9 @@ from .campaign import Campaign, Outcome
 
 INPUTS = 20
 LEFT = 1e-12
-"""Maximum loop residual of a valid solution slot relative to the mechanism size."""
+"""Maximum loop residual of a valid solution slot, relative to the mechanism size."""
 AT_DEAD_POINT = 1e-5
-"""Below this margin, two branches nearly coincide and the count is uncertain."""
+"""Margin below which two branches nearly coincide and the number of solutions is uncertain."""
 FAULTS = (
     "missing",
     "repeated",
@@ -128,7 +125,7 @@ def _compare(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, inpu
         moved = theta[::2] + numbers.scales(numbers.chain) * rng.uniform(-1, 1, theta[::2].shape)
         theta = np.vstack([theta, moved])
     else:
-        # The changed joint values do not close the loops.
+        # Change some joint values so that the loops no longer close.
         theta[::4] += 0.1 * numbers.scales(numbers.chain) * rng.uniform(-1, 1, theta[::4].shape)
     back = numbers.modes(theta, numbers.chain)
     found = robot.actuator_branches(theta)
@@ -150,7 +147,7 @@ def _silent(
     values: np.ndarray,
     closed: np.ndarray,
 ) -> None:
-    """Counts finite results for open loops and non-finite results for closed loops.
+    """Count finite results for open loops and non-finite results for closed loops.
 
     The input values (N, n) are away from dead points. An independent oracle determines `closed`
     (N,).
@@ -173,7 +170,7 @@ def _silent(
 
 
 def _slots(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, q: np.ndarray) -> None:
-    """Counts faults of the inverse at the poses of configurations (N, n)."""
+    """Count faults of the inverse at the poses of configurations (N, n)."""
     if hasattr(robot, "ik") and not robot.redundancy and len(q):
         verdict.faults.update(slot_faults(robot, drawn.mechanism, q))
 
@@ -181,17 +178,17 @@ def _slots(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, q: np.
 def _reference(
     verdict: Verdict, numbers: Multistart, drawn: DrawnMechanism, robot: chasles.Robot
 ) -> None:
-    """Counts a fault if the map returns a different branch at the reference."""
+    """Count a fault if the map returns a different branch at the reference."""
     theta = np.array([drawn.mode[name] for name in numbers.chain])
     apart = numbers.wrapped(numbers.chain, robot.chain(drawn.q[None])[0] - theta)
     verdict.faults["wrong"] += int(not np.abs(apart).max() < SAME)
 
 
 def _valid(verdict: Verdict, numbers: Multistart, robot: chasles.Robot, theta: np.ndarray) -> None:
-    """Checks that a result is valid exactly if the actuators reproduce theta.
+    """Check that a result is valid exactly if the actuators reproduce theta.
 
-    Near a dead point, a wrong mode may be within the tolerance. The result must therefore be closer
-    to theta than half the distance to any other mode.
+    Near a dead point, a wrong mode may be within the tolerance, so the result must be closer to
+    theta than half the distance to any other mode.
     """
     q = robot.actuators(theta)
     apart = np.abs(numbers.wrapped(numbers.chain, robot.chain(q) - theta)).max(-1)
@@ -201,8 +198,10 @@ def _valid(verdict: Verdict, numbers: Multistart, robot: chasles.Robot, theta: n
 
 
 def half_distance(numbers: Multistart, modes: list[dict[str, float]], theta: np.ndarray) -> float:
-    """Returns half the distance from theta to the nearest different assembly mode, at most 100
-    times ``SAME``."""
+    """Return half the distance from theta to the nearest other assembly mode.
+
+    The result is at most 100 times ``SAME``.
+    """
     others = np.array([[mode[name] for name in numbers.chain] for mode in modes])
     apart = np.abs(numbers.wrapped(numbers.chain, others.reshape(-1, len(theta)) - theta)).max(-1)
     return min([100 * SAME, *(apart[apart > SAME] / 2)])
@@ -216,7 +215,7 @@ def _count(
     labels: tuple[str, ...],
     modes: list[list[dict[str, float]]],
 ) -> None:
-    """Matches the branches of each input one to one."""
+    """Match the branches of each input one to one."""
     (known, values), (names, (branches, valid, margin)) = given, found
     verdict.faults["unlabelled"] += int(len(set(labels)) < len(labels) or not all(labels))
     for row, of in enumerate(modes):
@@ -259,7 +258,7 @@ def _match(
 def _distinct(
     numbers: Multistart, names: list[str], modes: list[dict[str, float]]
 ) -> list[dict[str, float]]:
-    """Returns the modes that differ in the named values, without passive joints."""
+    """Remove each mode that differs from an earlier mode only in passive joints."""
     kept: list[dict[str, float]] = []
     for mode in modes:
         values = np.array([mode[name] for name in names])

@@ -1,8 +1,9 @@
 """Mutated URDFs keep their structure and their stated pose error.
 
 Each trial writes a shipped serial robot as a URDF and mutates the file (see
-``tests/support/generators/mutated_urdfs.py``). A mutant must keep the structure of its robot, or
-state the violated conditions. Pinocchio computes the tool pose from the same file for comparison.
+``tests/support/generators/mutated_urdfs.py``). Each mutant must still have the structure of its
+robot. Otherwise, chasles must state the violated conditions. Pinocchio computes the tool pose from
+the same file for comparison.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -38,7 +39,8 @@ class Finding:
     Attributes:
         mutant: The mutant.
         cleaning: Summary of the numbers that noise removal snapped to exact values.
-        excess: Maximum pose difference, divided by the stated pose error; values above 1 are wrong.
+        excess: Maximum pose difference, divided by the stated pose error. A value above 1 disproves
+            the stated pose error.
         kept: Whether the mutant keeps the structure and the solution method.
         missed: Description of the violated structural conditions.
     """
@@ -51,7 +53,6 @@ class Finding:
 
     @property
     def is_good(self) -> bool:
-        """Whether the pose error is within its bound, and a lost structure has a stated reason."""
         return self.excess <= 1 and (self.kept or bool(self.missed))
 
     def __str__(self) -> str:
@@ -79,7 +80,7 @@ def trial(number: int) -> Outcome:
 
 
 def serial_robots() -> list[SerialRobot]:
-    """Returns the shipped robots that URDF can represent."""
+    """Return the shipped robots that URDF can represent."""
     robots = [read(ROBOTS / f"{name}.toml") for name in NAMES]
     return [
         robot
@@ -89,7 +90,7 @@ def serial_robots() -> list[SerialRobot]:
 
 
 def findings(arms: Sequence[Mutant], numbers: Iterable[int]) -> Iterator[Finding]:
-    """Tests numbered mutants of several arms."""
+    """Test changed descriptions of several arms."""
     structures: dict[str, Classification] = {}
     with TemporaryDirectory() as folder:
         path = Path(folder) / "mutant.urdf"
@@ -102,7 +103,7 @@ def findings(arms: Sequence[Mutant], numbers: Iterable[int]) -> Iterator[Finding
 
 
 def read_mutant(path: Path, mutant: Mutant) -> SerialRobot:
-    """Writes the file of a mutant and reads its robot."""
+    """Write the file of a mutant, and return the robot that the file describes."""
     path.write_text(mutant.text, encoding="utf-8")
     return read(path, tip=mutant.tip)
 
@@ -112,7 +113,7 @@ def classified(robot: SerialRobot) -> Classification:
 
 
 def judged(mutant: Mutant, robot: SerialRobot, wanted: Classification, path: Path) -> Finding:
-    """Compares a mutant with the structure of its arm and with Pinocchio's poses."""
+    """Compare a mutant's structure with the original arm, and its poses with Pinocchio."""
     found = classified(robot)
     kept = (_name(found.found), found.method) == (_name(wanted.found), wanted.method)
     missed = "" if kept or wanted.found is None else in_words(found, wanted.found)
@@ -120,7 +121,7 @@ def judged(mutant: Mutant, robot: SerialRobot, wanted: Classification, path: Pat
 
 
 def in_words(found: Classification, wanted: Attempt) -> str:
-    """Describes the structural conditions that a chain violates."""
+    """Describe the structural conditions that a chain violates."""
     for attempt in found.attempts:
         if _name(attempt) == _name(wanted):
             off = [r for r in attempt.requirements if r.deviation > EXACT_STRUCTURE]
@@ -133,7 +134,7 @@ def _name(attempt: Attempt | None) -> tuple[object, ...]:
 
 
 def excess(robot: SerialRobot, path: Path) -> float:
-    """Returns the maximum difference to Pinocchio's poses in units of the stated error."""
+    """Return the maximum pose difference from Pinocchio, relative to the stated pose error."""
     import pinocchio as pin
 
     model = pin.buildModelFromUrdf(str(path))
@@ -167,7 +168,7 @@ def _range(limits: tuple[object, object]) -> tuple[float, float]:
 
 
 def pose(robot: SerialRobot, q: Sequence[float]) -> np.ndarray:
-    """Returns the tool pose (4, 4) of a robot without parameters."""
+    """Return the tool pose (4, 4) of a robot without parameters."""
     T = matrix(robot.base)
     values = iter(q)
     for joint in robot.joints:
@@ -181,7 +182,7 @@ def pose(robot: SerialRobot, q: Sequence[float]) -> np.ndarray:
 
 
 def matrix(placement: Placement, more: float = 0.0) -> np.ndarray:
-    """Returns a placement (4, 4).
+    """Return a placement (4, 4).
 
     The angle ``more`` is added to each rotation angle of the placement.
     """

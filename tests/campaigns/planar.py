@@ -21,13 +21,14 @@ from .campaign import Campaign, Outcome
 STARTS, INPUTS = 1_000, 4
 FUNCTIONS, LANGUAGES = ("modes",), ("c", "python")
 SAME, REGULAR = 1e-6, 1e-4
-"""Maximum distance at which two modes count as equal, and minimum margin of a compared mode. The
-platforms have a size of 1 m."""
+"""The tests treat modes closer than `SAME` as equal, and ignore modes with a margin below
+`REGULAR`."""
 AGAIN = 100
 """Number of Newton starts from each mode, with random passive joints of all three legs."""
 STEPS, LONGEST_STEP = 50, 0.5
 SLIDE = 2.0
-"""Standard deviation of passive prismatic start values, relative to the pose size."""
+"""Standard deviation of the start values of passive prismatic joints, relative to the size of the
+poses."""
 NEAR = 0.3
 """Maximum distance of inputs from the reference (radian or meter)."""
 
@@ -69,7 +70,7 @@ def trial(number: int) -> Outcome:
 def derived(
     platform: DrawnPlatform, folder: Path, functions: tuple[str, ...] = FUNCTIONS
 ) -> chasles.Robot:
-    """Derives and loads some functions of a platform."""
+    """Derive and load some functions of a platform."""
     path = folder / "platform"
     # A random number may look like a rounded angle.
     described = read_text(platform.text("platform"), exact=True)
@@ -84,7 +85,7 @@ def compared(
     rng: np.random.Generator,
     starts: int,
 ) -> Compared:
-    """Compares the assembly modes at one input with the results of Newton's method."""
+    """Compare the assembly modes at one input with the results of Newton's method."""
     theta, margin, unsure = robot.functions["modes"](q)
     theta, margin = theta[np.isfinite(margin)], margin[np.isfinite(margin)]
     size = _size(theta)
@@ -95,7 +96,7 @@ def compared(
     others = newton(platform, q, begun, rng)
     stays = np.array([_stays(platform, q, row, rng) for row in theta], bool)
     near = _apart(others, theta)
-    # Near double modes, Newton's method is less accurate.
+    # Near double solutions, Newton's method is less accurate.
     regular = margin > REGULAR
     missed = ~(near < SAME).any(1)
     meeting = (near[:, ~regular] < np.sqrt(SAME)).any(1)
@@ -110,7 +111,7 @@ def compared(
 def _stays(
     platform: DrawnPlatform, q: np.ndarray, pose: np.ndarray, rng: np.random.Generator
 ) -> bool:
-    """Tests whether Newton's method with random passive joints converges back to a mode."""
+    """Test whether Newton's method with random passive joints converges back to a mode."""
     found = newton(platform, q, np.repeat(pose[None], AGAIN, 0), rng)
     return bool((_apart(pose[None], found) < SAME).any())
 
@@ -118,7 +119,7 @@ def _stays(
 def newton(
     platform: DrawnPlatform, q: np.ndarray, poses: np.ndarray, rng: np.random.Generator
 ) -> np.ndarray:
-    """Returns the distinct modes (n, 3) that Newton's method finds."""
+    """Return the distinct modes (n, 3) that Newton's method finds."""
     slides = np.array([leg.kinds[leg.passive] == "P" for leg in platform.legs])
     size = _size(poses)
     passive = rng.uniform(-np.pi, np.pi, (len(poses), 3))
@@ -141,7 +142,7 @@ def newton(
 
 
 def _size(poses: np.ndarray) -> float:
-    """Returns one plus the largest absolute position coordinate (meter)."""
+    """Return one plus the largest absolute position coordinate (meter)."""
     return float(1 + np.abs(poses[:, :2]).max(initial=0.0))
 
 
@@ -154,7 +155,10 @@ def _distinct(poses: np.ndarray) -> np.ndarray:
 
 
 def _apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Returns the distances (n, m) of modes: the larger of position and angle difference."""
+    """Return the distances (n, m) between two sets of assembly modes.
+
+    A distance is the larger of position difference and angle difference.
+    """
     d = one[:, None] - other[None]
     d[..., 2] = np.angle(np.exp(1j * d[..., 2]))
     return np.asarray(np.abs(d).max(-1))

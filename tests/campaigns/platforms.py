@@ -2,9 +2,7 @@
 
 The platforms are general, flat, or have three double joints on the platform (6-3) or on platform
 and base (3-3). The rod lengths belong to a random pose. The solver must find all modes that
-multi-start Newton iteration finds, with correct rod lengths. Singular modes are not compared,
-because Newton's method does not converge at them. The trial counts modes that Newton's method
-misses, and possibly incomplete mode lists.
+multi-start Newton iteration finds, with correct rod lengths.
 """
 
 import ctypes
@@ -27,7 +25,7 @@ OF_EACH_KIND, STARTS = 2, 2_000
 KINDS = ("6-6", "flat", "6-3", "3-3")
 WRONG, SAME, REGULAR = 1e-10, 1e-6, 1e-5
 """Maximum rod length error, maximum distance at which two modes count as equal, and minimum
-determinant of a regular mode. The platforms have a size of 1 m."""
+determinant of a regular mode."""
 NEWTON = Path(__file__).parents[1] / "support" / "native" / "rods_newton.c"
 AXES = (2, 1, 0)
 SHIM = """
@@ -111,7 +109,7 @@ def trial(number: int) -> Outcome:
 
 
 def random_rods(kind: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns rod ends a and b (6, 3), and rod lengths (6,) at a random pose."""
+    """Return rod ends a and b (6, 3), and rod lengths (6,) at a random pose."""
     a = rng.normal(size=(6, 3))
     b = rng.normal(size=(6, 3)) * rng.uniform(0.3, 1)
     if kind == "flat":
@@ -133,7 +131,7 @@ def judged(
     count: int,
     rng: np.random.Generator,
 ) -> Judged:
-    """Compares the modes of a platform with Newton's method."""
+    """Compare the modes of a platform with the poses that Newton's method finds."""
     theta, unsure = modes(a, b, lengths)
     own_e, own_p = quaternions(theta), theta[:, :3]
     left, _ = excess(a, b, lengths, own_e, own_p)
@@ -170,12 +168,7 @@ class Solved:
 def numbered(
     a: np.ndarray, b: np.ndarray, usual: np.ndarray, *, eliminates: bool = True
 ) -> Platform:
-    """Returns the parameters of a platform.
-
-    The rod lengths differ from the lengths ``usual`` by up to 20 %.
-
-    Without elimination, path tracking solves platforms with double joints.
-    """
+    """Return the parameters of a platform."""
     joints = double_joints(a.tolist(), b.tolist()) if eliminates else NO_JOINTS
     drawn = np.random.default_rng(0).uniform(0.8, 1.2, (12, 6)) * usual
     rods = RodNumbers(np.tile(a, (12, 1, 1)), b, drawn)
@@ -199,7 +192,7 @@ def solved(platform: Platform, a: np.ndarray, lengths: np.ndarray) -> Solved:
 def newton(
     a: np.ndarray, b: np.ndarray, lengths: np.ndarray, count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns quaternions and positions of distinct modes from random start poses."""
+    """Return quaternions and positions of distinct modes from random start poses."""
     e = rng.normal(size=(count, 4))
     e /= np.linalg.norm(e, axis=1, keepdims=True)
     # At the start poses, the distance between the ends of the first rod equals the rod length.
@@ -228,7 +221,7 @@ def _distinct(e: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _apart(e1: np.ndarray, p1: np.ndarray, e2: np.ndarray, p2: np.ndarray) -> np.ndarray:
-    """Returns distances (n1, n2) of modes: the larger of position and orientation difference."""
+    """Return distances (n1, n2) of modes: the larger of position and orientation difference."""
     one, other = e1[:, None], e2[None]
     turned = np.minimum(np.abs(one - other).max(-1), np.abs(one + other).max(-1))
     return np.asarray(np.maximum(turned, np.abs(p1[:, None] - p2[None]).max(-1)))
@@ -237,7 +230,7 @@ def _apart(e1: np.ndarray, p1: np.ndarray, e2: np.ndarray, p2: np.ndarray) -> np
 def excess(
     a: np.ndarray, b: np.ndarray, lengths: np.ndarray, e: np.ndarray, p: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns rod length errors (n, 6) and their derivatives with respect to a twist."""
+    """Return rod length errors (n, 6) and their derivatives with respect to a twist."""
     r = b @ np.swapaxes(rotations(e), 1, 2)
     d = p[:, None] + r - a
     distance = np.linalg.norm(d, axis=-1)

@@ -1,4 +1,4 @@
-"""Reads mutated files of every kind that chasles reads.
+"""Reads changed files of every kind that chasles reads.
 
 Each trial mutates the files in `corpus`, results of a robot, and manifests. Mutations change bytes,
 words, lines, JSON values or arrays. A reader must return a value within the time limit, or raise an
@@ -213,7 +213,7 @@ def mutant(reader: Reader, dice: random.Random) -> bytes:
 
 
 def attempt(reader: Reader, path: Path) -> str:
-    """Reads a file. Returns "read", "refused", or a description of the failure."""
+    """Read a file. Returns "read", "refused", or a description of the failure."""
     try:
         with at_most(SECONDS):
             reader.read(path)

@@ -1,8 +1,8 @@
-"""Redundancy of the photographic robot on random camera paths.
+"""Redundancy resolution of a camera robot on random camera paths.
 
 The camera moves on a spline through random points for 10 s, and points at a fixed target. Limits
-are random. If a dense grid contains a continuous motion, the robot must find a motion on the path
-within the limits.
+are random. If a dense grid contains a continuous motion, the redundancy resolution must find a
+motion along the path within the limits.
 """
 
 import numpy as np
@@ -15,9 +15,10 @@ from tests.support.oracles.self_motion import look_at, reached_poses
 from .campaign import Campaign, Outcome
 
 SAMPLES, CELLS = 400, 48
-"""Number of poses on a path. Number of grid points of the oracle for each parameter."""
+"""Number of poses on a path. Number of grid points of the reference solution for each redundancy
+parameter."""
 ORACLE = 51
-"""Number of poses of the oracle, with the first and the last pose of the path."""
+"""Number of path poses that the reference solution tests, including the first and last pose."""
 ON_PATH = 1e-9
 """Maximum distance of the motion from the path [m]."""
 
@@ -42,7 +43,7 @@ def trial(number: int) -> Outcome:
 
 
 def drawn_path(robot, rng):
-    """Returns limits (n, 2), poses (m, 4, 4) and a seed (n,)."""
+    """Return limits (n, 2), poses (m, 4, 4) and a seed (n,)."""
     half = np.where([c.unit == "m" for c in robot.coordinates], 0.4, rng.uniform(0.6, 2.8))
     half = half * rng.uniform(0.6, 1.4, robot.n)
     middle = rng.uniform(-0.4, 0.4, robot.n)

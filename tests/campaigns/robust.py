@@ -1,8 +1,7 @@
 """Reads and derives mutated robot files and random arms with round numbers.
 
-Each trial mutates the shipped robot files and some URDFs. A few valid mutants and some random arms
-are derived. Every attempt must end within the time limit, with a robot or an error of chasles. An
-error in a file must state the file.
+Every attempt must end within the time limit, with a robot or an error of chasles. An error message
+about a file must contain the name of the file.
 """
 
 import random
@@ -65,7 +64,7 @@ class Attempt:
 
     @property
     def is_good(self) -> bool:
-        """Tests whether the attempt returned a robot or a chasles error in time."""
+        """Test whether the attempt returned a robot or a chasles error in time."""
         return self.end in ("made", "refused")
 
 
@@ -83,7 +82,10 @@ def trial(number: int) -> Outcome:
 
 
 def _attempts(number: int, folder: Path) -> Iterator[tuple[Path, bool, Attempt]]:
-    """Yields a file, whether its robot is derived, and the result."""
+    """Yield the robot file, a flag and the result of each attempt.
+
+    The flag is True if the attempt includes the derivation of the robot.
+    """
     derived = 0
     for k, text in enumerate(islice(mutants(random.Random(number)), READ)):
         path = written(folder / f"{number}_mutant_{k}", text)
@@ -97,7 +99,7 @@ def _attempts(number: int, folder: Path) -> Iterator[tuple[Path, bool, Attempt]]
 
 
 def sources() -> list[Text]:
-    """Returns the shipped robot files, a URDF and a calibrated arm."""
+    """Return the shipped robot files, a URDF and a calibrated arm."""
     shipped = [
         (".toml", path.read_text(encoding="utf-8")) for path in sorted(ROBOTS.glob("*.toml"))
     ]
@@ -105,7 +107,7 @@ def sources() -> list[Text]:
 
 
 def mutants(dice: random.Random) -> Iterator[Text]:
-    """Yields mutated sources endlessly."""
+    """Yield mutated sources endlessly."""
     texts = sources()
     while True:
         suffix, text = dice.choice(texts)
@@ -113,14 +115,14 @@ def mutants(dice: random.Random) -> Iterator[Text]:
 
 
 def written(stem: Path, text: Text) -> Path:
-    """Writes a text to a file and returns its path."""
+    """Write a text to a file and return its path."""
     path = stem.with_name(stem.name + text[0])
     path.write_text(text[1], encoding="utf-8")
     return path
 
 
 def attempt(path: Path, *, derive: bool) -> Attempt:
-    """Reads a file and optionally derives its robot. Failing files are kept."""
+    """Read a file and optionally derives its robot. Failing files are kept."""
     found = _attempt(path, derive=derive)
     if not found.is_good:
         KEPT.mkdir(parents=True, exist_ok=True)

@@ -54,7 +54,7 @@ LONGEST = 900.0
 QUICK_FLAGS = "-O1"
 """Compiler flags of most trials; compilation is twice as fast as with the default flags."""
 USER_FLAGS_EVERY = 5
-"""In one of this many trials, the robot is compiled with the default compiler flags."""
+"""One in this number of trials compiles the robot with the default compiler flags."""
 
 
 def campaign(name: str) -> Campaign:
@@ -64,7 +64,7 @@ def campaign(name: str) -> Campaign:
 
 @dataclass
 class Tally:
-    """Outcomes of a campaign, summed over its trials.
+    """Results of a campaign, summed over its trials.
 
     Attributes:
         trials: Number of finished trials.
@@ -100,10 +100,10 @@ def run(
     workers: int,
     report: Report,
 ) -> dict[str, Tally]:
-    """Runs campaigns in parallel. Each campaign gets the same time and at least one trial.
+    """Run campaigns in parallel. Each campaign gets the same time and at least one trial.
 
-    The seed determines the trial numbers (``TRIALS_OF_A_SEED``). After `seconds`, only the first
-    trials of campaigns may start. The function `report` is called after each trial.
+    After `seconds`, a trial starts only if it is the first trial of its campaign. The function
+    `report` is called after each trial.
     """
     tallies = {name: Tally() for name in names}
     started: Counter[str] = Counter()
@@ -128,7 +128,7 @@ def run(
 
 
 def _next(tallies: dict[str, Tally], started: Counter[str], *, is_over: bool) -> str | None:
-    """Returns the campaign with the least used time, or a new campaign."""
+    """Return a new campaign, or the campaign with the least used time if none is new."""
     new = [name for name in tallies if not started[name]]
     if new:
         return new[0]
@@ -143,10 +143,7 @@ def _expected(tally: Tally, started: int) -> float:
 
 
 def isolated(name: str, number: int) -> tuple[Outcome, float]:
-    """Runs a trial in a separate process. Returns (outcome of the trial, duration in seconds).
-
-    A crash, an exception or a timeout is a failure.
-    """
+    """Run a trial in a separate process. Returns (outcome of the trial, duration in seconds)."""
     context = get_context("forkserver")
     context.set_forkserver_preload([__name__, "chasles.derive"])
     receive, send = context.Pipe(duplex=False)
@@ -172,7 +169,10 @@ def _send_outcome(send: Connection, name: str, number: int) -> None:
 
 
 def outcome_of(chosen: Campaign, number: int) -> Outcome:
-    """Runs a trial in this process. An exception is a failure."""
+    """Run a trial in this process.
+
+    An exception counts as a failure of the trial.
+    """
     try:
         with _settings(number):
             return chosen.trial(number)
@@ -184,7 +184,7 @@ def outcome_of(chosen: Campaign, number: int) -> Outcome:
 
 @contextmanager
 def _settings(number: int) -> Iterator[None]:
-    """Gives a trial its own cache and compiler flags."""
+    """Give a trial its own cache and compiler flags."""
     before = dict(os.environ)
     with TemporaryDirectory(prefix="chasles-campaign-") as folder:
         os.environ["CHASLES_CACHE"] = folder

@@ -31,9 +31,10 @@ FINER = 10
 CLOSED = 1e-11
 """Maximum closure error relative to the robot size."""
 STEPS = 4
-"""Number of Newton steps between consecutive (nearby) configurations."""
+"""Number of Newton steps from one configuration to the next configuration."""
 FOLLOWED = 1e-6
-"""Joint difference [rad or m] that indicates a different assembly mode."""
+"""If joint values differ by more than this value [rad or m], they belong to different assembly
+modes."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,6 @@ class _Recording(ConfigurationSpace):
     tested: list[FloatArray] = field(default_factory=list)
 
     def distances(self, q: FloatArray) -> FloatArray:
-        """Records configurations and returns their distances."""
         self.tested.append(q)
         found: FloatArray = super().distances(q)
         return found
@@ -86,7 +86,7 @@ def trial(number: int) -> Outcome:
 
 
 def planned(robot: chasles.Robot, key: int) -> Scene:
-    """Plans a path in a random scene and checks the path."""
+    """Plan a path in a random scene and check the path."""
     space, (start, goal) = drawn(robot, np.random.default_rng(key))
     space.tested.clear()
     plan = prm(space, SAMPLES, neighbors=NEIGHBOURS, rng=key).plan(start, goal)
@@ -98,7 +98,7 @@ def planned(robot: chasles.Robot, key: int) -> Scene:
 
 
 def left(space: ConfigurationSpace, places: FloatArray) -> tuple[int, int]:
-    """Counts configurations (m, n) with open loops and with a wrong assembly mode."""
+    """Count configurations (m, n) with open loops and with a wrong assembly mode."""
     robot, bounds = space.robot, space.bounds
     assert bounds is not None
     z = robot.configuration(places)
@@ -118,7 +118,7 @@ def left(space: ConfigurationSpace, places: FloatArray) -> tuple[int, int]:
 
 
 def drawn(robot: chasles.Robot, rng: np.random.Generator) -> tuple[_Recording, FloatArray]:
-    """Returns a space with random spheres, and two free configurations (2, n)."""
+    """Return a space with random spheres, and two free configurations (2, n)."""
     size = skeleton(robot).size
     radius = 0.01 * size
     empty = configuration_space(robot, [sphere([0, 0, 1e3 * size], size)], radius=radius)

@@ -1,6 +1,6 @@
 """Arms with prismatic joints: decoupled, intersecting and planar arms, and cranes.
 
-Axes and lengths are random in even trials. In odd trials, lengths are round, and many are 0.
+Axes and lengths are random in even trials.
 """
 
 from chasles.derive import SerialRobot
@@ -17,7 +17,7 @@ ORDERS = ("RRP", "RPR", "PRR")
 
 
 def arms_of(number: int) -> list[SerialRobot]:
-    """Returns one random arm of each group."""
+    """Return one random arm of each group."""
     arms = [decoupled(DECOUPLED[number % len(DECOUPLED)], number + 2)]
     arms += [decoupled(MEETING[number % len(MEETING)], number + 2, meeting=True)]
     arms += [planar(PLANAR[number % len(PLANAR)], number)]

@@ -30,7 +30,7 @@ ORIENTING = 3
 POSES = 500
 """Number of random poses per inverse."""
 COUNTED = 5
-"""Number of poses whose solutions Newton's method counts."""
+"""Number of poses for which Newton's method counts the solutions."""
 
 
 def arm(kinds: str, seed: int) -> SerialRobot:
@@ -53,20 +53,21 @@ def trial(number: int) -> Outcome:
 
 
 def expected(kinds: str) -> set[str]:
-    """Returns the names of the inverses that every arm of a kind must have."""
+    """Return the names of the inverse functions that every arm of a kind must have."""
     return {"ik", "ik_orientation"} if kinds.count("R") == ORIENTING else {"ik"}
 
 
 def inverses_of(robot: SerialRobot) -> list[Derived]:
-    """Returns the inverses of an arm. An arm with three revolute joints also has
-    `ik_orientation`."""
+    """Return the inverse kinematics of an arm.
+
+    An arm with three revolute joints also has `ik_orientation`.
+    """
     found = inverses_for_fixed(robot, Terms({}), FAMILIES, ())
     return [case for case in cases_of(robot, found) if case.function in FUNCTIONS]
 
 
 def faults(case: Derived, number: int) -> Iterator[str]:
-    """Describes the faults of a case: configurations that `ik` misses, and wrong numbers of
-    solutions."""
+    """Describe configurations that `ik` does not find, and wrong numbers of solutions."""
     rng = np.random.default_rng(number)
     chosen = replace(case, free=case.still)
     poses = PoseSet("random", chosen.random(rng, POSES), regular=determines(chosen))

@@ -25,7 +25,7 @@ BARS = {"actuators": 1e-9, "joints": 1e-9, "struts": 1e-9}
 
 @dataclass(frozen=True)
 class Differences:
-    """Largest differences, relative to the largest load of a configuration."""
+    """Largest differences from MuJoCo's loads, relative to the largest load of a configuration."""
 
     actuators: float
     joints: float

@@ -28,10 +28,7 @@ STRUCTURES = (
 
 
 def trial(number: int) -> Outcome:
-    """Tests each inverse of one arm, whose skew axes have right or random angles.
-
-    Every third arm is reversed: its axes start at the tool.
-    """
+    """Test each inverse of one arm, whose skew axes have right or random angles."""
     turn, index = divmod(number, 2 * len(STRUCTURES))
     chain, right = STRUCTURES[index // 2], bool(index % 2)
     if turn % 3 == 2:

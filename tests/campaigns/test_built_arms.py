@@ -5,7 +5,6 @@ from tests.support.generators.driven_arms import drawn_arm
 
 
 def test_inverse_of_built_arm_stays_within_error_limits():
-    """The arm has a fixed joint, and after this joint a parallelogram that can fold."""
     assert_within_bars(judged(141))
 
 

@@ -17,15 +17,15 @@ from tests.support.oracles.multi_start import Multistart
 
 INPUTS = 3
 FIRST = 520
-"""Random seed of the first mechanism family, four-bar. Each later family adds one to the seed."""
+"""Random seed of the first mechanism family, four-bar. Family k of the list `FAMILIES` has the seed
+`FIRST` + k."""
 SAMPLE = ("Watt", "slider-crank", "boom", "palletizer", "RSUR")
 """A six-bar linkage, an actuated slider, cylinders, parallelograms and a spatial loop."""
 MAPS = (
     *("chain", "passive", "configuration", "margin", "chain_all"),
     *("actuators", "actuator_margin", "actuators_all"),
 )
-"""Functions that map between actuators and joints through the loops. Each mechanism has some of
-these functions."""
+"""Functions that map between actuators and joints through the loops."""
 C_ALONE = ("c", "python")
 OFFSETS = np.array([[-1e-3], [1e-3]])
 
@@ -45,14 +45,13 @@ def test_mechanism_branches_match_multi_start_newton(family, tmp_path):
 
 
 def maps_of(mechanism, folder):
-    """Derives only the functions in MAPS for a mechanism, and loads the mechanism."""
+    """Derive only the functions in MAPS for a mechanism, and load the mechanism."""
     known = makers(solved(mechanism))
     write(mechanism, folder, functions=[name for name in MAPS if name in known], languages=C_ALONE)
     return chasles.load(folder)
 
 
 def test_nearby_assembly_mode_is_kept_distinct():
-    """The crank is 1e-4 rad from folding, so the crossed mode is within the tolerance."""
     drawn = drawn_mechanism(474)
     numbers = Multistart(drawn.mechanism)
     theta = np.array([[1.2654e-4, -1.2654e-4]])
@@ -76,7 +75,6 @@ def test_multi_start_oracle_configurations_are_closed():
 
 
 def test_three_crank_linkage_is_mobile_only_uncrossed():
-    """From a random start, Newton's method may converge to the other assembly mode."""
     drawn = drawn_mechanism(617)
     crossed = {"a_crank": -2.585394, "a_bar": 3.012836}
     numbers = Multistart(drawn.mechanism)

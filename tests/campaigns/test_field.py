@@ -1,4 +1,4 @@
-"""URDFs of real arms match the arms, and the campaign detects faulty inverses."""
+"""The campaign writes correct URDF files and detects wrong inverses."""
 
 import numpy as np
 import pytest
@@ -53,7 +53,6 @@ def test_judge_accepts_noisy_arm_and_detects_shifted_answers(tmp_path, monkeypat
         path.write_text(arm.urdf(), encoding="utf-8")
         compiled(read(path), folder / arm.name, FUNCTIONS, C_ALONE)
 
-    # The campaign itself compiles with the default flags.
     monkeypatch.setattr(field, "derived", derived)
     arm = from_ssik(prebuilt()["universal_robots_ur5"])
     outcome = judgement(arm, tmp_path, POSES, POSES // 2, 0)

@@ -1,4 +1,4 @@
-"""General arms with intersecting, parallel or skew axes miss no pose."""
+"""The inverse of general arms with intersecting, parallel or skew axes misses no pose."""
 
 import numpy as np
 import pytest
@@ -13,8 +13,7 @@ from tests.support.generators.random_arms import long_arm, random_arm, sliding_a
 PATTERNS = ["//////", "/=/==/", "==x/=/", "x/x=//"]
 """Axis patterns.
 
-The second pattern has three parallel axes after two other axes. For this pattern, an elimination
-order that pairs parallel axes misses a third of the poses.
+The second pattern has three parallel axes after two other axes.
 """
 
 

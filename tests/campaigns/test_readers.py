@@ -9,9 +9,9 @@ import pytest
 from tests.campaigns.readers import attempt, mutant, readers
 
 FILES = 3
-"""Number of mutated files for each reader; the campaign reads more."""
+"""Number of mutated files for each reader."""
 ROUNDS = 2
-"""Number of files for each reader and command."""
+"""Number of test files for each pair of reader and command."""
 COMMANDS = (
     "$(touch mark)",
     "`touch mark`",

@@ -1,4 +1,4 @@
-"""Robots with loops and rounded numbers: fixed samples of the campaign ``as_built``."""
+"""Fixed samples of the campaign ``as_built``: robots with loops and rounded numbers."""
 
 import pytest
 

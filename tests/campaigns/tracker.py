@@ -1,17 +1,15 @@
 """Simulated laser tracker measurements, from the table to validation errors.
 
-Each arm has zero offsets up to three degrees, axis errors of 0.7 mm and 0.7 mrad, and periodic
-drive errors. The links sag by 0.2 mm, which no model of the program describes. A table in mm and
-degrees contains 36 configurations with three targets each. The poses of base and targets are
-unknown. The model error is measured at 200 further configurations.
+The links sag by 0.2 mm, which no model of the program describes. A table in mm and degrees contains
+36 configurations with three targets each. The poses of base and targets are unknown. The model
+error is measured at 200 further configurations.
 
-The program must read the table exactly. The selected model must be more accurate than a model with
-free axes and without drive errors. The error of the selected model must also be smaller than the
-sag. Over 120 random arms of four robots, the error of the selected model was 0.044 mm with a
-standard deviation of 0.007 mm. The error of the selected model divided by the error of the model
-with free axes was 0.31 with a standard deviation of 0.10. The bounds of 0.2 mm and 1 are more than
-six standard deviations above the means 0.044 mm and 0.31. If the errors are normally distributed, a
-correct program fails with a probability of about 1e-10 per arm.
+The selected model must be more accurate than a model with free axes and without drive errors. Over
+120 random arms of four robots, the error of the selected model was 0.044 mm with a standard
+deviation of 0.007 mm. The ratio of this error to the error of the model with free axes was 0.31,
+with a standard deviation of 0.10. The bounds of 0.2 mm and 1 are more than six standard deviations
+above the means 0.044 mm and 0.31. If the errors are normally distributed, a correct program fails
+with a probability of about 1e-10 per arm.
 """
 
 import csv
@@ -54,7 +52,7 @@ def trial(number: int) -> Outcome:
 
 
 def measured(robot, random: np.random.Generator) -> tuple[dict[str, float], list[str]]:
-    """Returns validation errors [m] keyed by model, and failures."""
+    """Return validation errors [m] keyed by model, and failures."""
     drawn = _Arm(robot, random)
     q, validation = drawn.configurations(MEASURED), drawn.configurations(HELD)
     points = drawn.measured(q) + NOISE * random.normal(size=(MEASURED, 3, 3))
@@ -82,7 +80,7 @@ def measured(robot, random: np.random.Generator) -> tuple[dict[str, float], list
 
 
 def _same(read: np.ndarray, points: np.ndarray) -> bool:
-    """Tests whether positions agree to the last digit. Unseen targets are NaN."""
+    """Test whether positions agree to the last digit. Unseen targets are NaN."""
     return np.allclose(read, points, rtol=0, atol=DIGITS["points"], equal_nan=True)
 
 
@@ -121,7 +119,6 @@ class _Arm:
     def measured(self, q: np.ndarray) -> np.ndarray:
         T = self.robot.fk_p(q, self.p)
         placed = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], self.targets)
-        # The sag grows with the square of the distance from the first axis.
         placed[..., 2] -= SAG * (np.linalg.norm(placed[..., :2], axis=-1) / self.reach) ** 2
         return placed @ self.T_W_base[:3, :3].T + self.T_W_base[:3, 3]
 

@@ -15,7 +15,6 @@ is_forked = pytest.mark.skipif(sys.platform != "linux", reason="processes are fo
 
 @pytest.fixture
 def alone(monkeypatch):
-    """Makes threading.active_count return 1, because the test runner's threads hold no lock."""
     monkeypatch.setattr(threading, "active_count", lambda: 1)
 
 

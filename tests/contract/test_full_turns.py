@@ -1,4 +1,4 @@
-"""Coordinates whose full turn leaves the configuration unchanged."""
+"""Tests the search for coordinates whose full turn does not change the configuration."""
 
 import pytest
 

@@ -4,7 +4,7 @@ from chasles.derive.terms.lie import Matrix, checked, hat_so3, stack, triangular
 
 
 def vee_so3(W: Matrix) -> Matrix:
-    """Returns the vector of a skew-symmetric matrix: `vee_so3(hat_so3(a)) = a`.
+    """Return the vector of a skew-symmetric matrix: `vee_so3(hat_so3(a)) = a`.
 
     Args:
         W: (3, 3) element of so(3). Skew symmetry is assumed: only the entries (2, 1), (0, 2) and
@@ -30,7 +30,7 @@ def hat_se3(x: Matrix) -> Matrix:
         (4, 4) element of se(3), in the frame of `x`.
 
     Raises:
-        ValueError: The shape is not (6, 1).
+        ValueError: The argument does not have the shape (6, 1).
 
     Source: Murray, Li and Sastry, chapter 2, section 3.
     """
@@ -68,13 +68,13 @@ def ad(x: Matrix) -> Matrix:
         (6, 6) matrix on twists (v, omega), in the frame of `x`.
 
     Raises:
-        ValueError: The shape is not (6, 1).
+        ValueError: The argument does not have the shape (6, 1).
     """
     v, omega = halves(x)
     return triangular(hat_so3(omega), hat_so3(v))
 
 
 def halves(x: Matrix) -> tuple[Matrix, Matrix]:
-    """Returns the parts v and omega of a twist."""
+    """Return the parts v and omega of a twist."""
     x = checked(x, (6, 1), "twist")
     return x[:3, :], x[3:, :]

@@ -1,7 +1,8 @@
-"""Even functions of the angle that are 0/0 at zero: the coefficients of exp, dexp and its inverse.
+"""Coefficients of exp, dexp and dexp^-1: even functions of the angle that are 0/0 at zero.
 
-An exact zero takes the limit, and a `Float` angle below one radian takes the Taylor series. A
-symbolic angle is assumed to be neither zero nor a multiple of 2 pi.
+If the angle is exactly 0, the coefficient is its limit. For a `Float` angle below one radian, the
+coefficient is computed by its Taylor series. A symbolic angle is assumed to be neither zero nor a
+multiple of 2 pi.
 """
 
 from collections.abc import Callable
@@ -17,7 +18,7 @@ class _Coefficient:
     """An even function of the angle theta, as a closed form and as a Taylor series in theta^2.
 
     Attributes:
-        closed: The closed form of the function, which is valid at nonzero angles.
+        closed: The closed form of the function for nonzero angles.
         taylor: Taylor coefficients of the function, for theta^(2k) with k = 0, 1, ...
     """
 
@@ -25,10 +26,9 @@ class _Coefficient:
     taylor: Callable[[int], Expr]
 
     def __call__(self, theta: Expr) -> Expr:
-        """Returns the value of the function at theta.
+        """Return the value of the function at theta.
 
-        The value at 0 is the limit. The value at a Float below 1 is computed from the Taylor
-        series.
+        The value at 0 is the limit.
         """
         if is_zero(theta):
             return self.taylor(0)
@@ -37,7 +37,7 @@ class _Coefficient:
         return self.closed(theta)
 
     def _series(self, square: Float) -> Expr:
-        """Evaluates the Taylor series until a term no longer changes the sum."""
+        """Evaluate the Taylor series until a term no longer changes the sum."""
         total, power, k = Float(self.taylor(0), precision=square._prec), square, 1
         while (longer := total + self.taylor(k) * power) != total:
             total, power, k = longer, power * square, k + 1
@@ -45,7 +45,7 @@ class _Coefficient:
 
 
 def _rate(closed: Callable[[Expr], Expr], base: Callable[[int], Expr]) -> _Coefficient:
-    """Returns the coefficient f'(theta)/theta of a function f."""
+    """Return the coefficient f'(theta)/theta of a function f."""
     return _Coefficient(closed, lambda k: 2 * (k + 1) * base(k + 1))
 
 
@@ -60,7 +60,10 @@ def _bernoulli(k: int) -> Expr:
 
 
 def _one_minus_cos(theta: Expr) -> Expr:
-    """Returns 1 - cos(theta). For symbols, 2 sin(theta/2)^2 is accurate near zero."""
+    """Return 1 - cos(theta).
+
+    A symbolic result is 2 sin(theta/2)^2, which is accurate near zero.
+    """
     return 1 - cos(theta) if theta.is_number else 2 * sin(theta / 2) ** 2
 
 
@@ -81,8 +84,6 @@ HALF_ANGLE_VERSINE = _Coefficient(lambda t: _one_minus_cos(t) / t**2, _alternati
 SINE_DEFECT = _Coefficient(lambda t: (1 - sin(t) / t) / t**2, _alternating(3))
 # The coefficient (1 - t/2 cot(t/2))/t^2 of the inverse of dexp at an angle t.
 COTANGENT = _Coefficient(_cotangent, _bernoulli)
-# The derivatives f'(t)/t of the functions f = HALF_ANGLE_VERSINE, SINE_DEFECT and COTANGENT.
-# Derivatives of dexp in a direction v need f'(t)/t.
 VERSINE_RATE = _rate(
     lambda t: (SINC.closed(t) - 2 * HALF_ANGLE_VERSINE.closed(t)) / t**2, _alternating(2)
 )

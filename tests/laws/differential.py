@@ -51,7 +51,7 @@ def dexp_left_so3(omega: Matrix) -> Matrix:
 
 
 def dexp_right_so3(omega: Matrix) -> Matrix:
-    """Right-trivialized differential of exp on SO(3), `dexp_left_so3(-omega)`.
+    """Return the right-trivialized differential of the exponential map on SO(3).
 
     `exp(-hat x) d/dt exp(hat x) = hat(dexp_right(x) x')`: maps the rate of a rotation vector to
     the angular velocity in the moving frame. The domain, the result and the errors are the same as
@@ -95,8 +95,9 @@ def dexp_left_se3(x: Matrix) -> Matrix:
     """Left-trivialized differential of exp on SE(3), [[J, Q], [0, J]], with J of SO(3).
 
     `d/dt exp(hat x) exp(-hat x) = hat(dexp_left(x) x')`: maps the rate of x to the spatial twist.
-    Equals the sum of `ad(x)^k / (k + 1)!` and `Ad(exp x) dexp_right(x)`. Q is the derivative of
-    J = `dexp_left_so3(omega)` in direction v. The function is singular at |omega| = 2 pi k, k > 0.
+    The result equals the sum of `ad(x)^k / (k + 1)!` over k, and also `Ad(exp x) dexp_right(x)`. Q
+    is the derivative of J = `dexp_left_so3(omega)` in direction v. The function is singular at
+    |omega| = 2 pi k, k > 0.
 
     Args:
         x: (6, 1) twist (v, omega), meter and radian. omega = 0 is allowed for numbers; for symbols,
@@ -106,10 +107,9 @@ def dexp_left_se3(x: Matrix) -> Matrix:
         (6, 6) matrix on twists (v, omega); Q has the unit of v.
 
     Raises:
-        ValueError: The shape is not (6, 1).
+        ValueError: The argument does not have the shape (6, 1).
 
-    Source: Mueller, section 2. se(3) is so(3) over the dual numbers omega + eps v, so Q needs only
-    five products.
+    Source: Mueller, section 2.
     """
     v, omega = halves(x)
     theta = norm(omega)
@@ -144,8 +144,9 @@ def dexp_left_inverse_se3(x: Matrix) -> Matrix:
         (6, 6) matrix on twists (v, omega).
 
     Raises:
-        ValueError: The shape is not (6, 1), or |omega| is a positive multiple of 2 pi, where no
-            inverse exists (detected for exact numbers; a nearby Float gives large entries).
+        ValueError: The shape is not (6, 1), or |omega| is an exact positive multiple of 2 pi, where
+            no inverse exists. If |omega| is a floating-point number near such a multiple, the
+            matrix has large entries instead.
 
     Source: Mueller, section 2.
     """
@@ -163,7 +164,7 @@ def dexp_right_inverse_se3(x: Matrix) -> Matrix:
 
 
 def quadratic(omega: Matrix, a: Expr, b: Expr, c: Expr) -> Matrix:
-    """Returns the matrix a I + b W + c W^2 with W = hat(omega)."""
+    """Return the matrix a I + b W + c W^2 with W = hat(omega)."""
     W = hat_so3(omega)
     return a * eye(3) + b * W + c * (W * W)
 
@@ -171,7 +172,7 @@ def quadratic(omega: Matrix, a: Expr, b: Expr, c: Expr) -> Matrix:
 def _dual_quadratic(
     v: Matrix, omega: Matrix, coefficients: tuple[Expr, Expr], rates: tuple[Expr, Expr]
 ) -> Matrix:
-    """Returns [[J, Q], [0, J]], with J = I + b W + c W^2 and Q the derivative of J in direction v.
+    """Return [[J, Q], [0, J]], with J = I + b W + c W^2 and Q the derivative of J in direction v.
 
     `rates` contains b'(t)/t and c'(t)/t at t = |omega|; the rate of t is omega.v / t.
     """

@@ -35,8 +35,7 @@ def exp_so3(omega: Matrix) -> Matrix:
     `exp_so3(omega) = I + sin(t)/t W + (1 - cos t)/t^2 W^2`, with W = hat(omega) and t = |omega|.
 
     Args:
-        omega: (3, 1) rotation vector, radian. A zero vector is allowed for numbers; for symbols,
-            see the module.
+        omega: (3, 1) rotation vector, radian.
 
     Returns:
         (3, 3) rotation.
@@ -91,7 +90,7 @@ def exp_se3(x: Matrix) -> Matrix:
         (4, 4) pose.
 
     Raises:
-        ValueError: The shape is not (6, 1).
+        ValueError: The argument does not have the shape (6, 1).
 
     Source: Murray, Li and Sastry, chapter 2, section 3.
     """
@@ -102,8 +101,7 @@ def exp_se3(x: Matrix) -> Matrix:
 def log_se3(T: Matrix) -> Matrix:
     """Twist of a pose, with |omega| at most pi: `exp_se3(log_se3(T)) = T`.
 
-    `omega = log_so3(R)` and `v = dexp_left_inverse_so3(omega) p`. Rotations by pi and symbols are
-    treated as in `log_so3`.
+    `omega = log_so3(R)` and `v = dexp_left_inverse_so3(omega) p`.
 
     Args:
         T: (4, 4) pose. The rotation of the pose is assumed to be orthogonal.
@@ -127,9 +125,7 @@ def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
 
     The function equals `exp_se3(screw * theta)`, written for a unit axis a and pitch h = a.v: `R =
     a a' + cos(theta) (I - a a') + sin(theta) hat(a)` and `p = sin(theta) (v - h a) + (1 -
-    cos(theta)) (a x v) + theta h a`; for a prismatic joint R = I and `p = theta v`. The exponential
-    of a joint screw has no degenerate angle. Structurally zero terms vanish, because constants are
-    expanded (never simplified).
+    cos(theta)) (a x v) + theta h a`; for a prismatic joint R = I and `p = theta v`.
 
     Args:
         screw: (6, 1) twist (v, omega), with omega of unit length (revolute, helical), or zero
@@ -158,7 +154,10 @@ def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
 
 
 def _rotation_vector(R: Matrix) -> tuple[Matrix, Expr]:
-    """Returns the rotation vector and the angle. For symbols, the angle may be negative."""
+    """Return the rotation vector and the angle.
+
+    For a symbolic matrix, the angle may be negative.
+    """
     sine_axis = vee_so3(R - R.T) / 2
     sine, cosine = norm(sine_axis), (R.trace() - 1) / 2
     if not R.is_symbolic():
@@ -177,7 +176,7 @@ def _rotation_vector(R: Matrix) -> tuple[Matrix, Expr]:
 def _rotation_vector_near_half_turn(
     R: Matrix, sine_axis: Matrix, sine: Expr, cosine: Expr
 ) -> tuple[Matrix, Expr]:
-    """Returns the rotation vector from the symmetric part cos I + (1 - cos) a a', and its angle."""
+    """Return the rotation vector from the symmetric part cos I + (1 - cos) a a', and its angle."""
     outer = (R + R.T) / 2 - cosine * eye(3)
     column = outer[:, max(range(3), key=lambda k: outer[k, k])]
     axis = column / sqrt(column.dot(column))
@@ -190,7 +189,6 @@ def _rotation_vector_near_half_turn(
 
 
 def _rounding(M: Matrix) -> Expr:
-    """Tolerance for zero: sixteen times the relative rounding error of the Floats, or exactly 0."""
     if not M.has(Float):
         return S.Zero
     return Rational(1, 2 ** (min(e._prec for e in M.atoms(Float)) - 4))

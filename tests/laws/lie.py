@@ -1,7 +1,6 @@
 """Functions on SO(3), SE(3) and their algebras.
 
-The compiler needs few of these functions (`chasles.derive.terms.lie`). All other functions are
-oracles of tests.
+The functions that are not imported from chasles are reference implementations for tests.
 """
 
 from chasles.derive.terms.lie import (

@@ -19,7 +19,7 @@ from . import lie
 Matrix: TypeAlias = ImmutableDenseMatrix
 
 # For inputs of order one, the rounding error of float64 is about 1e-15. For products of poses and
-# for rotations by pi, the error is up to 1e-11. All tests use this tolerance.
+# for rotations by pi, the error is up to 1e-11.
 LAW_TOLERANCE = mpmath.mpf("1e-12")
 
 DIGITS = 40
@@ -28,7 +28,7 @@ MAX_TERMS = 120
 SMALL_ANGLES = [0.0, 1e-8, 1e-4]
 BRANCH_ANGLES = [1 - 1e-9, 1 + 1e-9]
 NEAR_HALF_TURN = [math.pi - 10.0**-k for k in (3, 6, 9, 10)]
-# log inverts exp only for angles below pi. Tests of log use PRINCIPAL_ANGLES, tests of exp ANGLES.
+# Tests of the logarithm use PRINCIPAL_ANGLES; tests of the exponential use ANGLES.
 PRINCIPAL_ANGLES = [*SMALL_ANGLES, 0.3, *BRANCH_ANGLES, 2.0, 3.0, *NEAR_HALF_TURN]
 ANGLES = [*SMALL_ANGLES, 0.3, *BRANCH_ANGLES, 3.0, *NEAR_HALF_TURN[:3], math.pi, 4.0, 6.0]
 
@@ -42,12 +42,12 @@ LINEAR = [(0.0, 0.0, 0.0), (0.4, -1.1, 0.7), (1e-8, 2e-8, -1e-8)]
 
 
 def vector(*entries: float) -> Matrix:
-    """Returns a column of Floats."""
+    """Return a column of Floats."""
     return Matrix([Float(e) for e in entries])
 
 
 def rotation_vectors(angles: list[float]) -> list[Matrix]:
-    """Returns the rotation vectors for all pairs of an angle and an axis in `AXES`."""
+    """Return the rotation vectors for all pairs of an angle and an axis in `AXES`."""
     return [vector(*(angle * a for a in axis)) for angle in angles for axis in AXES]
 
 
@@ -66,24 +66,24 @@ def few_twists(angles: list[float]) -> list[Matrix]:
 
 
 def random_twists(count: int, seed: int) -> list[Matrix]:
-    """Returns twists with entries between -1.5 and 1.5."""
+    """Return twists with entries between -1.5 and 1.5."""
     draw = random.Random(seed)
     return [vector(*(draw.uniform(-1.5, 1.5) for _ in range(6))) for _ in range(count)]
 
 
 def random_poses(count: int, seed: int) -> list[Matrix]:
-    """Returns poses as exponentials of random twists."""
+    """Return poses as exponentials of random twists."""
     return [lie.exp_se3(x) for x in random_twists(count, seed)]
 
 
 def wide(M: Matrix) -> mpmath.matrix:
-    """Converts a matrix to numbers with 40-digit precision."""
+    """Convert a matrix to numbers with 40-digit precision."""
     with mpmath.workdps(DIGITS):
         return mpmath.matrix([[e._to_mpmath(DIGITS * 4) for e in row] for row in M.tolist()])
 
 
 def distance(A: Matrix | mpmath.matrix, B: Matrix | mpmath.matrix) -> mpmath.mpf:
-    """Returns the largest difference of two matrices. NaN counts as infinite."""
+    """Return the largest difference of two matrices. NaN counts as infinite."""
     with mpmath.workdps(DIGITS):
         A, B = (M if isinstance(M, mpmath.matrix) else wide(M) for M in (A, B))
         assert (A.rows, A.cols) == (B.rows, B.cols)
@@ -92,12 +92,12 @@ def distance(A: Matrix | mpmath.matrix, B: Matrix | mpmath.matrix) -> mpmath.mpf
 
 
 def assert_close(A: Matrix | mpmath.matrix, B: Matrix | mpmath.matrix, case: object = "") -> None:
-    """Fails if two numerical matrices differ by more than the tolerance."""
+    """Fail if two numerical matrices differ by more than the tolerance."""
     assert distance(A, B) <= LAW_TOLERANCE, f"off by {mpmath.nstr(distance(A, B), 5)} at {case}"
 
 
 def power_series(X: mpmath.matrix, coefficient: Callable[[int], mpmath.mpf]) -> mpmath.matrix:
-    """Returns the sum of coefficient(k) X^k at 40-digit precision."""
+    """Return the sum of coefficient(k) X^k at 40-digit precision."""
     with mpmath.workdps(DIGITS):
         total, power, small = mpmath.zeros(X.rows), mpmath.eye(X.rows), 0
         for k in range(MAX_TERMS):
@@ -115,7 +115,7 @@ def expm(X: Matrix) -> mpmath.matrix:
 
 
 def dexp_series(X: Matrix) -> mpmath.matrix:
-    """Returns dexp by its definition: the sum of X^k / (k + 1)!, with X = hat(omega) or ad(x)."""
+    """Return dexp by its definition: the sum of X^k / (k + 1)!, with X = hat(omega) or ad(x)."""
     return power_series(wide(X), lambda k: mpmath.mpf(1) / int(factorial(k + 1)))
 
 

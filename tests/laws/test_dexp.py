@@ -21,7 +21,6 @@ TWISTS = [*few_twists(ANGLES), *random_twists(4, seed=10)]
 
 
 def test_dexp_is_its_series() -> None:
-    """The test uses SE(3), which contains SO(3) as its diagonal block."""
     checked = 0
     for x in TWISTS:
         series = dexp_series(lie.ad(x))
@@ -117,7 +116,6 @@ def test_dexp_inverse_at_full_revolutions_is_rejected(turns: int) -> None:
     assert lie.dexp_left_so3(omega) * omega == omega
 
 
-# The closed forms are evaluated with 60 digits more than the result.
 COEFFICIENTS = {
     "SINC": lambda t: mpmath.sin(t) / t,
     "VERSINE": lambda t: (1 - mpmath.cos(t)) / t**2,

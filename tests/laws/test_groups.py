@@ -90,8 +90,7 @@ def test_conjugated_exp_is_exp_of_adjoint() -> None:
 
 
 def test_ad_is_the_derivative_of_adjoint() -> None:
-    """At the identity, d/dt Ad(exp(t x)) = ad(x) holds exactly, for screws x through symbolic
-    points."""
+    """At the identity, d/dt Ad(exp(t x)) = ad(x) for screws x."""
     t, px, py, pz = symbols("t px py pz", real=True)
     point = lie.Matrix([px, py, pz])
     directions = [(1, 0, 0), (0, 0, 1), ("2/7", "-3/7", "6/7"), ("3/5", 0, "-4/5")]

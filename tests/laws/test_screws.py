@@ -22,7 +22,6 @@ def test_screw_axis_is_a_unit_twist_through_the_point() -> None:
             screw = lie.screw_axis(axis, point, pitch)
             v, omega = screw[:3, :], screw[3:, :]
             assert omega == axis
-            # A point on the screw axis moves along the axis, and its velocity is the pitch.
             assert (v + omega.cross(point) - pitch * axis).expand() == zeros(3, 1)
             assert omega.dot(v).expand() == pitch
             checked += 1

@@ -51,7 +51,7 @@ def walk(e: Expr) -> list[Expr]:
 
 
 def test_fixed_axes_give_plain_functions_of_the_angle() -> None:
-    """The length of (0, 0, q) is written as q in even functions, without Abs."""
+    """For the rotation vector (0, 0, q), even functions of its length contain q, not Abs(q)."""
     R = lie.exp_so3(lie.Matrix([0, 0, q]))
     assert lie.Matrix([[cos(q), -sin(q), 0], [sin(q), cos(q), 0], [0, 0, 1]]) == R
     assert lie.log_so3(R) == lie.Matrix([0, 0, atan2(sin(q), cos(q), evaluate=False)])
@@ -84,7 +84,7 @@ def test_symbolic_and_numeric_branches_agree() -> None:
 
 
 def test_lowered_exp_keeps_its_digits_at_small_angles() -> None:
-    """Tests float64 accuracy from 1e-150 radian to beyond pi. Zero is undefined."""
+    """Test float64 accuracy from 1e-150 radian to beyond pi. Zero is undefined."""
     function = lambdify([*X], OF_TWIST["exp_se3"], modules="numpy")
     checked = 0
     for x in twists([1e-150, 1e-100, 1e-8, 1e-4, 0.3, 3.0, math.pi, 4.0]):

@@ -14,6 +14,6 @@ def few_functions():
 
 @pytest.fixture(scope="session")
 def length_errors():
-    """Returns the board installer with each length 0.1 mm too long."""
+    """Return the tool errors of the board installer for an error of 0.1 mm in each length."""
     with deriving_only():
         return board_installer.errors()

@@ -21,8 +21,7 @@ def rows():
 def test_every_cell_of_the_tables_has_a_row():
     where = Counter(row.where.partition(",")[0] for row in rows())
     assert where["table 1"] == where["table 2"] == 2 * 5
-    # In tables 4 and 5 of the paper, the columns x and y repeat tables 1 and 2 in another unit.
-    # Therefore, each column x or y has a single row in our tables.
+    # Each column x or y of tables 4 and 5 has only one row in the comparison.
     assert where["table 4"] == where["table 5"] == 5 * 5 + 3
 
 
@@ -40,7 +39,7 @@ def test_known_misprints_are_marked_as_errata():
         assert where in wrong
     for item in ("sum of the constants of (13) and (14)", "cosine of the angle at the shoulder"):
         assert any(where.endswith(item) for where in wrong)
-    # Seven table headings name the unit mm. Each of the equations (13) to (17) has two table rows.
+    # Each of the equations (13) to (17) has two table rows.
     assert len(wrong) == len(paper.CORRECTED) + 9
 
 

@@ -1,4 +1,4 @@
-"""Tests the verdict of each row of the paper tables.
+"""Tests the verdicts in the tables that compare chasles with papers.
 
 A changed digit of the printed value is detected.
 """
@@ -16,7 +16,7 @@ from report import Finding, Printed, Row, agrees, at, consistent, erratum, read
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 CHANGED_DIGITS = 50
-"""Number of printed digits that are changed in each paper."""
+"""Number of printed digits that the test changes in each paper. Each trial changes one digit."""
 
 pytest.importorskip("coal", reason="coal comes with pin")
 
@@ -44,8 +44,7 @@ def test_paper_rows_are_consistent_and_cover_printed_items(paper, request):
 
 
 def sampled_digits(rows):
-    """Selects random pairs (row, printed digit) for which a changed digit must change the
-    verdict."""
+    """Select random pairs (row, printed digit) in which the digit affects the verdict."""
     digits = [
         (row, digit)
         for row in rows
@@ -93,7 +92,7 @@ def test_rows_without_a_refuting_digit_name_the_reason():
 
 
 def borne_out(row):
-    """Tests whether the displayed numbers of a row agree or differ as the verdict states."""
+    """Test whether the displayed numbers of a row agree or differ as the verdict states."""
     printed, ours = (numbers(text) for text in row.shown)
     if not printed or not ours or row.verdict in {"assumed", "lost", "not printed"}:
         return True
@@ -106,13 +105,13 @@ def borne_out(row):
 
 
 def numbers(text):
-    """Returns the numbers of a table cell, or an empty list if the cell contains anything else."""
+    """Return the numbers of a table cell, or an empty list if the cell contains anything else."""
     parts = re.sub(r"[()[\]]", "", text).split(", ")
     return [Decimal(part) for part in parts] if all(map(NUMBER.fullmatch, parts)) else []
 
 
 def half_unit(value):
-    """Returns half a unit of the last digit of a printed number."""
+    """Return half a unit of the last digit of a printed number."""
     return Decimal(5).scaleb(value.as_tuple().exponent - 1)
 
 

@@ -1,4 +1,4 @@
-"""A function that states a verdict on a printed number raises an error if the verdict is wrong."""
+"""Report functions raise an error if their statement about a printed number is wrong."""
 
 import numpy as np
 import pytest

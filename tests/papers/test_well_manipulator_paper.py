@@ -1,4 +1,4 @@
-"""The statements in the paper on the well manipulator hold during its motion of 49 s."""
+"""The 49 s motion of the well manipulator agrees with the statements of the paper."""
 
 import numpy as np
 import pytest
@@ -47,7 +47,6 @@ def test_rates_match_finite_differences_of_angles():
 
 @pytest.mark.parametrize("norm", [laws.joint_norm, laws.cylinder_norm])
 def test_integrated_rates_follow_the_line_and_have_minimum_norm(norm):
-    """Minimum-norm joint velocities are orthogonal to the self-motion that keeps R at rest."""
     found, well = laws.integrated(norm), paper.robot()
     last = found.sampled.t > 38.99
     theta, rates = found.theta[last], found.rates[last][:, paper.ARMS]
@@ -91,7 +90,7 @@ def test_cylinder_amplitudes_match_printed_and_corrected_pin():
 
 
 def test_speed_printed_for_cylinder_4_belongs_to_cylinder_3():
-    """The paper prints the value 2408 of cylinder 3 (in mm deg/s) for cylinder 4."""
+    """The value that the paper prints for cylinder 4, 2408 mm deg/s, belongs to cylinder 3."""
     speeds = np.degrees(np.ptp(paper.process().sampled.qd[:, paper.CYLINDERS], axis=0)) / MM
     assert speeds[2] == pytest.approx(2408, abs=1)
     assert np.abs(speeds[[0, 1, 3]] - 2408).min() > 300

@@ -1,8 +1,9 @@
 """Builds the wheel for Linux on aarch64, and compares its values under QEMU with this machine.
 
 The root is a folder with unpacked packages of Debian for arm64: libpython3.11-dev, libpython3.11,
-python3.11-minimal and their dependencies. The tools are a folder with setuptools, and with NumPy
-for aarch64. qemu-aarch64 runs this Python; the compiler Zig runs on this machine.
+python3.11-minimal and their dependencies. The tools folder contains setuptools and NumPy for
+aarch64. The emulator qemu-aarch64 runs the Python interpreter in the root folder. The Zig compiler
+runs on the host.
 
 The results are in build/aarch64.
 """
@@ -24,13 +25,16 @@ KERNELS, SOURCE, SITE, VALUES, COMPILER = (
 
 
 def run(*command, folder=ROOT, **variables):
-    """Runs a command with additional environment variables, and stops if it fails."""
+    """Run a command with additional environment variables.
+
+    Raise an error if the command fails.
+    """
     env = {**os.environ, **variables}
     subprocess.run(list(map(str, command)), cwd=folder, env=env, check=True)
 
 
 def build_wheel(emulated, root, tools):
-    """Returns the wheel of the committed files with the kernels."""
+    """Build a wheel from the committed files and the compiled kernels."""
     shutil.rmtree(SOURCE, ignore_errors=True)
     SOURCE.mkdir(parents=True)
     archive = subprocess.run(
@@ -74,7 +78,7 @@ def main():
     zipfile.ZipFile(wheel).extractall(SITE)
     run(sys.executable, HERE / "values.py", "write", VALUES)
     compare = (HERE / "values.py", "compare", VALUES, KERNELS)
-    # Without a PATH there is no compiler, so that the robots load their kernels.
+    # Without PATH, no compiler is found, so the robots must load the installed kernels.
     no_compiler = {"PATH": str(BUILD), "CC": "", "CHASLES_CACHE": str(BUILD / "cache")}
     run(*emulated, *compare, PYTHONPATH=str(SITE), **no_compiler)
     print(f"{wheel}: values under QEMU equal the values of this machine")

@@ -12,10 +12,9 @@ ROOT = Path(__file__).parents[2]
 MINGW = "x86_64-w64-mingw32-gcc"
 """C compiler for Windows; the continuous integration does not install this compiler."""
 FLAGS = ("-fsyntax-only", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror")
-# The macro Py_PYCONFIG_H skips Python's pyconfig.h, which describes this machine and not Windows.
 WINDOWS = ("-DPy_PYCONFIG_H", "-include", ROOT / "tests/platforms/pyconfig.h")
 BYTE_ORDER = "#define __LITTLE_ENDIAN 1234\n#define __BIG_ENDIAN 4321\n#define __BYTE_ORDER 1234\n"
-"""The part of endian.h that NumPy reads. Windows does not have this header."""
+"""The macros of endian.h that NumPy's headers need. Windows does not have this header."""
 NUMPY = ("-DNPY_NO_DEPRECATED_API=NPY_2_0_API_VERSION", "-DNPY_TARGET_VERSION=NPY_2_0_API_VERSION")
 SYSTEM_CALLS = (
     *("runtime/call/kernel/compiled_library.c", "runtime/call/kernel/buffer_pool.c"),

@@ -1,8 +1,6 @@
 """Values of every shipped robot, computed on this machine and compared on another platform.
 
-`python values.py write FILE` writes the values. `python values.py compare FILE KERNELS` compares
-the values, and loads a robot from a folder of robots with kernels.
-The script needs only chasles and NumPy.
+`python values.py write FILE` writes the values. The script needs only chasles and NumPy.
 """
 
 import hashlib
@@ -23,7 +21,8 @@ from chasles.library import cache_folder
 N = 64
 """Number of random configurations for each robot."""
 N_LARGE = 400_000
-"""Rows of a batch whose Jacobians are stored in memory pages of the system."""
+"""Number of poses of a batch. Its Jacobians are so large that `release_memory` can return their
+memory to the operating system."""
 SAME = 1e-12
 """Tolerance of functions relative to the largest entry, because compilers and mathematical
 libraries round differently."""
@@ -37,7 +36,7 @@ FUNCTIONS = {
 
 
 def fixed_at(robot, q):
-    """Returns the values of the redundancy parameters of configurations."""
+    """Return the values of the redundancy parameters of configurations."""
     joints = [joint.name for joint in robot.chain_joints]
     values = {}
     for item in robot.redundancy:
@@ -51,7 +50,7 @@ def fixed_at(robot, q):
 
 
 def values_of(robot, q):
-    """Returns the results of all functions at the configurations q, keyed by function name."""
+    """Return the results of all functions at the configurations q, keyed by function name."""
     found = {}
     for name in sorted(FUNCTIONS & set(robot.functions)):
         outputs = robot.functions[name](q)
@@ -72,7 +71,7 @@ def values_of(robot, q):
 
 
 def write(file):
-    """Writes the values of all robots."""
+    """Write the values of all robots."""
     values = {}
     for name in chasles.robots():
         robot = chasles.load(name)
@@ -82,7 +81,7 @@ def write(file):
 
 
 def difference(key, found, expected):
-    """Returns the difference divided by the tolerance."""
+    """Return the difference divided by the tolerance."""
     if found.shape != expected.shape or not np.array_equal(np.isnan(found), np.isnan(expected)):
         return np.inf
     if found.dtype == bool:
@@ -92,7 +91,7 @@ def difference(key, found, expected):
 
 
 def compare(file):
-    """Compares all robots with a file of values. Returns the number of differing values."""
+    """Compare all robots with a file of values. Returns the number of differing values."""
     values, failed = np.load(file), 0
     for name in chasles.robots():
         robot = chasles.load(name)
@@ -105,7 +104,6 @@ def compare(file):
 
 
 def check_memory():
-    """Results of a large batch come from memory pages, which the next batch uses again."""
     arm = chasles.load("ur5e")
     q = np.zeros((N_LARGE, 6))
     for _ in range(3):

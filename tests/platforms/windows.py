@@ -1,8 +1,7 @@
 """Builds the wheel for Windows on Linux, and compares its values under Wine with Linux.
 
-The folder of CPython for Windows is the content of its embeddable package. NumPy is a wheel for
-win_amd64; Wine 8 has no complex functions of NumPy 2.2 and later. The builder is a Python for Linux
-of the same version as CPython for Windows, with setuptools, NumPy and ziglang.
+The folder of CPython for Windows contains the files of its embeddable package. NumPy is a wheel for
+win_amd64; the complex functions of NumPy 2.2 and later do not run in Wine 8.
 
 The results are in build/windows.
 """
@@ -24,18 +23,21 @@ KERNELS, SOURCE, SITE, VALUES = (
 
 
 def run(*command, folder=ROOT, **variables):
-    """Runs a command with additional environment variables, and stops if it fails."""
+    """Run a command with additional environment variables.
+
+    Raise an error if the command fails.
+    """
     words = list(map(str, command))
     env = {**os.environ, **variables}
     subprocess.run(words, cwd=folder, env=env, stdin=subprocess.DEVNULL, check=True)
 
 
 def run_in_wine(*command):
-    """Runs a command for Windows, and stops if it fails."""
+    """Run a command for Windows, and stop if it fails."""
     env = {**os.environ, "WINEPREFIX": str(BUILD / "prefix"), "WINEDEBUG": "-all"}
     env |= {"CC": "", "CHASLES_CFLAGS": "", "CHASLES_CACHE": ""}
     words = ["wine", *map(str, command)]
-    # Under Wine, Python for Windows can write to a pipe, but not to a terminal or a file of Linux.
+    # Under Wine, a Windows Python can write to a pipe, but not to a Linux terminal or a Linux file.
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     with subprocess.Popen(words, env=env, text=True, errors="replace", **pipes) as process:
         for line in process.stdout:
@@ -45,7 +47,7 @@ def run_in_wine(*command):
 
 
 def build_wheel(zig, version, python, headers, builder):
-    """Builds a wheel from the committed files and the compiled kernels."""
+    """Build a wheel from the committed files and the compiled kernels."""
     shutil.rmtree(SOURCE, ignore_errors=True)
     SOURCE.mkdir(parents=True)
     archive = subprocess.run(
@@ -69,11 +71,11 @@ def build_wheel(zig, version, python, headers, builder):
 
 
 def install(python, version, *wheels):
-    """Unpacks the wheels next to a copy of CPython for Windows."""
+    """Unpack the wheels into the library folder of a copy of CPython for Windows."""
     shutil.rmtree(SITE, ignore_errors=True)
     shutil.copytree(python, SITE)
-    # Wine 8 does not have the functions that _wmi.pyd calls. Without _wmi.pyd, Python
-    # calls functions that Wine has.
+    # Wine 8 does not have the functions that _wmi.pyd calls. Without _wmi.pyd, Python calls other
+    # functions, which Wine provides.
     (SITE / "_wmi.pyd").unlink(missing_ok=True)
     (SITE / f"python{version}._pth").write_text(f"python{version}.zip\n.\nLib\n")
     for wheel in wheels:

@@ -10,7 +10,7 @@ from tests.support.handwritten.tiny import Folder, manifest
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
-    """Returns an empty cache, and an environment without the developer's settings."""
+    """Return an empty cache, and an environment without the developer's settings."""
     folder = tmp_path / "cache"
     monkeypatch.setenv("CHASLES_CACHE", str(folder))
     monkeypatch.delenv("CC", raising=False)
@@ -20,7 +20,7 @@ def cache(tmp_path, monkeypatch):
 
 @pytest.fixture
 def few_objects():
-    """Excludes all existing objects from garbage collection, for tests that collect often.
+    """Exclude all existing objects from garbage collection, for tests that collect often.
 
     A full garbage collection that scans the expressions of earlier tests takes 0.4 s.
     """
@@ -30,7 +30,7 @@ def few_objects():
 
 @pytest.fixture
 def folder(tmp_path, cache):
-    """Returns the folder of the tiny robot before compilation."""
+    """Return the folder of the tiny robot before compilation."""
     folder = Folder(tmp_path / "tiny", manifest())
     folder.write()
     return folder
@@ -38,7 +38,7 @@ def folder(tmp_path, cache):
 
 @pytest.fixture(scope="session")
 def robot(tmp_path_factory):
-    """Returns the tiny robot, loaded once for all tests that only call its functions."""
+    """Return the tiny robot, loaded once for all tests that only call its functions."""
     root = tmp_path_factory.mktemp("robot")
     folder = Folder(root / "tiny", manifest())
     folder.write()

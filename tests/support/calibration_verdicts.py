@@ -11,32 +11,15 @@ ACCUSING = (
     *("another robot", "contradict", "check its zero", "may be wrong", "swapped", "are off"),
     "times the stated noise",
 )
-"""Phrases in warnings that concern the robot or the measurements.
-
-A warning that contains none of the phrases in ACCUSING concerns the number of measurements.
-"""
+"""Phrases in warnings that concern the robot or the measurements."""
 TOO_FEW = "do not determine"
 MAX_NOISE = 3.0
-"""Maximum noise of correct measurements, relative to the stated noise.
-
-The noise is tested only with three or more redundant values. With three redundant values, correct
-measurements with normal errors exceed this limit with a probability of 6e-6.
-"""
+"""Maximum noise of correct measurements, relative to the stated noise."""
 MIN_SURPLUS = 2
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Messages of one identification.
-
-    Attributes:
-        accusations: The error message, or the warnings about the robot or the measurements.
-        warnings: All warnings, including warnings about too few values.
-        is_too_few: Whether the identification has fewer values than variables.
-        unexplained: Messages about outlier rows, and about noise above the stated noise. For a
-            correct robot, `unexplained` is empty.
-    """
-
     accusations: tuple[str, ...]
     warnings: tuple[str, ...] = ()
     is_too_few: bool = False
@@ -44,15 +27,14 @@ class Verdict:
 
     @property
     def is_clean(self) -> bool:
-        """Tests whether the robot explains the measurements without a warning."""
+        """Test whether the robot explains the measurements without a warning."""
         return not (self.accusations or self.unexplained)
 
     @property
     def is_answered(self) -> bool:
-        """Tests whether the measurements cause a warning or an error.
+        """Test whether the measurements cause a warning or an error.
 
-        A few measurements of a different robot may fit with wrong zero offsets. For a few
-        measurements, a warning about their small number is therefore sufficient.
+        If there are only a few measurements, a warning about their small number is sufficient.
         """
         return bool(self.accusations or self.warnings)
 
@@ -71,5 +53,5 @@ def verdict(robot, draw: Simulated) -> Verdict:
     said = [text for text in found.warnings if any(word in text for word in ACCUSING)]
     unexplained = [f"left out: {label}" for label in found.outliers]
     if found.residual_dof > MIN_SURPLUS and found.noise > MAX_NOISE:
-        unexplained.append(f"noise {found.noise:.3g} times the stated one")
+        unexplained.append(f"noise {found.noise:.3g} times the stated noise")
     return Verdict(tuple(said), found.warnings, unexplained=tuple(unexplained))

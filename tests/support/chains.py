@@ -43,7 +43,7 @@ class Chain:
         return SerialRobot("chain", tuple(joints), tool=tool, couplings=couplings)
 
     def pinocchio(self):
-        """Returns (Pinocchio model, frame indices of the links and the tool)."""
+        """Return (Pinocchio model, frame indices of the links and the tool)."""
         import pinocchio as pin
 
         model, parent, frames = pin.Model(), 0, []
@@ -63,7 +63,7 @@ class Chain:
 
 
 def random_chain(generator: random.Random, joints: int) -> Chain:
-    """Returns a random chain with at least one degree of freedom."""
+    """Return a random chain with at least one degree of freedom."""
     links: list[Link] = []
     for k in range(joints):
         kind = generator.choice(KINDS) if k else "revolute"

@@ -75,7 +75,7 @@ class Chromium:
         until(lambda: self.run("document.readyState === 'complete' && !window.isOld"))
 
     def run(self, script: str):
-        """Returns the value of an expression on the page."""
+        """Return the value of an expression on the page."""
         answer = self._ask(
             "Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True
         )
@@ -84,7 +84,7 @@ class Chromium:
         return answer["result"].get("value")
 
     def processor_time(self, script: str) -> float:
-        """Returns the processor time (seconds) of an expression on the page."""
+        """Return the processor time (seconds) of an expression on the page."""
         self._ask("Performance.enable", timeDomain="threadTicks")
         times = []
         for expression in ("0", script, "0"):
@@ -94,7 +94,7 @@ class Chromium:
         return times[1] - times[0]
 
     def drag(self, start, end) -> None:
-        """Drags the mouse in steps between two points of the page.
+        """Drag the mouse in steps between two points of the page.
 
         The page must draw frames between the events, because it looks for the object below the
         mouse only while drawing.
@@ -123,7 +123,7 @@ class Chromium:
         self._ask("Input.dispatchKeyEvent", type="keyUp", **key)
 
     def middle(self, element: str) -> tuple[float, float]:
-        """Scrolls to an element (JavaScript expression) and returns its center."""
+        """Scroll to an element (JavaScript expression) and return its center."""
         self.run(f"{element}.scrollIntoView({{ block: 'nearest' }})")
         box = self.run(f"{element}.getBoundingClientRect().toJSON()")
         return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
@@ -133,7 +133,7 @@ class Chromium:
         file.write_bytes(base64.b64decode(data))
 
     def complaints(self) -> list[str]:
-        """Returns the errors and warnings of the page console."""
+        """Return the errors and warnings of the page console."""
         self.run("0")
         return [text for level, text in self.said if level in LOUD]
 
@@ -169,7 +169,7 @@ class Chromium:
 
 
 def _end_with_parent() -> None:
-    """Makes Linux kill this process when its parent process ends."""
+    """Make Linux kill this process when its parent process ends."""
     if sys.platform == "linux":
         set_parent_death_signal = 1
         ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGKILL)

@@ -23,7 +23,7 @@ class Done:
 
 
 def run(*words: object) -> Done:
-    """Runs ``chasles`` with words after the program name."""
+    """Run ``chasles`` with the given command-line arguments."""
     out, err = io.StringIO(), io.StringIO()
     environment = patch.dict("os.environ", {"COLUMNS": WIDTH, "TERM": "dumb", "NO_COLOR": "1"})
     with environment, contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):

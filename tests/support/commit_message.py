@@ -8,7 +8,7 @@ MAX_SUBJECT = 72
 
 
 def faults(message: str) -> list[str]:
-    """Returns the faults of a commit message as sentences, and ignores lines that start with #."""
+    """Return the faults of a commit message as sentences, and ignore lines that start with #."""
     lines = [line for line in message.splitlines() if not line.startswith("#")]
     subject = lines[0] if lines else ""
     found = []

@@ -29,30 +29,25 @@ from tests.support.derivations import GENERATED, description
 from tests.support.locking import locked
 
 CALLED = ("c", "casadi", "python")
-"""Callable output languages. The article takes a third of the derivation time."""
+"""Callable output languages."""
 BUILD = Path(__file__).parents[2] / "build" / "tests"
-"""Cache of derived folders and compiled libraries, keyed by content, for all runs."""
+"""Cache of generated folders and compiled libraries."""
 IDENTIFICATION = ("fk", "fk_p", "jacobian_p", "identification_jacobian")
 """Functions that the identification of a robot calls."""
 
 QUICK, FAST = "-O0", "-O1"
 """Compiler flags: A calibrated arm is compiled in 2.5 s with QUICK, in 5 s with FAST and in 11 s
-with -O3. Tests with tens of thousands of poses use FAST.
-"""
+with -O3."""
 COMPILER = shutil.which("clang") and "clang"
 """Clang at -O0 is three times faster than GCC. GCC compiles the shipped robots."""
 TCC = shutil.which("tcc") and "tcc"
-"""tcc is ten times faster than Clang at -O0, but compiles neither vectors nor the general
+"""tcc is ten times faster than Clang at -O0, but compiles neither vector code nor the general
 solver of built arms."""
 
 
 @contextmanager
 def compiled_quickly(flags: str = QUICK) -> Iterator[None]:
-    """Context in which robots are compiled with ``flags`` into the test cache.
-
-    Shipped robots must not be loaded inside `compiled_quickly`, because tests call them as
-    installed.
-    """
+    """Context in which robots are compiled with ``flags`` into the test cache."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(BUILD))
         patch.setenv("CHASLES_CFLAGS", flags)
@@ -64,14 +59,14 @@ def compiled_quickly(flags: str = QUICK) -> Iterator[None]:
 
 @contextmanager
 def compiled_with_vectors() -> Iterator[None]:
-    """Context in which Clang instead of tcc compiles robots quickly."""
+    """Context in which ``compiled_quickly`` uses Clang, because tcc cannot compile vectors."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(f"{__name__}.TCC", None)
         yield
 
 
 def derived_here(command: Sequence[str]) -> CompletedProcess[str]:
-    """Runs the compiler of chasles in the test process, which has already imported SymPy."""
+    """Run the compiler of chasles in the test process, which has already imported SymPy."""
     out, err = io.StringIO(), io.StringIO()
     with redirect_stdout(out), redirect_stderr(err), reading_here():
         code = app.run(command[command.index("derive") :])
@@ -88,7 +83,7 @@ def reading_here() -> Iterator[None]:
 
 @contextmanager
 def printing_here() -> Iterator[None]:
-    """Context in which articles are printed in the test process."""
+    """Context manager under which the test process itself prints the articles."""
 
     @contextmanager
     def run_later(work: Callable[[], object]) -> Iterator[Callable[[], object]]:
@@ -102,10 +97,7 @@ def printing_here() -> Iterator[None]:
 
 @contextmanager
 def own_robots_compiled_quickly() -> Iterator[None]:
-    """Context like `compiled_quickly`, for robots that are not shipped.
-
-    `chasles.load` derives these robots in the test process.
-    """
+    """Context in which robots outside the folder `GENERATED` are compiled quickly."""
     make_recipe = cache_module.make_recipe
 
     def make(manifest: Manifest) -> Recipe:
@@ -124,9 +116,9 @@ def own_robots_compiled_quickly() -> Iterator[None]:
 def deriving_only(*functions: str) -> Iterator[None]:
     """Context in which `chasles.load` derives only the named functions, without a new process.
 
-    Robots with `parametric=True` get only the functions `IDENTIFICATION`, because all functions of
-    a six-axis arm take 8 s. Robots without `parametric=True` get the functions in `functions`. If
-    `functions` is empty, robots without `parametric=True` get all functions.
+    With `parametric=True`, only the functions `IDENTIFICATION` are derived. Robots without
+    `parametric=True` get the functions in `functions`. If `functions` is empty, robots without
+    `parametric=True` get all functions.
     """
     load = chasles.load
     home = tempfile.TemporaryDirectory()
@@ -153,7 +145,7 @@ def compiled(
 ) -> chasles.Robot:
     """Derives, compiles and loads a robot.
 
-    Each robot is derived once. Concurrent tests wait until the first derivation ends.
+    Concurrent tests wait until the first derivation ends.
 
     Args:
         robot: The description.
@@ -176,7 +168,7 @@ def compiled(
 
 
 def loaded(folder: Path, flags: str = QUICK) -> chasles.Robot:
-    """Loads the robot of a folder, compiled once for all tests."""
+    """Load the robot of a folder, compiled once for all tests."""
     recipe = (folder / "manifest.json").read_bytes() + f"{COMPILER} {flags}".encode()
     digest = hashlib.sha256(recipe).hexdigest()
     with compiled_quickly(flags), locked(BUILD / "libraries" / digest):
@@ -185,7 +177,7 @@ def loaded(folder: Path, flags: str = QUICK) -> chasles.Robot:
 
 @cache
 def _compiler_digest() -> str:
-    """Returns the SHA-256 of the compiler sources. A new hash forces new derivations."""
+    """Return the SHA-256 of the compiler sources. A new hash forces new derivations."""
     root = Path(chasles.derive.__file__).parent
     files = sorted(p for p in root.rglob("*") if p.suffix in (".py", ".h"))
     return hashlib.sha256(b"\0".join(file.read_bytes() for file in files)).hexdigest()

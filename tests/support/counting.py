@@ -1,4 +1,7 @@
-"""Counts the function calls made by a call, independently of machine and load."""
+"""Counts the function calls of a piece of code.
+
+The count does not depend on the machine or its load.
+"""
 
 import sys
 from collections.abc import Callable
@@ -8,7 +11,7 @@ Result = TypeVar("Result")
 
 
 def calls_of(work: Callable[[], object]) -> int:
-    """Returns the number of Python and C function calls made by ``work``.
+    """Return the number of Python and C function calls made by ``work``.
 
     Tests bound the number of calls instead of the run time, because the number does not depend on
     the processor or on other processes. Exceptions of the call propagate.
@@ -33,7 +36,7 @@ class TooManyCallsError(BaseException):
 
 
 def stopped_after(most: int, work: Callable[[], Result]) -> Result:
-    """Returns the result of ``work``, which may make a limited number of function calls.
+    """Return the result of ``work``, which may make a limited number of function calls.
 
     Raises:
         TooManyCallsError: ``work`` made more function calls than allowed and was stopped.

@@ -6,8 +6,8 @@ import chasles
 from chasles.derive.emit.reserved import safe
 
 FUNCTIONS = {"fk", "fk_jacobian_mixed", "twist_mixed", "hessian_mixed", "ik", "chain", "actuators"}
-"""Functions that the programs compile. The set has functions with one result, with several results,
-and with solution slots."""
+"""Names of the functions that the test programs use. The set has functions with one result, with
+several results, and with solution slots."""
 PUT = """\
 #include <cstdio>
 #include <cstring>
@@ -23,12 +23,12 @@ static void put(const Values& values) {
 
 
 def compiled_functions(robot):
-    """Returns the manifest entries of the functions that the programs compile."""
+    """Return the manifest entries of the functions that the programs compile."""
     return [info for info in robot.manifest.functions if info.name in FUNCTIONS]
 
 
 def driver(name):
-    """Writes a C++ program that evaluates a function for rows of inputs."""
+    """Write a C++ program that evaluates a function for rows of inputs."""
     robot, cases = chasles.load(name), []
     for info in compiled_functions(robot):
         sizes = [int(np.prod(item.shape)) for item in info.inputs]
@@ -55,7 +55,7 @@ def driver(name):
 
 
 def inputs_of(robot, info, rng, count):
-    """Returns random inputs of a function.
+    """Return random inputs of a function.
 
     If the robot has loops, the inputs are near its reference, so that the loops close. The last
     joint is the redundancy parameter of an inverse, as for panda.

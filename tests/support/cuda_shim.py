@@ -21,8 +21,7 @@ KINDS = {"float": np.float32, "double": np.float64}
 SOLVED = {"float": 2e-5, "double": 1e-9}
 """Largest residual of a solution."""
 TOLERANCE = {"float": 1e-4, "double": 1e-12}
-"""Largest difference between results of the kernels and of the C code. In single precision, only
-solutions are compared with this tolerance."""
+"""Largest difference between results of the kernels and of the C code."""
 
 
 class Shim:
@@ -50,17 +49,14 @@ class Shim:
         return self._called(f"{name}_{kind}", KINDS[kind], inputs, shapes)
 
     def nearest(self, kind, T, q_seed, *, lower=None, upper=None, weights=None):
-        """Returns the results of the kernel ``ik_nearest``: q, residual, margin and slot."""
+        """Return the results of the kernel ``ik_nearest``: q, residual, margin and slot."""
         own = [None if x is None else np.asarray(x)[None] for x in (lower, upper, weights)]
         shapes = [(self.robot.n,), (), (), ()]
         found = self._called(f"ik_nearest_{kind}", KINDS[kind], [T, q_seed, *own], shapes)
         return *found[:3], found[3].view(np.int32)[: len(T)]
 
     def bounds(self, kind, name):
-        """Returns the error bounds of a function's results.
-
-        The header states the bounds for float.
-        """
+        """Return the error bounds of a function's results."""
         text = (self.folder / f"{self.robot.name}.cuh").read_text()
         comment = text.split(f"void {name}(")[0].rsplit("/*", 1)[1]
         printed = [float(bound) for bound in re.findall(r", error (\S+)$", comment, re.MULTILINE)]
@@ -95,7 +91,7 @@ def columns(rows):
 
 
 def differing(shim, kind, q):
-    """Lists the functions whose results differ from the results of the C code.
+    """List the functions whose results differ from the results of the C code.
 
     Solutions of the inverse are compared only away from singularities.
     """
@@ -116,7 +112,7 @@ def differing(shim, kind, q):
 
 
 def incomplete(shim, kind, q):
-    """Lists the differences between the solutions of the kernel and of the C code."""
+    """List the differences between the solutions of the kernel and of the C code."""
     robot, info, lines = shim.robot, inverse_of(shim.robot), []
     inputs = inputs_of(robot, info, q)
     exact = expected(robot, info, inputs)

@@ -34,11 +34,12 @@ SAMPLE = (
 function that any shipped robot has."""
 
 FULL = ("ur5e", "iiwa14", "lynxmotion", "scara", "five_bar", "planar_3rrr")
-"""Robots of the main kinds; tests of all functions derive these robots in a second each."""
+"""Robots of the main kinds, for tests of all functions. The derivation of each robot takes about a
+second."""
 
 
 def description(name: str) -> Path:
-    """Returns the robot file of a shipped robot, or else of a robot in shelf/."""
+    """Return the robot file of a shipped robot, or else of a robot in shelf/."""
     own = ROBOTS / f"{name}.toml"
     return own if own.is_file() else ROBOTS / "shelf" / own.name
 
@@ -55,26 +56,25 @@ def derivation(name: str) -> Derivation:
 
 @cache
 def article(name: str) -> Mapping[str, str]:
-    """Returns the article fragments of a shipped robot, keyed by file."""
+    """Return the article fragments of a shipped robot, keyed by file."""
     return fragments(derivation(name))
 
 
 @cache
 def committed(name: str) -> Mapping[str, str]:
-    """Returns the committed article fragments of a shipped robot, keyed by file."""
     return {path.name: path.read_text() for path in (GENERATED / name / "latex").iterdir()}
 
 
 @cache
 def kernels(name: str) -> dict:
-    """Returns the CasADi functions of a shipped robot, keyed by name."""
+    """Return the CasADi functions of a shipped robot, keyed by name."""
     derived = derivation(name)
     names = [function.name for function in derived.functions]
     return dict(zip(names, lower(derived.functions, name), strict=True))
 
 
 def every_branch(function, kernel, *arguments) -> list[np.ndarray]:
-    """Returns the flat outputs of a CasADi kernel on all of its branches."""
+    """Return the flat outputs of a CasADi kernel on all of its branches."""
     if not function.signs:
         return [np.array(output).ravel() for output in kernel(*arguments)]
     found = [kernel(*arguments, signs) for signs in patterns(function)]
@@ -87,6 +87,6 @@ def made(name: str) -> Programs:
 
 
 def shaped(name: str, function: str, *arguments) -> np.ndarray:
-    """Returns the single output of a CasADi function in its described shape."""
+    """Return the single output of a CasADi function in its described shape."""
     (result,) = derivation(name).function(function).outputs
     return np.array(kernels(name)[function](*arguments)).reshape(result.shape)

@@ -1,4 +1,4 @@
-"""An arm with geometric errors. The arm has sixteen solutions for some poses."""
+"""An arm with geometric errors."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ FAR = 0.25
 
 
 def near_wrist(count, seed):
-    """Returns configurations near the wrist singularity."""
+    """Return configurations near the wrist singularity."""
     rng = np.random.default_rng(seed)
     q = rng.uniform(-np.pi, np.pi, (count, 6))
     q[:, WRIST] = rng.uniform(-FAR, FAR, count) + np.pi * rng.integers(0, 2, count)

@@ -34,8 +34,6 @@ INPUTS = np.array(list(itertools.product(_NUMBERS, _NUMBERS)))
 
 
 def every_operation(argument: str) -> tuple[SymbolicFunction, Program]:
-    """Returns a function of two numbers, and its program. Each result is one operation of the
-    two."""
     condition = Compute(Variable(0), Operation.LESS, X)
     statements: list[Compute | Store] = [condition]
     for k, operation in enumerate(OPERATIONS):

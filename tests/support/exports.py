@@ -6,7 +6,7 @@ from tests.support.derivations import robot_of
 
 
 def inputs_of(robot, info, q):
-    """Returns the inputs of a function at configurations."""
+    """Return the input arrays of a function for given configurations."""
     rng = np.random.default_rng(3)
     if info.role.is_inverse:
         return [robot.fk(q), *(q[:, [k]] for k in info.role.fixed)]
@@ -16,7 +16,7 @@ def inputs_of(robot, info, q):
 
 
 def expected(robot, info, inputs):
-    """Returns the results of a function in double precision."""
+    """Return the results of a function in double precision."""
     if not info.role.is_inverse:
         results = getattr(robot, info.name)(*inputs)
         return results if isinstance(results, tuple) else (results,)
@@ -32,7 +32,7 @@ def inverse_of(robot):
 
 
 def configurations(robot, count):
-    """Returns random configurations.
+    """Return random configurations.
 
     If the robot has loops, the configurations are near its reference.
     """
@@ -43,18 +43,18 @@ def configurations(robot, count):
 
 
 def right_angles(robot, count):
-    """Returns random configurations at multiples of a right angle."""
+    """Return random configurations at multiples of a right angle."""
     return np.random.default_rng(0).integers(-2, 3, (count, robot.n)) * (np.pi / 2)
 
 
 def apart(x, y):
-    """Returns the differences of angles modulo whole turns."""
+    """Return the differences of angles modulo whole turns."""
     difference = x - y
     return np.abs(difference - 2 * np.pi * np.round(difference / (2 * np.pi)))
 
 
 def regular_slots(robot, info, q, residual, regular=1e-3):
-    """Returns a mask of the valid solutions away from singularities."""
+    """Return a mask of the valid solutions away from singularities."""
     valid = residual <= 1e-9
     kept = [k for k in range(robot.n) if k not in info.role.fixed]
     J = robot.jacobian_mixed(q[valid])[..., kept]

@@ -1,6 +1,6 @@
 """Lets each memory allocation of some calls fail in turn.
 
-Prints as JSON how each call ends.
+Prints as JSON how often each call returned a result or raised an error.
 
 Runs as a program with ``native/failing_allocations.c`` in LD_PRELOAD and PYTHONMALLOC=malloc.
 """
@@ -28,7 +28,7 @@ LIBRARY.count_allocations.restype = ctypes.c_long
 
 
 def calls() -> dict[str, Callable[[], object]]:
-    """Returns calls of all compiled code of the runtime, keyed by name."""
+    """Return calls of all compiled code of the runtime, keyed by name."""
     arm = chasles.load("ur5e")
     rng = np.random.default_rng(1)
     q, many = rng.uniform(-2, 2, (20, 6)), rng.uniform(-2, 2, (POSES, 6))
@@ -58,7 +58,7 @@ def calls() -> dict[str, Callable[[], object]]:
 
 
 def ends(call: Callable[[], object]) -> Counter[str]:
-    """Returns the number of repetitions of a call with each result, such as "MemoryError"."""
+    """Make single memory allocations of a call fail, and count each result of the call."""
     expected = call()
     found = Counter()
     number = allocations(call)
@@ -79,7 +79,10 @@ def allocations(call: Callable[[], object]) -> int:
 
 
 def end(call: Callable[[], object], k: int, expected: object) -> str:
-    """Lets allocation k of a call fail. Returns how the call ends, such as "MemoryError"."""
+    """Make memory allocation k of a call fail.
+
+    Returns how the call ends, such as "MemoryError".
+    """
     LIBRARY.fail_allocation(OWN, k)
     try:
         result = call()

@@ -19,7 +19,10 @@ EVENTS = ("open", "os.rename", "os.mkdir", "os.link", "os.symlink")
 
 
 class _Watch:
-    """Counts the file operations in a folder, and raises an error at one of them."""
+    """Counts the file operations in a folder.
+
+    The operation with a given number raises an error.
+    """
 
     def __init__(self) -> None:
         self.folder: str | None = None
@@ -68,7 +71,7 @@ def _watching(folder: Path, step: int | None) -> Iterator[list[str]]:
 
 
 def steps_of(work: Callable[[], object], folder: Path) -> list[str]:
-    """Returns the file operations of a call in a folder."""
+    """Return the file operations that a call performs in a folder."""
     with _watching(folder, None) as seen:
         work()
     return seen
@@ -76,15 +79,17 @@ def steps_of(work: Callable[[], object], folder: Path) -> list[str]:
 
 @contextmanager
 def failing(step: int, folder: Path) -> Iterator[None]:
-    """Makes one file operation in a folder fail, as if the disk were full."""
+    """Make one file operation in a folder fail, as if the disk were full."""
     with _watching(folder, step) as seen:
         yield
     assert len(seen) > step, f"only {len(seen)} file operations"
 
 
 def killed(step: int, work: Callable[[], object], folder: Path) -> None:
-    """Runs work in a forked process. SIGKILL ends the process just before a file operation in a
-    folder."""
+    """Run work in a forked process.
+
+    SIGKILL ends the process just before file operation number `step` in the folder.
+    """
     child = os.fork()
     if child == 0:
         _WATCH.is_fatal = True
@@ -109,7 +114,7 @@ def full_after(size: int) -> Iterator[None]:
 
 
 def contents(folder: Path) -> dict[str, bytes | None]:
-    """Maps each path in a folder to its bytes, or to None for a subfolder."""
+    """Map each path in a folder to its bytes, or to None for a subfolder."""
     return {
         path.relative_to(folder).as_posix(): None if path.is_dir() else path.read_bytes()
         for path in sorted(folder.rglob("*"))
@@ -117,7 +122,7 @@ def contents(folder: Path) -> dict[str, bytes | None]:
 
 
 def restore(folder: Path, former: dict[str, bytes | None]) -> None:
-    """Restores the former contents of a folder."""
+    """Restore the former contents of a folder."""
     shutil.rmtree(folder)
     folder.mkdir()
     for name, content in former.items():
@@ -128,11 +133,11 @@ def restore(folder: Path, former: dict[str, bytes | None]) -> None:
 
 
 def check_writes(write: Callable[[], object], folder: Path, match: str | None = None) -> None:
-    """Checks that files survive each fault, and that a second write succeeds.
+    """Check that files survive each fault, and that a second write succeeds.
 
     Each file operation fails in turn. In further runs, the disk is full from the start, or becomes
-    full before the end. After a fault among several files, each file has its former or its new
-    content.
+    full before the end. If an error occurs while several files are written, each file has its
+    former or its new content.
 
     Args:
         write: Writes several files into a folder.

@@ -13,7 +13,7 @@ PLATFORMS = ("stewart_gough", "planar_3rrr")
 
 
 def configurations(robot, count, seed=3):
-    """Returns random configurations within the limits with closed loops."""
+    """Return random configurations within the limits with closed loops."""
     reach = np.array([np.pi if c.unit == "rad" else 1.0 for c in robot.coordinates])
     q = np.random.default_rng(seed).uniform(*span(robot, reach), (50 * count, robot.n))
     q = q[np.isfinite(robot.fk(q)).all((1, 2))][:count]
@@ -30,13 +30,13 @@ def distance(A, B):
 
 
 def away(A, B, unit=1.0):
-    """Returns the larger of position error, and angle error times a unit length."""
+    """Return the larger of two errors: the distance, and the rotation angle times a unit length."""
     turn = se3.log(se3.inverse(A) @ B)[..., 3:]
     return np.maximum(distance(A, B), unit * np.linalg.norm(turn, axis=-1))
 
 
 def same(a, b):
-    """Tests whether arrays are equal bit by bit, including NaN."""
+    """Test whether arrays are equal bit by bit, including NaN."""
     return all(
         np.array_equal(x, y, equal_nan=x.dtype.kind == "f") for x, y in zip(a, b, strict=True)
     )

@@ -8,10 +8,9 @@ _ROUNDS = 3
 
 
 def assert_no_leaks(calls, watched, settle=gc.collect):
-    """Repeats each call, and compares reference counts and the number of allocated memory blocks.
+    """Repeat each call, and compare reference counts and the number of allocated memory blocks.
 
-    A leak adds at least one memory block per call in each round. The check uses the smallest growth
-    of the block count, because threads of earlier tests allocate blocks in some rounds.
+    A leak adds at least one memory block per call in each round.
     """
     for call in calls:
         _repeat(call, 3, settle)
@@ -25,7 +24,7 @@ def assert_no_leaks(calls, watched, settle=gc.collect):
 
 
 def _repeat(call, count, settle):
-    """Repeats a call `count` times. Then waits until unused objects are freed."""
+    """Repeat a call `count` times. Then waits until unused objects are freed."""
     for _ in range(count):
         call()
     settle()

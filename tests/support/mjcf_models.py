@@ -42,7 +42,7 @@ def random_joint(dice, name):
 
 
 def random_model(dice):
-    """Returns a random model with side branches, frames and sites."""
+    """Return a random model with side branches, frames and sites."""
     count = dice.randint(2, 6)
     degree = dice.choice(("degree", "degree", "radian"))
     opened, closed, names = [], [], 0
@@ -76,7 +76,7 @@ def random_model(dice):
 
 
 def oracle(text):
-    """Returns the MuJoCo model without missing meshes."""
+    """Return the MuJoCo model without missing meshes."""
     return mujoco.MjModel.from_xml_string(
         text.replace('<mesh name="missing" file="missing.stl"/>', "").replace(
             'type="mesh" mesh="missing"', 'size="0.1"'
@@ -85,7 +85,7 @@ def oracle(text):
 
 
 def poses_of(model, values):
-    """Returns the pose of every body and site at joint values."""
+    """Return the pose of every body and site at joint values."""
     data = mujoco.MjData(model)
     for name, value in values.items():
         data.qpos[model.joint(name).qposadr[0]] = value
@@ -108,7 +108,7 @@ def read_model(path, text, base=None, tip=None):
 
 
 def random_linkage(dice):
-    """Returns a four-bar linkage in a tilted plane with one of the MJCF closure types."""
+    """Return a four-bar linkage in a tilted plane with one of the MJCF closure types."""
     A, D = np.zeros(2), np.array([dice.uniform(0.3, 0.4), dice.uniform(-0.1, 0.1)])
     B = np.array([dice.uniform(-0.05, 0.05), dice.uniform(0.08, 0.12)])
     C = D + np.array([dice.uniform(-0.1, 0.1), dice.uniform(0.2, 0.3)])
@@ -150,7 +150,7 @@ def random_linkage(dice):
 
 
 def random_spatial_loop(dice):
-    """Returns a loop of four hinges with a connect equality, or of seven hinges with a weld
+    """Return a loop of four hinges with a connect equality, or of seven hinges with a weld
     equality."""
     is_weld = dice.random() < 0.5
     count = 7 if is_weld else 4
@@ -177,7 +177,7 @@ def random_spatial_loop(dice):
 
 
 def random_delta(dice):
-    """Returns a delta: a translating platform on three rods with ball joints and three arms."""
+    """Return a delta: a translating platform on three rods with ball joints and three arms."""
     sizes = [dice.uniform(*bounds) for bounds in ((0.15, 0.25), (0.15, 0.25), (0.04, 0.06))]
     radius, arm, edge = (round(size, 3) for size in sizes)
     height = round(dice.uniform(0.35, 0.45), 3)
@@ -211,7 +211,7 @@ def random_delta(dice):
 
 
 def rod_pair_delta(*, is_free):
-    """Returns a delta with rod pairs."""
+    """Return a delta with rod pairs."""
     radius, arm, rod, edge, aside = 0.2, 0.2, 0.5, 0.05, 0.04
     across = edge - radius - arm
     drop = (rod**2 - across**2) ** 0.5

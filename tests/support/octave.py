@@ -13,10 +13,7 @@ from tests.support.exports import apart, inverse_of, regular_slots
 FUNCTIONS = {"fk", "fk_jacobian_mixed", "hessian_mixed", "ik", "chain", "actuators", "chain_all"}
 """Names of the functions whose results in Octave are compared with the generated C."""
 BASELINE = "-march=x86-64" if platform.machine() == "x86_64" else ""
-"""Compiler flag for the instructions that the MATLAB functions use.
-
-With other instructions, an iterative solver sums in another order.
-"""
+"""Compiler flag for the instructions that the MATLAB functions use."""
 SOLVED = 1e-9
 """Largest residual of a solution (m or rad)."""
 POSE_ERROR = 1e-9
@@ -30,7 +27,7 @@ def exported(robot, folder: Path) -> Path:
 
 
 def octave(script: str, folder: Path) -> str:
-    """Runs a script in a folder, and returns the printed text."""
+    """Run a script in a folder, and return the printed text."""
     command = ["octave-cli", "--no-history", "--quiet", "--norc", "--eval", script]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -38,12 +35,12 @@ def octave(script: str, folder: Path) -> str:
 
 
 def make(name: str) -> str:
-    """Returns the statements that compile the functions of a robot."""
+    """Return the statements that compile the functions of a robot."""
     return f"addpath('{name}'); make_chasles_{name};\n"
 
 
 def call(name: str, info, inputs, folder: Path, suffix: str = "") -> str:
-    """Writes inputs for MATLAB, and returns the statements that call a function."""
+    """Write inputs for MATLAB, and return the statements that call a function."""
     stem, statements, arguments = f"{info.name}{suffix}", [], []
     for k, (item, values) in enumerate(zip(info.inputs, inputs, strict=True)):
         sizes = [*(item.shape or (1,)), len(values)]
@@ -59,7 +56,7 @@ def call(name: str, info, inputs, folder: Path, suffix: str = "") -> str:
 
 
 def results(info, count: int, folder: Path, suffix: str = "") -> list[np.ndarray]:
-    """Returns the outputs of a call in the layout of the robot."""
+    """Return the outputs of a call in the array layout of the Python functions."""
     shapes = [item.shape or (1,) for item in info.outputs]
     if info.role.is_inverse:
         shapes.insert(1, shapes[1])
@@ -78,7 +75,7 @@ def _count(info) -> int:
 
 
 def difference_of_solutions(robot, inputs, found) -> tuple[float, int]:
-    """Compares all solutions in Octave with the generated C, away from singularities.
+    """Compare all solutions in Octave with the generated C, away from singularities.
 
     Returns (largest difference, number of compared solutions). The difference is infinite if a slot
     is valid only in Octave or only in C, or if a solution does not reach its pose.
@@ -95,7 +92,7 @@ def difference_of_solutions(robot, inputs, found) -> tuple[float, int]:
 
 
 def _pose_by_pose(robot, inputs):
-    """Returns the solutions and residuals of the C code, computed pose by pose.
+    """Return the solutions and residuals of the C code, computed pose by pose.
 
     MATLAB calls the C code pose by pose. The C code for batches adds numbers in a different order.
     """
@@ -104,11 +101,10 @@ def _pose_by_pose(robot, inputs):
 
 
 def missing_solutions(robot, inputs, found) -> int:
-    """Counts solutions of the C code that are missing in `found`, and poses without a solution in
+    """Count solutions of the C code that are missing in `found`, and poses without a solution in
     `found`.
 
-    Singular solutions do not count, because rounding selects one solution of a continuous family. A
-    solution that does not reach its pose counts as missing.
+    A solution that does not reach its pose counts as missing.
     """
     q, valid = found[0], found[1] == 1
     exact, residual, _ = robot.functions["ik"].ufunc(*inputs)

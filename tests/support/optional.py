@@ -6,16 +6,13 @@ import pytest
 
 
 class OptionalPackage:
-    """Imports a package at its first use, or skips the test if the package is missing.
-
-    Every test worker imports all test files, but only a few tests need a slow package.
-    """
+    """Imports a package at its first use, or skips the test if the package is missing."""
 
     def __init__(self, name: str) -> None:
         self._name = name
 
     def __getattr__(self, attribute: str):
-        """Returns a public attribute of the package.
+        """Return a public attribute of the package.
 
         During collection, pytest reads private attributes of all objects in a test file. Reading a
         private attribute must not import the package.
@@ -26,10 +23,10 @@ class OptionalPackage:
 
 
 def reason(name: str) -> str:
-    """Returns the skip reason for a missing package."""
+    """Return the skip reason for a missing package."""
     return f"missing package: {name} (make test installs it)"
 
 
 def requires(name: str) -> pytest.MarkDecorator:
-    """Returns the pytest mark of tests that need a package."""
+    """Return the pytest mark of tests that need a package."""
     return pytest.mark.skipif(find_spec(name) is None, reason=reason(name))

@@ -26,7 +26,7 @@ def functions_of(robot, parametric=PARAMETRIC):
 
 @cache
 def of_convention(name):
-    """Derives the functions of a random chain in a convention."""
+    """Derive the functions of a random chain in a convention."""
     return functions_of(drawn(IN_CONVENTION[name], 3), IN_TOOL_FRAME)
 
 
@@ -35,7 +35,7 @@ def nominal(derived):
 
 
 def by_differentiation(fk_p, q, p, by):
-    """Returns (pose, tool twists) from automatic derivatives.
+    """Return (pose, tool twists) from automatic derivatives.
 
     The twists (v, omega) are in base axes.
     """
@@ -52,7 +52,7 @@ def by_differentiation(fk_p, q, p, by):
 
 
 def check(derived, functions):
-    """Compares the parametric functions with the functions of the nominal robot, and with automatic
+    """Compare the parametric functions with the functions of the nominal robot, and with automatic
     differentiation."""
     random = np.random.default_rng(5)
     n, p = len(derived.robot.coordinates), nominal(derived)

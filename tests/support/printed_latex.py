@@ -30,7 +30,7 @@ class Formula:
         self.known, self.at = known, 0
 
     def value(self):
-        """Returns the value of the printed formula."""
+        """Return the value of the printed formula."""
         found = self.sum()
         assert self.at == len(self.tokens), self.tokens[self.at :]
         return found
@@ -179,12 +179,12 @@ class Formula:
 
 
 def spelled(tex):
-    """Returns the name of a symbol without spaces."""
+    """Return the LaTeX name of a symbol with all spaces removed."""
     return "".join(t for t in TOKEN.findall(tex.replace("{}", " ")) if t not in SILENT)
 
 
 def displays(text):
-    """Returns (left side, right side) of each displayed equation."""
+    """Return (left side, right side) of each displayed equation."""
     found = []
     for display in re.findall(r"\\begin\{align\*\}(.*?)\\end\{align\*\}", text, re.DOTALL):
         body = re.sub(r"\\\\\*?\s*&\\quad", " ", display)
@@ -198,7 +198,7 @@ def displays(text):
 
 
 def angles(text):
-    """Returns (cosine name, sine name, angle) for each entry of the symbol table."""
+    """Return (cosine name, sine name, angle) for each entry of the symbol table."""
     found = []
     for row in re.findall(r"^(\$.*?) \\\\$", text, re.MULTILINE):
         cells = [cell.strip() for cell in row.split("&")]
@@ -237,7 +237,7 @@ class Known(dict):
 
 
 class PrintedInverse:
-    """Solution steps of a pose inverse, parsed from article fragments.
+    """Solution steps of an inverse for poses, parsed from the LaTeX of an article.
 
     Attributes:
         is_whole: Whether every step has a formula and every number has full precision.
@@ -273,7 +273,7 @@ class PrintedInverse:
         return known
 
     def solve(self, T, given, signs):
-        """Returns all symbol values for a pose (4, 4), input symbols and signs."""
+        """Return all symbol values for a pose (4, 4), input symbols and signs."""
         rotation, position = self.letters
         known = self.constants() | given | dict(zip(self.signs, map(float, signs), strict=True))
         for i in range(3):
@@ -299,7 +299,7 @@ class PrintedInverse:
 
 
 def chosen(formula, values):
-    """Evaluates a formula, or a conditional with two formulas."""
+    """Evaluate a formula, or a conditional with two formulas."""
     parts = re.fullmatch(r"(.*?) \\text\{ if \} (.*?) \\ge 0, \\text\{ else \} (.*)", formula)
     if parts is None:
         return Formula(formula, values).value()

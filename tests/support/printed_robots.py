@@ -34,7 +34,7 @@ def joint(name, convention, kind="revolute", *, pitch=0, direction=1, **given):
 
 
 def awkward():
-    """Robot with all joint types, three conventions, odd angles and clashing names."""
+    """Robot with all joint types, three conventions, unusual angles and clashing names."""
     h, c1, s_1, t1, p_1 = sp.symbols("h c1 s_1 t1 p_1", real=True)
     alpha_2 = sp.Symbol("alpha_2", real=True)
     joints = (
@@ -85,8 +85,7 @@ def parallel(count):
 
 
 def tilted():
-    """Robot on a tilted base, which makes constants in its screw axes and inverse long enough for
-    names."""
+    """Robot on a tilted base, with constants that are long enough to be named in the article."""
     tilt, rises = sp.Symbol("tilt", real=True), sp.symbols("d1:10", real=True)
     joints = (
         joint("j1", "dh", d=sum(rises), alpha=sp.pi / 2),
@@ -122,12 +121,12 @@ BUILT = {
 }
 ROBOTS = [*NAMES, *BUILT]
 FUNCTIONS = ("fk", "jacobian_mixed", "jacobian_space")
-"""The derived functions: only functions whose equations appear in the article."""
+"""Names of the functions to derive. The article prints the equations of these functions."""
 
 
 @cache
 def derived(name):
-    """Derives the printed functions of a serial robot."""
+    """Derive the printed functions of a serial robot."""
     if name in BUILT:
         return derive(BUILT[name](), functions=FUNCTIONS)
     return derive(read(description(name)), functions=FUNCTIONS)
@@ -135,5 +134,5 @@ def derived(name):
 
 @cache
 def printed(name):
-    """Returns the article fragments of a robot, keyed by file."""
+    """Return the article fragments of a robot, keyed by file."""
     return committed(name) if name in NAMES else fragments(derived(name))

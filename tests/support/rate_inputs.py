@@ -5,7 +5,7 @@ import numpy as np
 from chasles import Robot
 
 CLOSURE = 1e-12
-"""Tolerance of J qd - V relative to |V|: the rounding error times the condition number of J."""
+"""Tolerance of J qd - V, relative to |V|."""
 HELD = np.radians([[50, 170, -70], [92, 212, -28]])
 """Crank limits between which planar_3rrr is never singular, with couplers of 130 mm or 170 mm."""
 WITH_RATES = [
@@ -30,9 +30,9 @@ WITH_RATES = [
 
 
 def sampling_limits(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the lower and upper limits (n,) for random coordinates.
+    """Return the lower and upper limits (n,) for random coordinates.
 
-    For a robot without limits, which must be planar_3rrr, the limits are `HELD`.
+    If a robot has no limits, the function returns `HELD`. The only such robot is planar_3rrr.
     """
     if np.isfinite(robot.lower).all() and np.isfinite(robot.upper).all():
         return robot.lower, robot.upper
@@ -40,7 +40,7 @@ def sampling_limits(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def span(robot: Robot, reach: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns (lower, upper) limits (n,).
+    """Return (lower, upper) limits (n,).
 
     An unlimited coordinate has limits at the distance ``reach`` from its reference value, or from
     0.
@@ -52,7 +52,7 @@ def span(robot: Robot, reach: float | np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def inside(robot, count, seed=0, margin=0.1):
-    """Returns configurations within limits, at which all loops close."""
+    """Return configurations within limits, at which all loops close."""
     rng = np.random.default_rng(seed)
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
@@ -66,7 +66,7 @@ def twists(count, seed=1):
 
 
 def pure(robot, q, length=None):
-    """Returns the dimensionless Jacobian, and the scales of its rows and coordinates."""
+    """Return the dimensionless Jacobian, and the scales of its rows and coordinates."""
     length = robot.characteristic_length if length is None else length
     unit = np.where([c.kind == "revolute" for c in robot.coordinates], 1.0, length)
     row = np.repeat([1 / length, 1.0], 3)

@@ -10,15 +10,14 @@ from tests.support.derivations import every_branch
 from tests.support.printed_latex import PrintedInverse
 
 SAME = 1e-9
-"""Tolerance (radian or meter). Printed formulas are less accurate near the boundary of the
-workspace."""
+"""Tolerance (radian or meter)."""
 INSIDE = 1e-3
-"""Minimum margin of compared solution slots."""
+"""Minimum margin of a solution slot that the test compares."""
 POSES = 3
 
 
 def without_formula(found, texts=None):
-    """Returns why a printed inverse cannot be evaluated numerically, or an empty text.
+    """Return why a printed inverse cannot be evaluated numerically, or an empty text.
 
     Args:
         found: The derivation.
@@ -36,7 +35,7 @@ def without_formula(found, texts=None):
 
 
 def read_back(found, poses=POSES, texts=None):
-    """Compares computed and printed solutions at reachable poses, and counts the equal solution
+    """Compare computed and printed solutions at reachable poses, and count the equal solution
     slots.
 
     Args:
@@ -66,7 +65,6 @@ def read_back(found, poses=POSES, texts=None):
         slots, residual, margin = every_branch(function, ik, T.ravel(), *map(np.array, values))
         slots = slots.reshape(-1, len(q))
         for slot, signs in enumerate(itertools.product((1, -1), repeat=len(printed.signs))):
-            # Some sign combinations of arms with fewer than six joints do not reach the pose.
             if margin[slot] < INSIDE or residual[slot] > SAME:
                 continue
             known = printed.solve(T, given, signs)

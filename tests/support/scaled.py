@@ -9,7 +9,7 @@ from chasles.derive.model.placements import Placement, Translation
 
 
 def scaled(robot: SerialRobot, factor: sp.Rational, name: str) -> SerialRobot:
-    """Returns a serial robot with scaled placements, pitches and prismatic limits."""
+    """Return a serial robot with scaled placements, pitches and prismatic limits."""
 
     def placed(placement: Placement) -> Placement:
         return tuple(

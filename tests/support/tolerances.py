@@ -17,7 +17,7 @@ PRINTED_9 = 5e-10
 """Tolerance for reference values printed with nine decimal places: half a unit in the last
 place."""
 AGREEMENT = 1e-10
-"""Maximum difference between a benchmarked library and chasles, which must solve the same task."""
+"""Maximum difference between results of chasles and of another library for the same task."""
 LIBMVEC = 4
 """Maximum error (units in the last place) of the glibc vector library, as documented."""
 COS_SIN = 1.5
@@ -27,10 +27,9 @@ ANGLE = 2
 RECIPROCAL_ROOT = 2
 """Maximum error (units in the last place) of 1 / sqrt(x) in SIMD code; 1.5 was observed."""
 NEAR_ROOT = 1e-11
-"""Tolerance for the branches of a function that are compared with 40-digit arithmetic. Near a root
-that is zero, rounding errors are amplified."""
+"""Tolerance for comparisons of branches with 40-digit arithmetic. Near a root that is zero,
+rounding errors are amplified."""
 WORST_INVERSE = 5e-14
 """Maximum residual of an inverse solution at a random pose (meter, radian)."""
 LIMIT = 0.012
-"""Tolerance for joint limits (radian). Descriptions round the limits of the data sheet, or widen
-them by up to 0.7 degrees."""
+"""Tolerance for joint limits (radian)."""

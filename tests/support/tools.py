@@ -20,23 +20,23 @@ PACKAGES = {
     "tcc": "tcc",
     "valgrind": "valgrind",
 }
-"""Debian packages of each program."""
+"""Debian packages that contain each program."""
 MISSING = "missing program"
 """Prefix of the skip reason for a missing program."""
 
 
 def reason(program: str) -> str:
-    """Returns the skip reason for a missing program."""
+    """Return the skip reason for a missing program."""
     return f"{MISSING}: {program} (apt-get install {PACKAGES[program]})"
 
 
 def needs(program: str) -> pytest.MarkDecorator:
-    """Returns the pytest mark of tests that need a program."""
+    """Return the pytest mark of tests that need a program."""
     return pytest.mark.skipif(shutil.which(program) is None, reason=reason(program))
 
 
 def path_of(program: str) -> str:
-    """Returns the path of a program, or skips the test if the program is missing."""
+    """Return the path of a program, or skip the test if the program is missing."""
     path = shutil.which(program)
     if path is None:
         pytest.skip(reason(program))

@@ -11,7 +11,7 @@ from chasles.view.slider_units import slider_units
 
 
 def walk(display: Display, steps: int, seed: int, part: float = 0.1) -> list:
-    """Returns configurations along a random path within the slider ranges."""
+    """Return configurations along a random path within the slider ranges."""
     units = slider_units(display.robot, display.start.q)
     lower, upper = (np.array([getattr(u, end) for u in units]) for end in ("lower", "upper"))
     rng, found = np.random.default_rng(seed), [display.start]
@@ -32,14 +32,14 @@ def opened(browser, folder, robot):
 
 
 def asked(browser, display: Display, script: str):
-    """Evaluates a JavaScript expression of the kinematics `k` and the inverse `inverse`."""
+    """Evaluate a JavaScript expression with the objects `k` (kinematics) and `inverse`."""
     data = json.dumps(page_data(display.robot))
     before = f"const k = new Kinematics({data}), inverse = new Inverse(k);"
     return browser.run(f"(() => {{ {before} return {script}; }})()")
 
 
 def on_page(browser) -> np.ndarray:
-    """Returns the poses (bodies, 4, 4) of the drawn objects."""
+    """Return the poses (bodies, 4, 4) of the drawn objects."""
     columns = np.array(browser.run("bodies.map((body) => body.matrixWorld.elements)"), dtype=float)
     return columns.reshape(-1, 4, 4).transpose(0, 2, 1)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def started(code: str, *words: object, cache: Path, path: Path | None = None):
-    """Runs Python code without a compiler on PATH."""
+    """Run Python code without a compiler on PATH."""
     env = {k: v for k, v in os.environ.items() if k not in ("CC", "CHASLES_CFLAGS")}
     env |= {"PATH": "/nonexistent", "CHASLES_CACHE": str(cache)}
     env |= {"PYTHONPATH": str(path)} if path else {}

@@ -3,7 +3,7 @@
 The module of a library has at least one of the functions `calls`, `loops` and `batches`:
 
     `calls(arm)`:    Returns a list of Call. A Call computes one pose from Python.
-    `loops(arm)`:    Returns a list of Loop. A Loop is a C loop that calls compiled functions.
+    `loops(arm)`: Returns a list of Loop. A Loop calls compiled functions repeatedly in C.
     `batches(arm)`:  Returns a list of Batch. A Batch computes many poses in one call.
 
 A module raises ImportError if its package is not installed.
@@ -33,10 +33,10 @@ INSTALL = {
     "symforce": "symforce cmeel-eigen",
     "jax": "jax",
 }
-"""The required pip packages of each other library."""
+"""Names of the pip packages that each of the other libraries requires."""
 
 SLOW_TO_BUILD = frozenset(("pinocchio_cpp",))
-"""Libraries that take longer to compile than a short run of all other benchmarks."""
+"""Libraries with a long compile time."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def verified(setup: Call | Loop | Batch, arm: Arm) -> Any:
 
 
 def is_built(name: str) -> bool:
-    """Return whether another library with a long compile time is already compiled."""
+    """Return whether the compiled code of a library is already in the cache."""
     module = _imported(name)
     return module is not None and complete(module.source()).path.exists()
 

@@ -1,4 +1,4 @@
-"""CasADi as a direct Function, through its buffer, and as compiled C through its buffer."""
+"""CasADi functions called directly, called through their buffer, and compiled as C."""
 
 import tempfile
 from pathlib import Path

@@ -1,7 +1,7 @@
 """Forward kinematics and mixed Jacobian as products of elementary motions.
 
-Users of symbolic libraries would write these equations. Sines and cosines of right angles are
-already replaced by 0, 1 and -1. All symbolic libraries of the benchmark compile these equations.
+Sines and cosines of right angles are already replaced by 0, 1 and -1. All symbolic libraries of the
+benchmark compile these equations.
 """
 
 from collections.abc import Callable, Sequence

@@ -14,8 +14,8 @@ import jax
 import jax.numpy as jnp
 
 jax.config.update("jax_enable_x64", True)
-# JAX creates its threads at first use. The threads stay on the cores that the process may use at
-# the first use of JAX.
+# JAX creates its threads at first use. The first call of JAX binds the threads to the cores that
+# the process may use at that time.
 with one_core():
     jax.devices()
 

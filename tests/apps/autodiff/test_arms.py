@@ -33,7 +33,7 @@ def torch():
 
 
 def configurations(robot, count):
-    """Returns random configurations away from singularities."""
+    """Return random configurations away from singularities."""
     rng = np.random.default_rng(4)
     if robot.reference:
         return np.array(robot.reference.q) + rng.uniform(-0.1, 0.1, (count, robot.n))
@@ -191,7 +191,6 @@ def test_torch_passes_gradcheck(name):
     assert check.gradcheck(solutions, q, **tolerance)
 
 
-# PyTorch's own check reads the gradient of a tensor that is not a leaf.
 @pytest.mark.filterwarnings("ignore:The .grad attribute:UserWarning")
 def test_torch_operators_are_valid_and_compile():
     robot = chasles.load("ur5e")

@@ -27,5 +27,5 @@ def arm(loaded):
 
 @pytest.fixture
 def truth(arm, request):
-    """Returns an arm with errors of up to 1 mm and 1 mrad, and 60 configurations."""
+    """Return an arm with errors of up to 1 mm and 1 mrad, and 60 configurations."""
     return drawn(arm, getattr(request, "param", 0))

@@ -46,7 +46,7 @@ def linear_delta(tmp_path_factory):
 
 
 def end_stops(robot, found):
-    """Subtracts the mean end stop error, which is equivalent to the bed height."""
+    """Subtract the mean end stop error, which is equivalent to the bed height."""
     offsets = [k for k, item in enumerate(robot.geometry) if item.part == "offset"]
     errors = found.p[offsets] - np.array([robot.geometry[k].value for k in offsets])
     return errors - errors.mean()
@@ -80,7 +80,7 @@ def test_exact_bed_contacts_give_end_stops(linear_delta, model):
 
 
 def test_unknowns_that_measurements_leave_open_are_redundant(linear_delta):
-    """The nozzle does not rotate, so its offset is equivalent to the bed position."""
+    """The nozzle does not rotate, so its offset has the same effect as the position of the bed."""
     q = bed_contacts(25, 0, SIGMA)
     found = identify(linear_delta, q, PlaneContacts(np.zeros(25), SIGMA), vary=("offset",))
     undetermined = {item.name for item in found.unidentifiable}
@@ -146,7 +146,6 @@ def test_length_that_tolerances_exclude_gets_a_doubt(arm):
 
 
 def test_many_errors_of_three_tolerances_get_a_doubt(arm):
-    """If a different robot was measured, all offsets may be large but within their limits."""
     draw = next(d for d in (simulated(arm, seed) for seed in range(40)) if d.parameter_std)
     found = identify(
         arm, draw.q, draw.measurements, vary=draw.vary, parameter_std=draw.parameter_std

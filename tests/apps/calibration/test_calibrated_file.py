@@ -16,7 +16,7 @@ from tests.support.measured_arms import drawn
 
 @pytest.fixture(scope="module")
 def driven(arm):
-    """Returns a geometry with transmission errors, and motor positions."""
+    """Return a geometry with transmission errors, and motor positions."""
     random, p = np.random.default_rng(3), drawn(arm, 0).p
     drives = np.array([g.part == "transmission" for g in arm.geometry])
     p[drives] += random.uniform(-3e-3, 3e-3, drives.sum())
@@ -25,7 +25,7 @@ def driven(arm):
 
 @pytest.fixture(scope="module")
 def mine(arm, driven, tmp_path_factory):
-    """Loads the robot from its calibrated file."""
+    """Load the robot from its calibrated file."""
     folder = tmp_path_factory.mktemp("mine")
     path = folder / "mine.toml"
     path.write_text(robot_file(arm, driven[0], "mine", "a test"))

@@ -60,7 +60,7 @@ def parametric(name):
 
 
 def drawn(robot, random, error):
-    """Returns a geometry with random errors in axes, rods and tool."""
+    """Return a geometry with random errors in axes, rods and tool."""
     p = np.array([item.value for item in robot.geometry])
     moved = np.array([item.part in ("axis", "loop", "tool") for item in robot.geometry])
     p[moved] += random.uniform(-error, error, moved.sum())
@@ -68,19 +68,19 @@ def drawn(robot, random, error):
 
 
 def around(robot, random, count):
-    """Returns random coordinates near the reference configuration."""
+    """Return random coordinates near the reference configuration."""
     step = np.array([0.02 if c.unit == "m" else 0.5 for c in robot.coordinates])
     return np.array(robot.reference.q) + random.uniform(-1, 1, (count, robot.n)) * step
 
 
 def everywhere(robot, random, count):
-    """Returns coordinates within the limits. A crank without limits rotates almost a full turn."""
+    """Return coordinates within the limits. A crank without limits rotates almost a full turn."""
     low, high = np.maximum(robot.lower, -3), np.minimum(robot.upper, 3)
     return random.uniform(low, high, (count, robot.n))
 
 
 def differences(function, x, T):
-    """Differentiates the tool pose by central differences, as twists in base axes."""
+    """Differentiate the tool pose by central differences, as twists in base axes."""
     columns = []
     for unit in np.eye(len(x)) * STEP:
         near, far = (function(x + k * unit) - function(x - k * unit) for k in (1, 2))
@@ -154,7 +154,6 @@ def test_rows_whose_loops_do_not_close_are_left_out_of_the_fit():
     q = everywhere(robot, random, 60)
     start = Poses(robot.fk(q), SIGMA)._start(robot.fk(q))
     problem = problem_at(robot, q, start, ("loop",))
-    # So close to the solution, rounding errors decide where a fit ends.
     starts = [problem.x0.copy() for _ in range(7)]
     for k, x in enumerate(starts):
         x[problem.names.index("rocker_pin_a_x")] = 0.24 + k * 1e-9
@@ -166,7 +165,6 @@ def test_rows_whose_loops_do_not_close_are_left_out_of_the_fit():
 
 
 def test_identify_converges_for_tool_that_hardly_rotates():
-    """The start values displace the base and the targets by tens of centimeters."""
     robot, random = parametric("delta"), np.random.default_rng(3)
     p, q = drawn(robot, random, 5e-4), everywhere(robot, random, 60)
     T = se3.exp(random.normal(size=6)) @ robot.fk_p(q, p)
@@ -178,7 +176,6 @@ def test_identify_converges_for_tool_that_hardly_rotates():
 
 
 def test_identify_explains_delta_whose_probe_is_decimeters_from_its_start():
-    """The start value of the probe position is wrong by decimeters and has no tolerance."""
     robot, random = parametric("delta"), np.random.default_rng(6)
     p, q = drawn(robot, random, 5e-4), around(robot, random, 60)
     noise = se3.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
@@ -300,7 +297,7 @@ def test_vary_keyword_selects_only_its_own_parameter_parts(name):
 
 
 def calibrated(name, seed):
-    """Loads a random calibrated robot that is refined from its nominal design."""
+    """Load a random calibrated robot that is refined from its nominal design."""
     robot = parametric(name)
     p = drawn(robot, np.random.default_rng(seed), DRAWN)
     text = robot_file(robot, p, f"mine_{seed}", "a test", name)
@@ -314,7 +311,7 @@ def configurations(name, seed):
 
 @pytest.fixture(scope="module")
 def built_four_bar(tmp_path_factory):
-    """Returns a calibrated four-bar with actuator maps."""
+    """Return a calibrated four-bar with actuator maps."""
     folder = tmp_path_factory.mktemp("built") / "four_bar"
     return compiled(calibrated("four_bar", 5), folder, ["chain", "actuators"], ["c"])
 
@@ -337,7 +334,7 @@ def test_joint_values_that_violate_loop_closure_are_invalid(built_four_bar):
 
 @contextmanager
 def few_samples():
-    """Reduces the test configurations of a derivation from 100 to 20."""
+    """Reduce the test configurations of a derivation from 100 to 20."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(nominal_mechanism, "SAMPLES", 20)
         patch.setattr(nominal_mechanism, "MAX_DRAWN", 120)
@@ -346,7 +343,7 @@ def few_samples():
 
 @pytest.fixture(scope="module")
 def built_delta(tmp_path_factory):
-    """Returns a delta robot whose platform tilts slightly because its rods are unequal."""
+    """Return a delta robot with unequal rods, which tilt the platform slightly."""
     folder = tmp_path_factory.mktemp("built") / "delta"
     with few_samples():
         return compiled(calibrated("delta", 5), folder, ["fk", "ik", "ik_position"], ["c"])

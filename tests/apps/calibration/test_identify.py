@@ -26,7 +26,7 @@ def measured_positions(arm, truth, random):
 
 
 def errors_elsewhere(arm, truth, found, random):
-    """Returns calibrated and nominal position errors at new configurations [m]."""
+    """Return calibrated and nominal position errors at new configurations [m]."""
     q = random.uniform(-2.5, 2.5, (2000, arm.n))
     true = truth.positions(arm, q)
     T = found.poses(q)
@@ -109,7 +109,6 @@ def test_pose_spread_of_repeated_identifications_stays_near_noise(arm, truth):
 
 
 def test_dh_model_cannot_explain_tilted_parallel_axes(arm, truth):
-    """DH has no parameter for a tilt of axis 3 in the plane of axes 2 and 3."""
     measurements = measured_positions(arm, truth, np.random.default_rng(0))
     complete = identify(arm, truth.q, measurements, robust=False)
     dh = identify(arm, truth.q, measurements, vary=("joint", "offset"), robust=False)

@@ -19,7 +19,7 @@ ONE_ARM = pytest.mark.parametrize("case", ["stanford"], indirect=True)
 
 @pytest.fixture(params=ARMS)
 def case(loaded, request):
-    """Returns a robot, its coordinates and measured positions."""
+    """Return a robot, its coordinates and measured positions."""
     robot = loaded(request.param)
     truth = drawn(robot, 3, zero=0.02, count=24)
     points = truth.positions(robot, truth.q)
@@ -74,9 +74,6 @@ def test_coupled_joint_column_is_diagnosed(case, sign, word):
 
 @pytest.mark.parametrize(("case", "degrees"), [("ur5e", 90), ("stanford", -90)], indirect=["case"])
 def test_wrong_joint_zero_is_diagnosed(case, degrees):
-    """A wrong zero of the first joint moves the base. A wrong zero of the last joint moves the
-    tool.
-    """
     robot, q, points = case
     k = next(k for k in range(1, robot.n - 1) if robot.coordinates[k].unit == "rad")
     wrong = q.copy()
@@ -86,8 +83,6 @@ def test_wrong_joint_zero_is_diagnosed(case, degrees):
         said = " ".join(found(robot, wrong, points).warnings)
     except InputValueError as error:
         said = str(error)
-    # The tool is short. Then an error of the wrist's zero offset moves the tool too little to be
-    # identified surely.
     assert f"zero of {name} is off by {degrees} deg" in said or "check its zero offset" in said
 
 
@@ -181,7 +176,7 @@ def test_measurements_of_another_robot_are_diagnosed(loaded):
 
 
 def as_quaternions(R):
-    """Converts with SciPy, as a reference for chasles."""
+    """Convert with SciPy, as a reference for chasles."""
     return Rotation.from_matrix(R).as_quat(scalar_first=True)
 
 

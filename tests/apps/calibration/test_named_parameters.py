@@ -33,7 +33,7 @@ def delta_text():
 
 
 def robots(text, changed, folder):
-    """Compiles a nominal and a changed robot."""
+    """Compile a nominal and a changed robot."""
     built = text
     for old, new in changed.items():
         assert built.count(old) == 1
@@ -45,7 +45,7 @@ def robots(text, changed, folder):
 
 @pytest.fixture(scope="module")
 def delta(tmp_path_factory):
-    """Returns the nominal robot and the robot as built."""
+    """Return the nominal robot and the robot as built."""
     changed = {
         "r_b = { value = 200": "r_b = { value = 201.7",
         "l_r_2 = { value = 800": "l_r_2 = { value = 798.8",

@@ -35,7 +35,7 @@ def torques(arm, q, p):
 
 
 def in_equilibrium(arm, q, p):
-    """Returns poses in which springs and gravity are in equilibrium."""
+    """Return poses in which springs and gravity are in equilibrium."""
     rigid = np.where(part(arm, "compliance"), 0, p)
     sagged = q
     for _ in range(8):
@@ -112,7 +112,7 @@ FUNCTIONS = ["fk", "coordinates_from_readings", "readings_from_coordinates"]
 
 
 def sagging(arm, random, soft=slice(None)):
-    """Returns a geometry with errors in all parameters and compliant joints."""
+    """Return a geometry with errors in all parameters and compliant joints."""
     p = np.array([g.value for g in arm.geometry])
     off = np.array([g.part in ("axis", "offset", "transmission", "tool") for g in arm.geometry])
     p[off] += random.uniform(-1e-3, 1e-3, off.sum())

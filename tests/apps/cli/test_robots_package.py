@@ -24,7 +24,7 @@ print(robot.folder, *robot.fk([0.3, 0.5]).ravel())
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
-    """Creates a package with one robot on the module search path."""
+    """Create a package with one robot on the module search path."""
     base = tmp_path_factory.mktemp("robots")
     folder = tiny.Folder(base / "own" / "tiny", tiny.manifest())
     folder.write(tiny.SOURCE)
@@ -71,7 +71,6 @@ def test_arm_of_package_is_not_derived_on_first_use(installed):
         assert "ur10e" in chasles.robots()
         assert "ur10e" not in chasles.shelf_robots()
         assert chasles.find_folder("ur10e") == arm
-        # If the user fixes other joints than the package, `ik` is derived from the robot file.
         assert description_of(arm) == (shelf()["ur10e"], ())
     finally:
         (arm / "manifest.json").unlink()

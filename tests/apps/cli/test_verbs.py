@@ -442,7 +442,7 @@ def test_workspace_is_drawn_or_saved(robot, tmp_path, monkeypatch):
 
 @pytest.fixture
 def little_memory():
-    """Limits the address space to one gibibyte above its present size."""
+    """Limit the address space to one gibibyte above its present size."""
     resource = pytest.importorskip("resource")
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     limits = resource.getrlimit(resource.RLIMIT_AS)

@@ -97,7 +97,7 @@ def test_kernels_equal_the_compiled_c(package, kind, folder):
 
 
 def conversions(package):
-    """Returns functions that copy arrays to the GPU and back."""
+    """Return functions that copy arrays to the GPU and back."""
     module = pytest.importorskip(package)
     if package == "cupy":
         return module.asarray, module.asnumpy

@@ -26,7 +26,7 @@ def descriptions(folder, count):
 
 
 def main(folder, count):
-    """Draws all arms and returns the number of arms with overlapping labels."""
+    """Draw all arms and return the number of arms with overlapping labels."""
     from test_drawing import lettered, overlaps
 
     from tests.support.skeletons import described_skeleton

@@ -178,6 +178,5 @@ def test_legend_and_color_of_the_path_start_with_the_path(tmp_path):
     legend = slice(int(0.93 * len(first)), None)
     assert np.ptp(first[legend]) == 0
     assert np.ptp(second[legend]) > 0
-    # The path is pink: more red and blue than green.
     is_pink = (last[..., 0] - last[..., 1] > 50) & (last[..., 2] - last[..., 1] > 30)
     assert is_pink.sum() > 50

@@ -54,7 +54,7 @@ def lettered(bodies):
 
 
 def letters(figure):
-    """Returns the label boxes inside the axes of a figure [pixels]."""
+    """Return the label boxes inside the axes of a figure [pixels]."""
     renderer = figure.canvas.get_renderer()
     texts = [text for ax in figure.axes for text in ax.texts if text.get_text()]
     return [(text.get_text(), text.get_window_extent(renderer)) for text in texts]
@@ -175,7 +175,6 @@ def test_drawing_shows_at_most_three_inverses_by_itself(ghosts):
 
 
 def test_legend_names_solutions_whose_links_coincide():
-    """The second wrist solution rotates only joints whose axes meet in one point."""
     robot = chasles.load("irb6640")
     q = np.array([0.3, 0.2, -0.3, 0.4, 0.5, 0.6])
     figure = chasles.draw(robot, q, ghosts=True, views=("front",))

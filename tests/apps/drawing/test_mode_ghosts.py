@@ -41,7 +41,7 @@ def near_reference(robot, count):
 
 
 def tools(robot, q):
-    """Returns the tool poses (k, 4, 4) in all modes."""
+    """Return the tool poses (k, 4, 4) in all modes."""
     if hasattr(robot, "fk_all"):
         found = robot.fk_all(q)
         return found.T[found.valid]
@@ -54,7 +54,7 @@ def tools(robot, q):
 
 
 def ends_apart(body, poses):
-    """Returns the distances (k,) between the end points of a strut."""
+    """Return the distances (k,) between the end points of a strut."""
     a, b = (
         poses[:, k, :3, :3] @ end + poses[:, k, :3, 3]
         for k, end in zip(body.span.bodies, body.span.ends, strict=True)
@@ -89,7 +89,6 @@ def test_assembly_mode_ghosts_match_platform_poses(name):
 
 
 def test_link_legs_close_in_every_assembly_mode(tmp_path):
-    """A leg contains a passive joint, whose angle depends on the mode."""
     text = description("planar_3rrr").read_text(encoding="utf-8")
     assert ROD in text
     file = tmp_path / "linked.toml"

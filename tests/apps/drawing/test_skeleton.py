@@ -22,10 +22,7 @@ from tests.support.skeletons import described_skeleton
 
 TRUE = 1e-12
 CLOSED = 1e-9
-"""Tolerance of poses.
-
-The loop residual is 1e-12 after Newton's method and grows along a chain of bodies.
-"""
+"""Tolerance of poses."""
 ROBOTS = chasles.robots()
 
 
@@ -182,7 +179,6 @@ def test_manifest_without_skeleton_is_rejected():
 
 
 def test_symbols_of_adjacent_joints_are_separated():
-    """Symbols of a wrist do not overlap although its axes share a point."""
     checked = 0
     for name in ("ur5e", "puma560", "iiwa14", "panda"):
         robot = chasles.load(name)

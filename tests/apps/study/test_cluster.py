@@ -21,7 +21,7 @@ pytestmark = [
 
 @pytest.fixture(scope="module")
 def client():
-    """Returns a client of two worker processes, forked from a server that has imported Dask."""
+    """Return a client of two worker processes, forked from a server that has imported Dask."""
     with (
         dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"}),
         distributed.LocalCluster(
@@ -43,7 +43,6 @@ def test_workspace_on_cluster_is_bitwise_equal(client):
 
 
 def test_workspace_is_bitwise_equal_for_any_worker_and_thread_count():
-    """One worker process is enough because workers share no counters."""
     robot, count = chasles.load("scara"), 2 * PIECE + 77
     quality = ("limit_margin", "directions")
     here = workspace(robot, count, resolution=30, quality=quality, threads=1)

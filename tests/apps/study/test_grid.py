@@ -32,7 +32,6 @@ def box(u, *sides):
 
 
 def shapes(rng, count):
-    """Returns random shapes that are at least four of forty grid cells thick."""
     for k in range(count):
         a, b = rng.uniform(0, 0.75), rng.uniform(0.2, 0.95)
         yield [

@@ -15,7 +15,7 @@ POSES = 400
 
 
 def poses(robot, rng):
-    """Returns tool poses at random configurations. Some configurations violate the joint limits."""
+    """Return tool poses at random configurations. Some configurations violate the joint limits."""
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
     beyond = 0.5 * (upper - lower)
@@ -171,7 +171,6 @@ def test_labels_of_reach_plot_lie_inside_its_figure():
 
 
 def test_limit_reason_precedes_out_of_reach_for_fixed_joint_values():
-    """The pose is reachable without limits, so a limit is the reason for the failure."""
     robot, count = chasles.load("panda"), 8
     rng = np.random.default_rng(9)
     places = rng.uniform([-0.9, -0.9, -0.2], [0.9, 0.9, 1.1], (300, 3))

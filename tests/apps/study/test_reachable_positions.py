@@ -11,7 +11,7 @@ from chasles.study.grid import indices
 
 
 def lengths(robot, places, R):
-    """Computes the leg lengths (m, 6) from the ends of the rods."""
+    """Compute the leg lengths (m, 6) from the ends of the rods."""
     T = np.tile(np.eye(4), (len(places), 1, 1))
     T[:, :3, :3], T[:, :3, 3] = R, places
     return robot.ik(T).q[:, 0]
@@ -56,7 +56,7 @@ def test_hexapod_workspace_matches_intersection_of_leg_shells(hexapod):
 
 
 def sobol(count, seed):
-    """Returns scrambled Sobol points (count, 3) in the unit cube."""
+    """Return scrambled Sobol points (count, 3) in the unit cube."""
     from scipy.stats import qmc
 
     return qmc.Sobol(3, rng=np.random.default_rng(seed)).random(count)
@@ -71,7 +71,7 @@ def in_shells(points, shells):
 
 
 def shell(places, q):
-    """Fits the center c, the length l and the smallest radius of a spherical shell.
+    """Fit the center c, the length l and the smallest radius of a spherical shell.
 
     The leg length is q = |p - c| - l at position p. The equation (q + l)^2 = |p|^2 - 2 p c + |c|^2
     is linear in l, c and |c|^2 - l^2.

@@ -49,7 +49,7 @@ def moving(curve=None):
 
 
 def among(first, second=None, third=None):
-    """Returns three points. By default, the first and the second point are equal."""
+    """Return three points. By default, the first and the second point are equal."""
     return [first, first if second is None else second, [1, 1, 1] if third is None else third]
 
 

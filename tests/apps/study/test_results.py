@@ -49,7 +49,7 @@ RESULTS = {
 
 
 def flat(value):
-    """Lists the arrays, numbers and strings in a result and its nested objects."""
+    """List the arrays, numbers and strings in a result and its nested objects."""
     if is_dataclass(value):
         return [leaf for item in fields(value) for leaf in flat(getattr(value, item.name))]
     if isinstance(value, tuple):

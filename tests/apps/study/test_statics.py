@@ -98,7 +98,7 @@ def test_gravity_forces_of_an_exechon_are_the_gradient_of_its_potential_energy()
 
 
 def lifted(model, masses, q, u):
-    """Returns the work of the weights.
+    """Return the work done by the weights.
 
     Newton's method in NumPy closes the loops of the description.
     """
@@ -112,7 +112,6 @@ def test_legs_of_a_hexapod_share_its_weight():
     # The platform joints are virtual and bear no load.
     np.testing.assert_allclose(loads.joints["roll"], 0, atol=1e-9)
     np.testing.assert_allclose(loads.strut_forces, loads.actuator_forces)
-    # By symmetry, each of the six legs bears a sixth of the weight.
     legs = [b for b in skeleton(robot).bodies if b.span and not b.span.from_end]
     poses = skeleton(robot).poses(robot.q_reference)
     up = [poses[skeleton(robot).bodies.index(leg)][2, 2] for leg in legs]
@@ -120,7 +119,7 @@ def test_legs_of_a_hexapod_share_its_weight():
 
 
 class Changed(RobotStandIn):
-    """A hexapod whose struts are replaced by other struts."""
+    """The hexapod `stewart_gough` with a changed list of bodies."""
 
     def __init__(self, change, skipped=0):
         self.robot = chasles.load("stewart_gough")
@@ -192,7 +191,6 @@ boom = -0.35
 
 def test_masses_of_the_robot_file_are_the_default(tmp_path):
     arm = compiled(read_text(PENDULUM), tmp_path / "arm", ["fk"], ["c"])
-    # The x axis of the pendulum's link points further down as the joint angle grows.
     angles = np.array([[0.0], [0.4]])
     wanted = 2 * 5 * 0.5 * np.cos(angles)
     np.testing.assert_allclose(gravity_forces(arm, angles), wanted, rtol=1e-14)

@@ -7,7 +7,7 @@ from tests.support.tools import path_of
 
 @pytest.fixture(scope="session")
 def browser(tmp_path_factory):
-    """Starts a Chromium with software rendering, or skips tests without Chromium."""
+    """Start a Chromium with software rendering, or skip tests without Chromium."""
     program = path_of("chromium")
     pytest.importorskip("websockets", reason="websockets comes with viser, which is not installed")
     from tests.support.chromium import Chromium

@@ -2,8 +2,8 @@
 
 The robots are the shipped robots, the arms derived on first use, the robot files of a folder and N
 random mechanisms. Each page must load without console messages. The script moves all sliders, and
-compares the body poses with the robot's functions. The script also drags the tool handle forth and
-back, and the tool must follow.
+compares the body poses with the robot's functions. The script also drags the tool handle back and
+forth, and checks that the tool follows.
 
 The script prints page sizes, branch counts, frame times, the largest errors and all failures for
 each robot. The pictures are written to a folder.
@@ -21,12 +21,12 @@ ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT))
 STEPS = 4
 CLOSED = 1e-9
-"""Largest allowed error of body and tool: in directions, and in positions relative to the robot's
-size."""
+"""Maximum error of the directions and positions in body poses and tool poses. Position errors are
+relative to the robot's size."""
 FRAMES = 100
 """Number of frames over which the processor time is averaged."""
 SEARCHED = 20.0
-"""Maximum time in seconds of a search for branches on a busy machine."""
+"""Maximum time (s) that a search for branches may take on a busy machine."""
 SLID = """{
   const q = coordinates(), kept = kinematics.z.slice();
   const inwards = robot.sliders.map((s, i) =>
@@ -71,7 +71,12 @@ def robots(folder, count, kept):
 
 
 def judged(browser, robot, kept):
-    """Returns page bytes, two frame times in milliseconds, ghost count, errors and failures."""
+    """Measure a displayed robot.
+
+    Return the file size, the times per frame (ms) for slider moves and tool drags, and the number
+    of ghosts (displayed solutions). Also return the pose error of the bodies, the error of the
+    dragged tool, and the errors and warnings in the browser console.
+    """
     from chasles.view.display import Display
     from tests.support.viewed_pages import coordinates, on_page, opened, walk
 
@@ -111,7 +116,7 @@ def message(found):
 
 
 def main(folder, count, pictures=None):
-    """Tests all pages and returns the number of failed pages."""
+    """Test all pages and return the number of failed pages."""
     from tests.support.chromium import Chromium
 
     kept = Path(tempfile.mkdtemp())

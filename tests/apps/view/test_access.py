@@ -36,7 +36,7 @@ def answer(page, path, **headers):
 
 
 def connects(page, path="/", **headers):
-    """Tests whether a WebSocket client connects."""
+    """Test whether a WebSocket client connects."""
     from websockets.exceptions import InvalidStatus
     from websockets.sync.client import connect
 
@@ -77,6 +77,5 @@ def test_page_of_another_origin_cannot_connect(page, origin):
 
 @pytest.mark.parametrize("host", ["example.org", "localhost.example.org", "10.0.0.1", ""])
 def test_foreign_name_of_this_machine_is_refused(page, host):
-    """A DNS name that resolves to 127.0.0.1 would share the origin of the view."""
     port = f":{page.port}" if host else ""
     assert answer(page, f"/?{page.query}", Host=host + port).status == FORBIDDEN

@@ -31,7 +31,7 @@ def drawn(display: Display, rng, steps: int = 4):
 
 
 def tools(display: Display, ghosts) -> np.ndarray:
-    """Returns the tool poses (g, 4, 4) of the displayed ghosts."""
+    """Return the tool poses (g, 4, 4) of the displayed ghosts."""
     shown = ghosts.scales > 0
     bodies = np.tile(np.eye(4), (*ghosts.positions[shown].shape[:2], 1, 1))
     wxyz = ghosts.wxyzs[shown]
@@ -92,7 +92,6 @@ def test_dragged_tool_stays_on_its_branch(name):
     middle = np.array([(unit.lower + unit.upper) / 2 for unit in units])
     followed = 0
     for displayed in drawn(display, np.random.default_rng(11)):
-        # The motion leads away from the limits and keeps the fixed joint values.
         way = 1e-3 * np.where(displayed.q < middle, 1.0, -1.0)
         way[[item.index for item in robot.redundancy if item.index is not None]] = 0
         there = display.at(displayed.q + way, displayed)
@@ -154,7 +153,6 @@ def test_workspace_points_are_reachable_tool_positions():
     display = Display(robot)
     points = display.workspace(slider_units(robot, display.start.q), 500)
     assert points.shape == (500, 3)
-    # A tool position cannot be farther from the axis than the two link lengths.
     reach = np.hypot(*points[:, :2].T)
     q = np.zeros(robot.n)
     assert reach.max() <= np.hypot(*robot.fk(q)[:2, 3]) + 1e-12

@@ -1,4 +1,4 @@
-"""Robot texts are escaped in Markdown and in scripts."""
+"""Special characters in the texts of a robot are escaped in Markdown and in scripts."""
 
 import html
 import json

@@ -25,7 +25,7 @@ length."""
 
 @pytest.fixture(scope="module")
 def arm_view(browser, tmp_path_factory):
-    """Opens a view of an arm with a trajectory, once for all tests.
+    """Open a view of an arm with a trajectory, once for all tests.
 
     Shadows, environment lights and the ground are slow in software rendering.
     """
@@ -48,25 +48,24 @@ def arm_view(browser, tmp_path_factory):
 
 @pytest.fixture
 def view(arm_view):
-    """Returns the live view, in which the arm is at its initial configuration again."""
+    """Return the live view, in which the arm is at its initial configuration again."""
     arm_view.set_q(arm_view._display.start.q)
     return arm_view
 
 
 def straight(folder, robot, q_start, q_end):
-    """Returns a trajectory from time 1 s to time 3 s between two configurations."""
+    """Return a trajectory from time 1 s to time 3 s between two configurations."""
     np.savez(folder / "motion.npz", t=[1.0, 3.0], q=[q_start, q_end])
     return Trajectory.load(folder / "motion.npz", robot)
 
 
 def looks_at_the_robot(view):
-    """Tests whether the page shows the view's camera."""
     (client,) = view._server.get_clients().values()
     return np.allclose(client.camera.position, view._server.initial_camera.position, atol=1e-3)
 
 
 def seen(view, browser, point):
-    """Projects a point of the scene to the page [pixels]."""
+    """Project a point of the scene to the page [pixels]."""
     (client,) = view._server.get_clients().values()
     camera = client.camera
     w, (x, y, z) = camera.wxyz[0], camera.wxyz[1:]
@@ -118,7 +117,7 @@ def test_dragged_arrow_moves_tool_along_axis_on_nearest_branch(view, browser):
         [seen(view, browser, T[:3, 3] + part * arrow) for part in (GRIP, GRIP + 0.3)]
         for arrow in arrows
     ]
-    # Drag the axis that is longest on the page. An axis toward the viewer cannot be dragged.
+    # Drag the arrow that is longest on the screen. An axis toward the viewer cannot be dragged.
     axis = int(np.argmax([np.linalg.norm(end - start) for start, end in ways]))
     browser.drag(*ways[axis])
     until(lambda: np.abs(view.displayed.q - q).max() > 1e-4)
@@ -127,7 +126,7 @@ def test_dragged_arrow_moves_tool_along_axis_on_nearest_branch(view, browser):
     assert 0.1 * view.handle_size < moved[axis, 3] < view.handle_size
     np.testing.assert_allclose(np.delete(moved[:3, 3], axis), 0, atol=1e-6)
     np.testing.assert_allclose(moved[:3, :3], np.eye(3), atol=1e-6)
-    # The drag selects the nearest solution of all branches.
+    # Dragging the tool selects the solution nearest to q among all branches.
     np.testing.assert_allclose(
         robot.ik(view.displayed.tool).nearest(q), view.displayed.q, atol=1e-6
     )

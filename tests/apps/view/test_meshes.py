@@ -87,7 +87,7 @@ def test_files_other_than_urdf_have_no_meshes(tmp_path):
 
 @pytest.fixture
 def without_files(tmp_path):
-    """Writes a URDF file with a collision mesh and three meshes. Two mesh files are missing on
+    """Write a URDF file with a collision mesh and three meshes. Two mesh files are missing on
     disk."""
     trimesh = pytest.importorskip("trimesh")
     trimesh.creation.box((1, 1, 1)).export(tmp_path / "part.stl")

@@ -91,7 +91,6 @@ def test_page_reports_open_loop_and_recovers(browser, tmp_path):
     closes = browser.run("setCoordinates([3.1, 0.1, -3.1])")
     assert not closes
     assert "does not close" in message(browser)
-    # The mechanism stops before its loop opens.
     display = Display(robot)
     way = (coordinates(browser) - robot.reference.q) / np.subtract(
         [3.1, 0.1, -3.1], robot.reference.q

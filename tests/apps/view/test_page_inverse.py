@@ -21,25 +21,25 @@ BRANCHED = ("ur5e", "puma560", "jaco2", "lynxmotion", "scara", "planar_3rrr", "f
 STEPS = 4
 """Number of configurations per robot on the path that the tool follows."""
 ALONG, RING = 0.8, 0.72
-"""Grip positions of the mouse on an arrow and on a ring, in arrow lengths."""
+"""Positions at which the mouse grips an arrow and a ring, in arrow lengths."""
 
 
 @pytest.fixture(scope="module")
 def page(browser, tmp_path_factory):
-    """Opens a browser with the scripts of a page."""
+    """Open a browser with the scripts of a page."""
     opened(browser, tmp_path_factory.mktemp("page"), chasles.load("ur5e"))
     return browser
 
 
 def show(browser, folder, robot):
-    """Shows a robot in its first configuration."""
+    """Show a robot in its first configuration."""
     if not browser.run("location.href").endswith(f"/{robot.name}.html"):
         opened(browser, folder, robot)
     assert browser.run(f"setCoordinates({Display(robot).start.q.tolist()})")
 
 
 def wrapped(robot, apart):
-    """Wraps differences of revolute coordinates to [-pi, pi]."""
+    """Wrap differences of revolute coordinates to [-pi, pi]."""
     turns = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
     return np.where(turns, np.remainder(apart + np.pi, 2 * np.pi) - np.pi, apart)
 
@@ -117,7 +117,7 @@ def test_dragged_tool_respects_limits_at_local_minimum(page):
 
 
 def weighted(robot, q, T, size):
-    """Returns the tool error that the page minimizes while a user drags the tool position."""
+    """Return the tool error that the page minimizes while a user drags the tool position."""
     from scipy.spatial.transform import Rotation
 
     found = robot.fk(q)
@@ -127,7 +127,7 @@ def weighted(robot, q, T, size):
 
 
 def seen(browser, pose, point):
-    """Projects a point in tool coordinates to the page [pixels]."""
+    """Project a point in tool coordinates to the page [pixels]."""
     T = json.dumps(pose.ravel().tolist())
     script = f"""(() => {{
       const v = new THREE.Vector3(...moved({T}, {json.dumps(list(point))})).project(camera);

@@ -62,7 +62,7 @@ COLLADA = """\
 
 
 def gltf(image: str) -> str:
-    """Returns a glTF file with a textured triangle and embedded vertex data."""
+    """Return a glTF file with a textured triangle and embedded vertex data."""
     corners = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0) + struct.pack("<6f", 0, 0, 1, 0, 0, 1)
     data = corners + struct.pack("<3I", 0, 1, 2)
     parts = ((0, 36), (36, 24), (60, 12))
@@ -107,7 +107,7 @@ def write_mesh(kind, folder, reference):
 
 
 def add_texture(folder, kind):
-    """Writes a texture and a material, and returns the file that a mesh needs."""
+    """Write a texture and a material, and return the file that a mesh needs."""
     from PIL import Image
 
     folder.mkdir(exist_ok=True)
@@ -125,7 +125,7 @@ def bodies(tmp_path_factory):
 
 
 def is_painted(file, bodies):
-    """Tests whether the mesh of a URDF has its texture."""
+    """Test whether the mesh of a URDF has its texture."""
     (mesh,) = body_meshes(file, bodies)
     material = mesh.surface.visual.material
     image = getattr(material, "image", None) or getattr(material, "baseColorTexture", None)

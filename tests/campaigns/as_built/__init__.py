@@ -1,8 +1,4 @@
-"""As-built robots with loops: lengths and axes differ slightly from the design.
-
-The trials alternate between four kinds: the robot board_installer with length errors, driven arms,
-shipped robots with a single error, and shipped robots with rounded numbers.
-"""
+"""As-built robots with loops: lengths and axes differ slightly from the design."""
 
 from ..campaign import Campaign, Outcome
 from . import built_arms, built_robots, rounded_numbers, single_errors
@@ -11,7 +7,10 @@ KINDS = (built_robots, built_arms, single_errors, rounded_numbers)
 
 
 def trial(number: int) -> Outcome:
-    """Derives and tests one robot with errors. The trial number selects the kind of trial."""
+    """Derive a robot with errors in its dimensions and test its functions.
+
+    The trial number selects the kind of trial.
+    """
     return KINDS[number % len(KINDS)].trial(number)
 
 

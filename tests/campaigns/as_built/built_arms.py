@@ -1,8 +1,7 @@
 """Random arms with measured lengths. Cylinders, rods and cranks drive the joints.
 
-Each trial adds errors to all lengths of a random arm. Joints outside the loops are also rotated.
-The inverse solves the design robot and refines the solutions. It must recover the configurations
-around the reference, and all its solutions must be correct.
+Each trial adds errors to all lengths of a random arm. The inverse must recover the configurations
+around the reference, and all solutions must be correct.
 """
 
 import tempfile
@@ -52,7 +51,7 @@ def judged(number: int) -> Judged:
 
 
 def judged_arm(arm: Mechanism, number: int) -> Judged:
-    """Derives and tests an arm at random configurations, which also set the fixed joint values."""
+    """Derive and test an arm at random configurations."""
     rng = np.random.default_rng(number)
     with tempfile.TemporaryDirectory() as folder:
         try:

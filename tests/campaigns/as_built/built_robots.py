@@ -2,8 +2,7 @@
 
 Every length of the pantograph and of the parallelograms is changed.
 
-The loops must close, and ``ik`` must recover every configuration. ``ik`` must also find every
-solution to which Newton's method converges from a nominal solution of the same branch.
+The loops must close, and ``ik`` must recover every configuration.
 """
 
 import tempfile
@@ -26,7 +25,8 @@ POSES = 2000
 FOUND = 1e-6
 """Maximum joint difference (radian, meter) at which two solutions count as equal."""
 NEAR = 0.02
-"""Maximum tool distance between both robots on the same branch (meter, rotation entries)."""
+"""Maximum difference between the tool poses of both robots on the same branch (position in meters,
+entries of the rotation matrix)."""
 SAME_CONFIGURATION = 0.25
 """Maximum joint difference between both robots in the same configuration (radian, meter)."""
 MAX_STEPS = 60
@@ -77,7 +77,7 @@ def _apart(difference: np.ndarray) -> np.ndarray:
 def _fewer(
     robot: chasles.Robot, nominal: chasles.Robot, T: np.ndarray, found: chasles.Solutions
 ) -> int:
-    """Counts solutions that only Newton's method finds from nominal solutions."""
+    """Count missing solutions that Newton's method finds from nominal solutions."""
     start = nominal.ik(T)
     of, slot = np.nonzero(start.valid)
     q = start.q[of, slot]
@@ -90,7 +90,7 @@ def _fewer(
 
 
 def _leads_to(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> bool:
-    """Tests whether a damped Newton iteration converges from q to a pose.
+    """Test whether a damped Newton iteration converges from q to a pose.
 
     If the pose is out of reach, the iteration ends at a minimum of the error.
     """
@@ -108,7 +108,7 @@ def _leads_to(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> bool:
 
 
 def _error(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the tool's pose error (meter, sine) and the Jacobian.
+    """Return the tool's pose error (meter, sine) and the Jacobian.
 
     If the loops cannot close, the error is infinite.
     """

@@ -1,7 +1,8 @@
 """Robots with loops and rounded decimals, half of them on a rotated base.
 
-A shipped robot is written with 4 to 12 decimal places. The rounded robot must have the closed-form
-steps of the exact robot. The loops of the rounded robot must close, except for rounding errors.
+A shipped robot is written with 4 to 12 decimal places. The robot with rounded numbers must have the
+same closed-form solution steps as the exact robot. The loops of the rounded robot must close,
+except for rounding errors.
 """
 
 from dataclasses import dataclass, field
@@ -60,10 +61,10 @@ def trial(number: int) -> Outcome:
 
 
 def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Generator) -> Judged:
-    """Derives and tests a robot with rounded numbers.
+    """Derive and test a robot with rounded numbers.
 
-    The mechanism `design` has exact numbers. The mechanism `written` has decimals rounded to
-    `places`.
+    The dimensions of the mechanism `design` are exact. The dimensions of the mechanism `written`
+    are rounded to `places` decimals.
     """
     robot = cleaned(written)
     forms = _form(design), _form(robot)
@@ -86,11 +87,6 @@ def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Ge
 
 
 def _form(robot: Mechanism) -> tuple[object, ...]:
-    """Returns closed-form steps and two sets of joints.
-
-    The joints of the first set have no closed form for given actuators. The joints of the second
-    set have no closed form for a given main chain.
-    """
     found = forward(robot)
     steps = tuple(type(step).__name__ for step in found.steps)
     return steps, found.open, () if found.open else solved(robot).backward.open

@@ -2,9 +2,10 @@
 
 One length is 0.2 mm longer, one axis is rotated by 0.1 degrees, or all lengths and axes have an
 error. The loops must close at configurations near the reference. If the loops cannot close, the
-robot must report an open loop, and minimize the sum of squared closure errors. If the design has an
-inverse, the as-built inverse must recover the configurations. If the loops close, the main chain
-must determine the actuated coordinates.
+robot must report an open loop, and minimize the sum of squared closure errors. If the designed
+robot has an inverse, the inverse of the as-built robot must return the configurations from which
+the tool poses were computed. If the loops close, the main chain must determine the actuated
+coordinates.
 """
 
 import tempfile
@@ -29,14 +30,14 @@ FUNCTIONS = (
     *("actuators", "ik"),
 )
 OPTIONAL = ("margin", "actuators", "ik")
-"""Functions that only some of the robots have. Loops that close for all coordinates have no
-margin."""
+"""Functions that only some of the robots have."""
 C_ALONE = ("c", "python")
 LEAST_SQUARES = "least squares"
 POSES, SHARPENED = 200, 5
 """Numbers of tested configurations, and of comparisons with the least-squares minimum."""
 AROUND = 0.05
-"""Maximum distance from the reference, relative to the limit range or to pi."""
+"""Maximum distance of a coordinate from the reference, as a fraction of the limit range. Without
+limits, it is a fraction of pi."""
 BARS = {"open": 0, "gap": 1e-12, "least": 1e-9, "lost": 0, "maps": 1e-9}
 
 
@@ -49,8 +50,8 @@ class Judged:
         open: Number of configurations in which only the nominal loops close.
         gap: Largest remaining closure error of the solved loops, relative to the robot size.
         least: Largest joint difference from the least-squares configuration (radian, meter).
-        lost: Number of configurations that ``ik`` does not recover, or infinity if only the design
-            has ``ik``.
+        lost: Number of configurations that ``ik`` does not recover. The value is infinity if only
+            the nominal robot has ``ik``, and 0 if the nominal robot has no ``ik``.
         maps: Largest error of the coordinates from ``actuators`` (radian, meter).
     """
 
@@ -77,9 +78,10 @@ def trial(number: int) -> Outcome:
 
 
 def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Judged:
-    """Derives and tests a robot with one changed dimension.
+    """Derive a robot with one changed dimension, and test its functions.
 
-    The mechanism `built` has the changed dimension. The mechanism `design` has the exact geometry.
+    The mechanism `built` has the changed dimension. The mechanism `design` has no changed
+    dimension.
     """
     robot = chasles.load(design.name)
     has_ik = "ik" in robot.functions
@@ -107,7 +109,7 @@ def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Jud
 
 
 def _written(built: Mechanism, design: Mechanism, folder: str, *, has_ik: bool) -> chasles.Robot:
-    """Derives the functions of FUNCTIONS that the robot has, and loads the robot."""
+    """Derive the functions of FUNCTIONS that the robot has, and load the robot."""
     built, names = replace(built, nominal=design), FUNCTIONS if has_ik else FUNCTIONS[:-1]
     try:
         write(built, folder, functions=names, languages=C_ALONE)
@@ -130,7 +132,7 @@ def _valid(robot: chasles.Robot, q: np.ndarray) -> np.ndarray:
 
 
 def _gaps(robot: chasles.Robot, built: Mechanism, q: np.ndarray) -> tuple[float, float]:
-    """Returns the closure error and the distance from the least-squares minimum."""
+    """Return the closure error and the distance from the least-squares minimum."""
     numbers = Multistart(built)
     names = [variable.name for variable in robot.configuration_variables]
     z = robot.configuration(q)
@@ -142,7 +144,7 @@ def _gaps(robot: chasles.Robot, built: Mechanism, q: np.ndarray) -> tuple[float,
 
 
 def _map_error(robot: chasles.Robot, q: np.ndarray) -> float:
-    """Returns the largest coordinate error of ``actuators``."""
+    """Return the largest coordinate error of ``actuators``."""
     if "actuators" not in robot.functions:
         return 0.0
     off = robot.actuators(robot.chain(q)) - q

@@ -113,7 +113,6 @@ def test_labels_name_the_mirrored_part():
     labels = arm.labels["ik"]
     assert solutions.labels == labels
     assert len(labels) == len(set(labels)) == 8
-    # If two labels differ only in the elbow, the elbow joints of their slots have opposite signs.
     pairs = [
         (k, labels.index(label.replace("elbow +", "elbow -")))
         for k, label in enumerate(labels)
@@ -149,7 +148,7 @@ def test_branches_of_loops_have_labels(name, function, method):
     labels = robot.labels[method]
     assert len(labels) == len(set(labels)) == robot.functions[function].outputs[0].shape[0]
     first = labels[0].split(", ")
-    # The last branch varies fastest, so the first two slots differ only in the last branch.
+    # The first two labels differ only in the last branch choice.
     second = labels[1].split(", ")
     assert [a == b for a, b in zip(first, second, strict=True)] == [True] * (len(first) - 1) + [
         False

@@ -8,7 +8,7 @@ import chasles
 
 @pytest.fixture(params=["lanes", "plain"])
 def function(request, robot):
-    """Returns functions with vector code and with scalar code."""
+    """Return a function with vector code, then a function with scalar code."""
     return chasles.load("ur5e").fk if request.param == "lanes" else robot.fk
 
 

@@ -42,19 +42,16 @@ def test_interrupt_stops_batch_early(threads):
 
 ROWS = 100_000
 CHECKS = 80
-"""Number of signals that a call must handle before it ends.
-
-A call with `ROWS` configurations can handle at least 97 signals.
-"""
+"""Number of signals after which the signal handler raises an error."""
 
 
 class Stopped(Exception):
-    """Error that the handler of the last signal raises."""
+    """Error that the signal handler raises for the last signal."""
 
 
 @pytest.fixture
 def stop_signal():
-    """Sends signals at short intervals. The handler raises an error after `CHECKS` signals."""
+    """Send signals at short intervals."""
     handled = []
 
     def handle(*_):

@@ -10,11 +10,10 @@ from chasles.contract import read_manifest
 from tests.support.derivations import NAMES as SERIAL
 
 ROUNDING = 16
-"""Tolerance in units in the last place (ULP) of the largest entry of all rows. Vectorized sines are
-accurate to 4 ULP, and an entry of a Hessian sums a few products of sines. The scale is at least 1,
-because loop residuals are differences of lengths of about 1."""
+"""Tolerance in units in the last place (ULP) of the largest entry of all rows. The scale is at
+least 1, because loop residuals are differences of lengths of about 1."""
 LARGE = (4 << 20) // 8 + 1
-"""Number of doubles in a result for streaming stores, which bypass the caches."""
+"""Minimum number of doubles in a result that is written by streaming stores."""
 LENGTHS = [*range(18), 23, 24, 25, 31, 32, 33, 40]
 """Batch sizes around multiples of the number of lanes."""
 POSE_BY_POSE = {"modes"}
@@ -22,7 +21,7 @@ POSE_BY_POSE = {"modes"}
 FEW = 8
 
 LOOPS = ["well_manipulator", "delta", "planar_3rrr"]
-"""One robot of each kind: cylinder triangles, spherical joints, and a platform on three legs."""
+"""Robots with cylinder triangles, with spherical joints, and with a platform on three legs."""
 NEAR = 0.02
 """Distance (radian or meter) from the reference within which the loops of these robots close."""
 NAMES = [*SERIAL, *LOOPS]
@@ -30,7 +29,7 @@ ROBOTS = {name: chasles.load(name) for name in NAMES}
 
 
 def in_C(robot):
-    """Lists the generated functions whose first input is a vector of coordinates.
+    """List the generated functions whose first input is a vector of coordinates.
 
     Other tests cover the inverses and their equations, whose input is a pose.
     """
@@ -44,12 +43,12 @@ FORWARD = [
     for name, item in FUNCTIONS
     if name in SERIAL and item != "swivel" and not ROBOTS[name].functions[item].solutions
 ]
-"""Functions whose only input is a vector of coordinates. Inverses have poses as inputs. The swivel
-angle is excluded, because a nearly stretched elbow amplifies rounding errors."""
+"""Functions whose only input is a vector of coordinates. The swivel angle is excluded, because a
+nearly stretched elbow amplifies rounding errors."""
 
 
 def each(pairs):
-    """Runs a test for all pairs of a robot and a function, as one test case per robot."""
+    """Run a test for all pairs of a robot and a function, as one test case per robot."""
 
     def decorate(test):
         @functools.wraps(test, assigned=("__module__", "__name__", "__qualname__", "__doc__"))
@@ -90,8 +89,10 @@ def find(name, item):
 
 
 def make_inputs(function, *batch, seed=1, scale=np.pi):
-    """Returns random joint angles and joint rates. Angles are at most `scale`; with loops, they are
-    near the reference. Rates are at most 2."""
+    """Return random joint angles and joint rates.
+
+    Rates are at most 2.
+    """
     rng = np.random.default_rng(seed)
     _, places = centers.get(id(function), (function, {}))
     scales = [scale, *[2.0] * (len(function.inputs) - 1)]
@@ -104,7 +105,7 @@ def make_inputs(function, *batch, seed=1, scale=np.pi):
 
 
 def call(function, *inputs, **keywords):
-    """Returns the results as a list, without the fields that Python computes."""
+    """Return the results as a list, without the fields that Python computes."""
     result = function(*inputs, **keywords)
     return list(result[: len(function.outputs)]) if isinstance(result, tuple) else [result]
 
@@ -115,7 +116,10 @@ def assert_same(got, expected):
 
 
 def assert_close(got, expected):
-    """Asserts results that are equal up to rounding errors and non-finite in the same entries."""
+    """Assert that results agree up to rounding errors.
+
+    Non-finite values must be in the same entries.
+    """
     for a, b in zip(got, expected, strict=True):
         finite = np.isfinite(b)
         np.testing.assert_array_equal(np.isfinite(a), finite)
@@ -125,7 +129,7 @@ def assert_close(got, expected):
 
 
 def alone(function, *row):
-    """Returns the results of a single call.
+    """Return the results of a single call.
 
     A single call raises an error for an open loop. The result of a batch of one row is then used.
     """
@@ -153,8 +157,8 @@ def test_batch_of_every_length_equals_single_calls(name, item):
     single = loop(function, *inputs)
     assert_close(whole, single)
     for n in LENGTHS[:FEW] if item in POSE_BY_POSE else LENGTHS:
-        # The last n rows are computed. For different n, a row is computed in different lanes, with
-        # the same result. A batch of one row gives the result of a single call.
+        # The last n rows are computed. If n changes, the same row is computed in a different lane.
+        # The result must not change.
         got = call(function, *(x[len(x) - n :] for x in inputs))
         assert [x.shape for x in got] == [(n, *out.shape) for out in function.outputs]
         assert_same(got, [x[len(x) - n :] for x in (single if n == 1 else whole)])
@@ -224,7 +228,6 @@ def test_row_memory_layout_does_not_change_results(name, item):
     expected = call(function, *inputs)
     for layout, arrange in LAYOUTS.items():
         got = call(function, *(arrange(x) if x.ndim > 1 else x for x in inputs))
-        # Rows with gaps between their entries are computed one at a time.
         same = assert_same if layout in CORE_IS_DENSE else assert_close
         same(got, expected)
 

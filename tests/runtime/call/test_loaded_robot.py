@@ -21,7 +21,7 @@ Q = np.array([0.3, -1.2])
 
 @pytest.fixture
 def shipped(folder, monkeypatch):
-    """Makes the tiny robot available as if it were shipped."""
+    """Make the test robot `tiny` loadable by name, like an installed robot."""
     folders = {"tiny": folder.path}
     for module in (chasles, chasles.robot, chasles.library.folders):
         monkeypatch.setattr(module, "shipped_folders", lambda: folders)
@@ -62,8 +62,6 @@ def test_missing_function_error_names_nearest_functions(robot):
 
 
 def test_robot_and_functions_survive_pickling(robot, monkeypatch):
-    # The robot is compiled without the developer's compiler flags. The unpickled robot is also
-    # compiled without the developer's flags.
     monkeypatch.delenv("CHASLES_CFLAGS", raising=False)
     again = pickle.loads(pickle.dumps(robot))
     assert again == robot

@@ -13,7 +13,8 @@ import chasles
 
 N = 270_000
 BLOCK = N * 16 * 8
-"""Size of N pose matrices (35 MB in bytes). For a block of this size, malloc asks the system."""
+"""Size of N pose matrices (35 MB in bytes). malloc requests a block of this size from the operating
+system."""
 MAX = 256 << 20
 
 handler_of = np._core.multiarray.get_handler_name
@@ -51,8 +52,8 @@ def test_freed_result_buffer_is_reused(arm, q, expected):
     assert address(again) == place
     np.testing.assert_array_equal(again, expected)
     del again
-    # A result that is 2 % smaller than the freed block reuses it. A result of twice the size gets
-    # new memory.
+    # A result that is 2 % smaller than the freed memory block reuses this block. A result of twice
+    # the size gets new memory.
     fewer = arm.fk(q[: N * 98 // 100])
     assert address(fewer) == place
     del fewer
@@ -70,7 +71,7 @@ def test_small_results_use_numpy_allocator(arm, q):
 
 
 def test_every_result_of_large_call_uses_buffer_pool(arm, q):
-    # Each of the two results is below the limit of the buffer pool.
+    # Each of the two result arrays alone is too small for the buffer pool.
     both = arm.fk_jacobian_mixed(q[: N * 4 // 10])
     assert [handler_of(array) for array in both] == ["chasles_results"] * 2
     assert max(array.nbytes for array in both) < BLOCK
@@ -92,7 +93,6 @@ def test_every_large_batch_call_path_uses_buffer_pool(arm, q, expected):
 def test_live_results_never_share_memory(arm, q, expected):
     arrays = [arm.fk(q) for _ in range(4)]
     del arrays[1]
-    # A slice, a transpose or a buffer of an array keeps its whole memory block in use.
     arrays.append(arm.fk(q)[N // 2 :, :3].transpose(0, 2, 1))
     kept_alive = memoryview(arm.fk(q))
     arrays += [np.asarray(kept_alive), arm.fk(q)]
@@ -129,7 +129,6 @@ def test_buffer_pool_size_is_bounded(arm, q):
     assert sum(array.nbytes for array in results) > MAX
     del results
     assert 6 * BLOCK < chasles.release_memory() <= MAX
-    # This result exceeds the limit of the buffer pool.
     assert arm.fk(np.tile(q, (8, 1))).nbytes > MAX
     assert chasles.release_memory() == 0
 

@@ -1,4 +1,4 @@
-"""The message for a missing inverse of a coupled arm names methods that solve the task."""
+"""The message for a coupled arm without inverse names other functions that solve the task."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,6 @@ from tests.support.palletizer import PALLETIZER
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
-    # Joint j4 moves the tool, so that the position does not determine the joints.
     text = PALLETIZER.replace("[couplings]", "tool = { xyz = [0.1, 0, 0] }\n[couplings]")
     return compiled(read_text(text), tmp_path_factory.mktemp("arm"), None, ["c"])
 

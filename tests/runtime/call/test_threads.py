@@ -20,7 +20,7 @@ COUNTS = [None, 1, 2, 3, 5, np.int64(2), "all", 10**6, 10**30]
 
 @pytest.fixture
 def eager(monkeypatch):
-    """Makes even small batches run on four threads, on any machine."""
+    """Make even small batches run on four threads, on any machine."""
     monkeypatch.setattr(chasles.call.threads, "_MIN", 1)
     monkeypatch.setattr(chasles.call.threads, "count_cores", lambda: 4)
 
@@ -281,7 +281,7 @@ def test_threaded_calls_leak_no_references_or_memory(eager, robot, few_objects):
     ]
 
     def settle():
-        """Waits until the helper threads notice that no work remains."""
+        """Wait until the helper threads notice that no work remains."""
         for _ in range(10):
             chasles.call.threads._get_pool().submit(int).result()
         gc.collect()
@@ -349,7 +349,7 @@ def test_call_succeeds_if_no_thread_can_start(monkeypatch):
 
 
 def at_once(n, work):
-    """Runs work(0), ..., work(n - 1) in parallel and raises the first error."""
+    """Run work(0), ..., work(n - 1) in parallel and raise the first error."""
     failures, start = [], threading.Barrier(n)
 
     def run(k):

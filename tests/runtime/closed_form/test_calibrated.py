@@ -1,4 +1,4 @@
-"""The inverse of a calibrated arm refines the solutions of a nominal arm in C."""
+"""In the inverse of a calibrated arm, C code refines the solutions of a nominal arm."""
 
 import ctypes
 import subprocess
@@ -28,7 +28,7 @@ TRUE = 1e-8
 
 @pytest.fixture(scope="module")
 def case(displaced_robot, displaced_arm):
-    """Returns a calibrated arm and its forward kinematics from Pinocchio.
+    """Return a calibrated arm and its forward kinematics from Pinocchio.
 
     The campaign `displaced` tests all arms and error sizes. test_displaced tests fixed joints.
     """
@@ -36,17 +36,17 @@ def case(displaced_robot, displaced_arm):
 
 
 def inputs_of(arm, q):
-    """Returns the poses and the redundancy parameters of configurations."""
+    """Return the poses and the redundancy parameters of configurations."""
     return arm.fk(q), fixed_at(arm, q)
 
 
 def found(arm, solutions, q):
-    """Tests whether each configuration is among the solutions."""
+    """Test whether each configuration is among the solutions."""
     return (np.abs(solutions.distances_from(q)).max(-1) < 1e-6).any(-1)
 
 
 def right_angles(n, count, seed=1):
-    """Returns configurations near multiples of 90 degrees, half of them exactly there."""
+    """Return configurations near multiples of 90 degrees, half of them exactly there."""
     rng = np.random.default_rng(seed)
     q = rng.integers(-2, 3, (count, n)) * np.pi / 2
     size = 10 ** rng.uniform(-9, -3, (count // 2, 1))
@@ -168,8 +168,7 @@ def test_nominal_convergence_rate_falls_with_deviation():
 
 
 def test_nominal_inverse_with_other_configurations_is_discarded():
-    """Newton's method from the nominal arm recovers all samples. But the nominal inverse belongs to
-    other configurations."""
+    """Newton's method from the nominal arm recovers all samples."""
     robot = displaced(random_arm(164), 1.4e-4, 164)
     assert classify(robot, Terms({})).near
     assert inverses(robot, Terms({})).polished is None

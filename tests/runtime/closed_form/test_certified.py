@@ -46,7 +46,7 @@ COMPLETE, INCOMPLETE = 1, 2
 
 @pytest.fixture(scope="module")
 def library(displaced_arm, tmp_path_factory):
-    """Derives the functions in ``CERTIFIED`` for the arm."""
+    """Derive the functions in ``CERTIFIED`` for the arm."""
     folder, name = tmp_path_factory.mktemp("certified"), displaced_arm.name
     source, library = folder / "certified.c", folder / "certified.so"
     code = CERTIFIED.replace("NAME", name)
@@ -58,10 +58,7 @@ def library(displaced_arm, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def are_all(library):
-    """Returns a function that counts the elimination orders with a given verdict.
-
-    Each elimination order judges whether a set of solutions is complete.
-    """
+    """Return a function that counts the elimination orders for which the test returns `verdict`."""
     function = library.count_verdicts
 
     def asked(T, q, verdict=COMPLETE):
@@ -95,13 +92,11 @@ def test_general_solver_certifies_nearly_all_poses(displaced_arm, library):
 
 
 def certifies_moved(are_all, pose, solutions):
-    """Tests whether an elimination order accepts a solution set in which one solution is moved."""
     moved = solutions + 1e-3 * np.eye(len(solutions))[:, :, None]
     return any(are_all(pose, each) > 0 for each in moved)
 
 
 def test_certificate_rejects_moved_solution_next_to_nearly_double_root(displaced_arm, are_all):
-    """The determinant is tiny between two roots that are 4e-3 apart."""
     arm, q = displaced_arm, np.random.default_rng(1).uniform(-np.pi, np.pi, (600, 6))
     for k in (59, 88, 220):
         T = arm.fk(q[k])

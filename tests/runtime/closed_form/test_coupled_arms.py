@@ -71,7 +71,6 @@ def arm(tmp_path_factory):
 
 
 def test_nearest_solution_takes_full_turns_of_joints(arm):
-    """A full turn of the roll joint is half a turn of both motors, forward and backward."""
     q = np.random.default_rng(1).uniform(-2, 2, (300, 6))
     q[:, 4:] += 2 * np.pi * np.array([[1, -1]])
     T = arm.fk(q)
@@ -212,7 +211,6 @@ def test_numeric_inverse_reaches_links_behind_coupled_joints(arm):
 
 
 def test_path_ends_at_the_limit_of_a_coupled_joint(arm):
-    """Both motors are far from their limits when their mean reaches the limit of the pitch."""
     start, along = np.array([0.3, 0.4, 1.2, 0.5, 1.0, 1.0]), np.linspace(0, 2, 200)[:, None]
     q = start + along * [0, 0, 0, 0, 1, 1]
     path = arm.ik_path(arm.fk(q), start)

@@ -113,10 +113,6 @@ def test_few_configurations_are_missed_near_singularities(arm):
 
 
 def test_arm_with_fixed_joints_misses_no_configuration(tmp_path):
-    """Configurations with a singular Jacobian of the free joints are excluded.
-
-    The arm has eight joints with round dimensions.
-    """
     robot, half = displaced(random_arm(100), 4e-3, 100), 100
     arm = compiled(robot, tmp_path / robot.name, FUNCTIONS, ["c"])
     rng = np.random.default_rng(7)
@@ -130,8 +126,6 @@ def test_arm_with_fixed_joints_misses_no_configuration(tmp_path):
 
 
 def test_split_joints_separate_the_solutions(robot):
-    """Solutions may agree in all joints before the wrist, so the first elimination orders use wrist
-    joints."""
     found = inverses(robot, Terms({}))
     nominal = found.solved["ik_nominal"].function
     apart = Sampled.of(robot, found.classification.lines, nominal).separations

@@ -1,6 +1,7 @@
 """The inverse of random arms, some with intersecting or parallel axes.
 
-Five-joint arms recover the solutions of reachable poses. Some six-joint arms have prismatic joints.
+The inverse of each five-joint arm finds the known solutions of reachable poses. Some six-joint arms
+have prismatic joints.
 """
 
 import numpy as np
@@ -74,7 +75,7 @@ def arm(tmp_path_factory):
 def test_explain_names_five_joint_method():
     message = explain(robot_of(CHAIN))
     assert "an arm of five revolute joints without a structure" in message.line
-    assert "tool_axis is a sixth joint" in str(message)
+    assert "tool_axis is an added sixth joint" in str(message)
 
 
 @pytest.mark.parametrize("right", [False, True])
@@ -98,7 +99,7 @@ def test_five_joint_ik_recovers_generating_configuration(arm, right):
 def test_five_joint_arm_with_prismatic_joint_misses_no_pose(tmp_path):
     robot = random_arm(7, "/////", {3})
     arm = compiled(robot, tmp_path / robot.name, DERIVED, ["c"])
-    assert "joint_4 slides: its displacement" in str(explain(robot))
+    assert "joint_4 is prismatic: its displacement" in str(explain(robot))
     q = np.random.default_rng(1).uniform(-1, 1, (100, 5))
     assert Judged(robot, arm).lost(q) == (100, 0, 0, 0)
 
@@ -164,7 +165,6 @@ def test_collinear_axes_have_all_solutions_at_any_value_of_one_joint(tmp_path, n
 
 
 def test_five_joints_with_a_slide_hold_each_solution_in_one_slot(tmp_path):
-    """The six-joint solver returns separate solutions that agree in the five joints."""
     robot = displaced(drawn_arm(3535000047), 2.332494879e-4, 3535000047)
     arm = compiled(robot, tmp_path / "arm", DERIVED, ["c"])
     q = np.random.default_rng(1).integers(0, 4, (300, 5)) * np.pi / 2

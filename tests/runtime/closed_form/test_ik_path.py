@@ -82,7 +82,7 @@ def test_path_ends_at_joint_limit(arm):
     assert path.next_value == pytest.approx(q[path.ended_at, 0])
     np.testing.assert_allclose(path.q, q[: path.ended_at], atol=1e-11)
     assert "shoulder would go to 6.5" in str(path)
-    # The path ends at its first pose if this pose has no solution within the limits.
+    # If the first pose has no solution within the limits, the path ends at this pose.
     low = arm.ik_path(arm.fk(q + np.array([0, 0, 20, 0])), q[0])
     assert (low.ended_at, low.reason, low.coordinate, low.q.shape) == (0, "limit", "lift", (0, 4))
     assert np.isnan(low.min_margin)
@@ -91,8 +91,8 @@ def test_path_ends_at_joint_limit(arm):
 
 
 def test_path_starts_within_joint_limits(arm):
-    # The shoulder cannot reach its value in the seed, which is one full turn away. The solution on
-    # the other branch is nearer to the seed.
+    # The seed adds a full turn to the shoulder angle, which is then outside the joint limits. The
+    # solution on the other branch is nearer to the seed.
     q = line([3.0, 1.0, 0.0, 0.0], [3.2, 1.0, 0.0, 0.0])
     path = arm.ik_path(arm.fk(q), q[0] + np.array([2 * np.pi, 0, 0, 0]))
     assert path.complete
@@ -225,8 +225,6 @@ def test_invalid_inverse_entry_in_manifest_is_rejected(tmp_path, cache, inverse)
 
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "irb6640"])
 def test_path_passes_wrist_singularity_without_jump(name):
-    # At the middle of the path, axes 4 and 6 are aligned, and only the sum of their angles is
-    # determined.
     arm = chasles.load(name)
     start = np.array([0.3, -0.8, 0.9, -0.4, 0.8, 0.2])
     q = start + np.linspace(0, 1, 401)[:, None] * [0.3, 0.2, -0.1, 0.3, -1.6, 0.4]
@@ -265,7 +263,7 @@ TASKS = {
     "bricklaying_planar": ["planar"],
 }
 STILL = {"position": [3, 4], "position_pitch": [4], "position_direction": [4], "planar": []}
-"""Coordinates that the inverse of each task sets to 0."""
+"""Indices of the coordinates that the inverse of each task sets to 0."""
 
 
 @pytest.mark.parametrize("name", TASKS)
@@ -308,7 +306,7 @@ def test_five_axis_arm_follows_line_at_constant_pitch():
     np.testing.assert_allclose(there[:, :3, 3], T[:, :3, 3], atol=1e-12)
     np.testing.assert_allclose(there[:, 2, 2], start[2, 2], atol=1e-12)
     assert path.max_step.max() < 0.01
-    # A path given as inputs of ik_position_pitch leads to the same joint path.
+    # A path of inputs of ik_position_pitch gives the same joint path as a path of poses.
     pitch = np.arctan2(start[2, 2], np.hypot(*start[:2, 2]))
     x = np.column_stack([T[:, :3, 3], np.full(300, pitch)])
     np.testing.assert_array_equal(robot.ik_path(x, q, task="position_pitch").q, path.q)

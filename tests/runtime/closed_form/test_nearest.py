@@ -34,7 +34,7 @@ Q7 = np.array([0.1, 0.2, 0.3, -1.5, 0.4, 1.6, 0.5])
 
 
 def by_hand(robot, T, seed, limits=None, weights=None):
-    """Finds the nearest solution by a loop over all slots and full turns."""
+    """Find the nearest solution by a loop over all slots and full turns."""
     low, high = np.stack([robot.lower, robot.upper], -1).T if limits is None else limits
     weights = np.ones(robot.n) if weights is None else weights
     solutions = robot.ik(T)
@@ -184,7 +184,6 @@ def test_seeds_between_two_solutions_give_the_same_slot_as_the_filters(name):
     moves = solutions.q[:, 1] - solutions.q[:, 0]
     wraps = np.array(solutions.wraps)
     moves[:, wraps] -= TURN * np.rint(moves[:, wraps] / TURN)
-    # Up to rounding errors, the solutions in two slots are equally far from the seed.
     seeds = solutions.q[:, 0] + moves / 2
     found = robot.ik_nearest(T, seeds, limits=None).q
     expected = robot.ik(T).nearest(seeds)

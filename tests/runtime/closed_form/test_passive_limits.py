@@ -1,7 +1,4 @@
-"""Solutions of robots with loops respect the limits of joints that are not actuated.
-
-The positions of cranks and tip give the passive joints of each solution.
-"""
+"""Solutions of robots with loops respect the limits of joints that are not actuated."""
 
 import numpy as np
 import pytest
@@ -66,7 +63,7 @@ def robot(tmp_path_factory):
 
 
 def passive(q, tip):
-    """Returns the angles (..., 3) of left elbow, right elbow and wheel at a tip position."""
+    """Return the angles (..., 3) of left elbow, right elbow and wheel at a tip position."""
     found = []
     for k, x in enumerate((-0.1, 0.1)):
         crank = [x + 0.2 * np.cos(q[..., k]), 0.2 * np.sin(q[..., k])]
@@ -82,7 +79,7 @@ def is_inside(q, tip):
 
 
 def nearest(solutions, tip, q_seed, limits=(-np.inf, np.inf)):
-    """Returns the solution within all limits that is nearest to a seed, or NaN."""
+    """Return the solution within all limits that is nearest to a seed, or NaN."""
     q = solutions.valid_q()
     q = q_seed + np.remainder(q - q_seed + np.pi, TURN) - np.pi
     q = q[is_inside(q, tip) & ((q >= limits[0]) & (q <= limits[1])).all(-1)]

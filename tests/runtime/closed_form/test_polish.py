@@ -27,7 +27,7 @@ def reachable(n, seed=0):
 
 
 def errors(robot, q, T):
-    """Returns distance and angle by an independent formula."""
+    """Return distance and angle by an independent formula."""
     here = robot.fk(q)
     linear = np.linalg.norm(here[..., :3, 3] - T[..., :3, 3], axis=-1)
     chord = np.linalg.norm(here[..., :3, :3] - T[..., :3, :3], axis=(-2, -1))
@@ -35,12 +35,12 @@ def errors(robot, q, T):
 
 
 def error(robot, q, T):
-    """Returns the larger of the distance and the angle between two poses."""
+    """Return the larger of the distance and the angle between two poses."""
     return errors(robot, q, T).max(0)
 
 
 def polish(robot, T, q, fixed=()):
-    """Refines q toward the pose T, and returns the coordinates and residuals."""
+    """Refine q toward the pose T, and return the coordinates and residuals."""
     found = q.copy()
     return found, iterate(robot.fk_jacobian_mixed, of_pose, T, found, fixed)
 

@@ -1,4 +1,4 @@
-"""A refined inverse returns every regular solution in exactly one slot."""
+"""A refined inverse returns every regular solution exactly once."""
 
 import numpy as np
 
@@ -45,8 +45,7 @@ def is_found(arm, solutions, q):
 
 
 def test_copies_of_nearly_singular_solutions_leave_their_slots(displaced_arm):
-    """At pose 21, two refined solution slots may be only 7e-8 rad apart, with a residual of
-    2e-10."""
+    """At pose 21, two refined solutions may differ by only 7e-8 rad, with a residual of 2e-10."""
     arm, q = displaced_arm, np.random.default_rng(1).uniform(-np.pi, np.pi, (600, 6))
     solutions = arm.ik(arm.fk(q))
     np.testing.assert_array_equal(solutions.count, solutions.distinct().count)
@@ -54,10 +53,7 @@ def test_copies_of_nearly_singular_solutions_leave_their_slots(displaced_arm):
 
 
 def test_exact_pose_with_few_digits_is_solved_exactly(tmp_path):
-    """The pose is exact although its entries have few digits.
-
-    Solution slots converge to a distance of 1e-8 from the pose.
-    """
+    """The pose is exact although its entries have few digits."""
     arm = compiled(read(description("gen3")), tmp_path / "gen3", FUNCTIONS, ["c"])
     q = np.array([1, 1, 0, 0, 1, -1, 1]) * (np.pi / 2)
     T = arm.fk(q)

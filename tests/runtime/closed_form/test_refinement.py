@@ -1,4 +1,4 @@
-"""Refinement completes approximate closed-form solutions, but only of reachable poses."""
+"""Refinement makes approximate closed-form solutions accurate, but only for reachable poses."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ dask = OptionalPackage("dask")
 
 
 SPOILT = 1e-7
-"""Error of the shoulder angle in radians at poses above the height HIGH."""
+"""Error of the shoulder angle in radians, at poses higher than HIGH."""
 HIGH = 0.2
 
 # The two singularities of the Panda nearly coincide.
@@ -36,7 +36,7 @@ PANDA = [
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
-    """Returns a SCARA arm whose inverse has an error for poses with a z coordinate above HIGH."""
+    """Return a SCARA arm whose inverse has an error for poses with a z coordinate above HIGH."""
     line = "q[0] = atan2(sin(q[0]), cos(q[0]));"
     spoilt = f"{line}\n        if (z > {HIGH}) q[0] += {SPOILT};"
     assert line in scara.SOURCE
@@ -49,7 +49,7 @@ def arm(tmp_path_factory):
 
 @pytest.fixture
 def q():
-    """Returns coordinates (60, 4). The first 20 rows place the tool high above the base."""
+    """Return coordinates (60, 4)."""
     rng = np.random.default_rng(2)
     q = rng.uniform([-3, 0.2, -0.4, -3], [3, 2.4, HIGH, 3], (60, 4))
     q[:20, 2] += 0.6
@@ -76,7 +76,6 @@ def test_refinement_solves_every_nearly_singular_pose(arm, q):
     check(arm, solutions, T)
     np.testing.assert_allclose(solutions.q[:, 0], arm.ik.ufunc(T)[0][:, 0], atol=1e-6)
     np.testing.assert_allclose(solutions.q[:, 0, 1], q[:, 1], atol=1e-12)
-    # The refinement leaves the other solutions bitwise unchanged.
     for found, expected in zip(solutions, arm.ik(T[20:]), strict=False):
         np.testing.assert_array_equal(found[20:], expected)
     for index in (0, 30):
@@ -125,8 +124,7 @@ def test_refinement_works_with_dask_arrays(arm, q):
 def test_unreachable_poses_stay_invalid_and_unchanged(arm, q):
     T = arm.fk(q)
     T[:5, :2, 3] *= 0.75 / np.linalg.norm(T[:5, :2, 3], axis=-1, keepdims=True)
-    # The poses are slightly beyond the reach of the stretched arm. For poses closer to the boundary
-    # of the workspace, the result depends on rounding.
+    # For poses closer to the boundary of the workspace, the result depends on rounding.
     beyond = np.array([1e-7, 3e-9, 1e-6])[:, None]
     T[5:8, :2, 3] *= (0.7 + beyond) / np.linalg.norm(T[5:8, :2, 3], axis=-1, keepdims=True)
     T[8, 0, 3] = np.nan
@@ -163,8 +161,7 @@ def test_panda_is_solved_at_double_singularity():
         np.abs(arm.fk(solutions.q) - T[:, None]).max(axis=(-1, -2))[solutions.valid].max() < 1e-13
     )
     assert arm.ik(T[1], fixed={"joint7": q[1, 6]}).valid.any()
-    # A pose is solved for several values of the fixed joint. Each solution must keep its fixed
-    # value.
+    # A pose is solved for several values of the fixed joint.
     several = arm.ik(T[1], fixed={"joint7": np.array([q[1, 6], 2.5])})
     np.testing.assert_array_equal(several.valid.any(-1)[0], True)
     np.testing.assert_array_equal(several.q[0, :, 6], q[1, 6])
@@ -184,7 +181,6 @@ def test_poses_just_beyond_stretched_arm_stay_invalid():
     beyond = arm.ik(T)
     least = beyond.residual.min(-1)
     missed = ~beyond.valid.any(-1)
-    # The refinement finds some solutions on a different branch.
     assert missed.sum() > 50
     assert (least[missed] > 2e-8).all()
     assert (least[missed] < 1.1e-7).sum() > 50
@@ -207,7 +203,7 @@ def test_only_wrist_singularity_fixes_a_joint():
 
 
 def spoilt_slots(robot, q, *given):
-    """Perturbs all solution slots, and returns the refined solutions."""
+    """Perturb all solution slots, and return the refined solutions."""
     T = robot.fk(q)
     solutions = robot.ik(T, fixed=fixed_values(robot, given))
     refinement = refinement_for(robot)
@@ -262,7 +258,6 @@ def test_fixed_loop_joints_are_fixed_through_their_actuators():
     manifest = read_manifest(robot.folder)
     info = manifest.with_role("inverse", "pose")
     assert [item.name for item in info.inputs] == ["T", "l_HI", "l_MN", "theta7"]
-    # The last cylinder moves joint theta7.
     rows = [joint.name for joint in robot.chain_joints]
     moves = robot.chain_D_q(robot.reference.q)
     fixed_names = {

@@ -1,8 +1,4 @@
-"""Rounded poses are projected and solved. Matrices that are not poses are reported.
-
-The oracle is the polar decomposition R (R^T R)^(-1/2), by eigenvalues in NumPy and by 40-digit
-singular values in mpmath.
-"""
+"""Rounded poses are projected and solved. Matrices that are not poses are reported."""
 
 import functools
 
@@ -33,8 +29,7 @@ ARMS = {
 POSES = 40
 FREEDOMS = 6
 CLEAR = 1e-3
-"""Minimum margin of every solution slot. Closer to the boundary of the reach, validity depends on
-rounding."""
+"""Minimum margin of every solution slot."""
 SAME_POSE = 1e-14
 """Tolerance of the entries of a projected pose, compared with the oracle."""
 REACHED = 1e-12
@@ -43,7 +38,7 @@ SOLVED = 1e-9
 """Below this residual, a solution slot or an iteration counts as solved."""
 
 ROUNDED_AS_FAR = 10
-"""Largest residual for a rounded pose, relative to the distance of the pose from a rigid pose."""
+"""Maximum residual for a rounded pose, divided by the deviation of this pose from a rigid pose."""
 TILTED = 1e-5
 """Tolerance for the nearest pose of arms with few joints, which amplify the rounding of single
 precision."""
@@ -61,7 +56,7 @@ def sampled(robot, count, rng):
 
 @functools.cache
 def arm_and_poses(name):
-    """Returns an arm and poses in its workspace."""
+    """Return an arm and poses in its workspace."""
     arm = chasles.load(name)
     rng = np.random.default_rng(sum(map(ord, name)))
     T = arm.fk(rng.uniform(-2.5, 2.5, (40 * POSES, arm.n)))
@@ -78,7 +73,7 @@ def polar(T):
 
 
 def noisy(T, size, rng):
-    """Adds errors of a specified size to the first three rows."""
+    """Add errors of a specified size to the first three rows."""
     noise = np.zeros(T.shape)
     noise[..., :3, :] = rng.uniform(-size, size, noise[..., :3, :].shape)
     return T + noise
@@ -112,8 +107,6 @@ def test_rounded_poses_are_solved_like_nearest_rigid_poses(name, rounded):
         np.testing.assert_array_equal(found.valid, wanted.valid)
         assert found.residual[found.valid].max() < REACHED
     else:
-        # Arms with fewer than six joints cannot reach poses tilted by rounding, but the remaining
-        # error is as small as the tilt.
         np.testing.assert_array_equal(found.count, arm.ik(T).count)
         allowed = np.maximum(allowed, ROUNDED_AS_FAR * se3.deviation(given)[:, None])
     assert (found.residual <= allowed * arm.unit_length)[found.valid].all()
@@ -331,7 +324,6 @@ def test_tolerance_in_error_message_suffices_for_projection():
 def test_out_of_reach_error_explains_rounding_for_few_joints():
     arm = chasles.load("lynxmotion")
     q = np.random.default_rng(8).uniform(-1.5, 1.5, (60, arm.n))
-    # Projection makes a rounded pose rigid. So the call cannot detect that the pose was rounded.
     poses = se3.project(arm.fk(q).astype(np.float32))
     text = 0
     for pose, there in zip(poses, q, strict=True):
@@ -360,7 +352,6 @@ def test_rounded_poses_keep_all_branches_for_few_joints(name):
     for size in (1e-8, 1e-7, 1e-6):
         found = robot.ik(noisy(T, size, rng))
         np.testing.assert_array_equal(found.count, count)
-    # A deviation of a tenth of a degree is not rounding.
     turned = T @ se3.exp(np.array([0, 0, 0, 0.001, 0.001, 0.001]))
     assert not robot.ik(noisy(turned, 1e-8, rng)).valid.any()
 
@@ -394,7 +385,6 @@ def test_ik_numeric_reaches_rounded_poses_with_few_joints(name):
         found = robot.ik_numeric(given, q)
         assert found.valid.all()
         assert (found.residual <= ROUNDED_AS_FAR * robot.unit_length * se3.deviation(given)).all()
-    # A deviation of a tenth of a degree is not rounding.
     turned = T @ se3.exp(np.array([0, 0, 0, 0.001, 0.001, 0.001]))
     assert not robot.ik_numeric(noisy(turned, 1e-8, rng), q).valid.any()
 

@@ -1,7 +1,6 @@
 """The iteration continues past saddles of the error between two solutions.
 
-A UR5e with a nearly straight elbow has two nearly equal solutions. The pose error of a random arm
-has saddle points at joint angles that are multiples of 90 degrees.
+A UR5e with a nearly straight elbow has two nearly equal solutions.
 """
 
 from itertools import product
@@ -36,14 +35,14 @@ def stretched(bend):
 
 
 def size_and_slope(iteration, T, q):
-    """Returns half the squared errors (N,) at q (N, 6), and their gradients (N, 6)."""
+    """Return half the squared errors (N,) at q (N, 6), and their gradients (N, 6)."""
     pose, J = iteration.fk_jacobian_mixed(q)
     _, error, _ = iteration.task(pose, J, T)
     return (error**2).sum(-1) / 2, -np.einsum("Nij,Ni->Nj", J, error)
 
 
 def stationary(iteration, T, q):
-    """Finds stationary points (N, 6) of the squared error by Newton's method on its gradient."""
+    """Find stationary points (N, 6) of the squared error by Newton's method on its gradient."""
     for _ in range(8):
         _, g = size_and_slope(iteration, T, q)
         slopes = [
@@ -100,7 +99,7 @@ def test_descent_starts_skip_points_with_open_loops():
 
 
 def moved(T, twist):
-    """Moves poses (N, 4, 4) by twists (N, 6) at the tip in base axes."""
+    """Move poses (N, 4, 4) by twists (N, 6) at the tip in base axes."""
     there = T.copy()
     there[:, :3, 3] += twist[:, :3]
     there[:, :3, :3] = so3.exp(twist[:, 3:]) @ T[:, :3, :3]

@@ -1,8 +1,4 @@
-"""If the closed form misses a pose, Newton's method starts from least-squares configurations.
-
-The arm comes from the benchmarks. At some values of the prismatic joint, other axes intersect, and
-the closed form misses poses.
-"""
+"""If the closed form misses a pose, Newton's method starts from least-squares configurations."""
 
 import json
 
@@ -37,7 +33,6 @@ def arm(folder):
 
 @pytest.fixture(scope="module")
 def q():
-    """Returns right-angle configurations whose prismatic joint has the length of an offset."""
     q = np.random.default_rng(0).choice(QUARTERS, (60, 8))
     q[:, 5] = -0.4
     return q
@@ -78,7 +73,6 @@ def test_search_works_for_single_poses(arm, q, T):
 
 
 def test_search_keeps_unreachable_poses_unchanged(arm):
-    """The fixed values make the prismatic joint and the offsets longer than the rest of the arm."""
     rng = np.random.default_rng(1)
     q = rng.uniform(-3, 3, (400, 8))
     q[:, 5] = rng.uniform(-0.4, 0.4, 400)

@@ -38,8 +38,8 @@ FAR_FROM_STARTS = (
     1649,
     1810,
 )
-"""Indices of poses that Newton's method misses if it starts from isolated solutions with a rotated
-tool."""
+"""Indices of poses for which Newton's method fails if it starts from the inverse solutions for a
+rotated tool."""
 
 
 def test_rail_in_plane_of_parallel_axes_loses_no_pose(tmp_path):

@@ -21,7 +21,8 @@ from tests.support.scaled import scaled
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "hessian_mixed", "ik")
 SIZES = {"scara": sp.Rational(1, 10**6), "stanford": sp.Integer(1000)}
-"""Arms with four and six joints, some of which are prismatic, and scale factors of their lengths.
+"""Scale factors for the lengths of two arms with prismatic joints. One arm has four joints, the
+other has six.
 
 The scaled scara is about one micrometer long. The scaled stanford arm is about one kilometer long.
 """
@@ -35,7 +36,7 @@ REACHED = 1e-12
 
 @pytest.fixture(scope="module", params=SIZES)
 def family(request, tmp_path_factory):
-    """Returns a shipped robot of about one meter, and the robot in another size."""
+    """Return a shipped robot about one meter in size, and the same robot scaled to another size."""
     name, factor = request.param, SIZES[request.param]
     robot = scaled(chasles.derive.read(ROBOTS / f"{name}.toml"), factor, name)
     folder = tmp_path_factory.mktemp("sizes") / name
@@ -43,7 +44,7 @@ def family(request, tmp_path_factory):
 
 
 def poses(arm):
-    """Returns reachable poses, far poses, and poses slightly out of reach."""
+    """Return reachable poses, far poses, and poses slightly out of reach."""
     rng = np.random.default_rng(1)
     q = rng.uniform(-2, 2, (POSES, arm.n))
     T = arm.fk(q)
@@ -60,7 +61,7 @@ def resized(T, factor):
 
 
 def slides(arm, factor):
-    """Returns the scale factor of each coordinate."""
+    """Return the scale factor of each coordinate."""
     return np.array([factor if c.unit == "m" else 1.0 for c in arm.coordinates])
 
 
@@ -77,7 +78,6 @@ def test_ik_solutions_are_scale_invariant(family):
     assert 0.1 < wanted.valid.mean() < 1
     for factor, arm in family.items():
         found = arm.ik(resized(T, factor))
-        # A solution whose residual is close to the tolerance may be valid or invalid.
         border = np.abs(wanted.residual / wanted.tolerance - 1) < BORDER
         np.testing.assert_array_equal(found.valid | border, wanted.valid | border)
         np.testing.assert_allclose(
@@ -146,7 +146,7 @@ def coordinate(kind, lower=None, upper=None):
 
 
 def on_a_line(scale, away=0.0):
-    """Returns the forward kinematics of a prismatic joint."""
+    """Return the forward kinematics of a prismatic joint."""
 
     def fk(q):
         T = np.tile(np.eye(4), (len(q), 1, 1))
@@ -161,7 +161,6 @@ def test_unit_length_follows_prismatic_joint_range(exponent):
     span = 10.0**exponent
     slide = (coordinate("prismatic", -2 * span, 2 * span),)
     assert unit_length(on_a_line(1), slide, None) == pytest.approx(span)
-    # A small robot far from the base frame has larger rounding errors.
     assert unit_length(on_a_line(1, 100 * span), slide, None) == pytest.approx(span)
     assert unit_length(on_a_line(1, 1e8 * span), slide, None) == pytest.approx(1000 * span)
 
@@ -170,7 +169,7 @@ def test_unit_length_follows_prismatic_joint_range(exponent):
     ("radius", "unit"), [(0.02, 0.001), (0.05, 1), (20, 1), (50, 1000)], ids=str
 )
 def test_unit_length_is_the_nearest_power_of_1000(radius, unit):
-    """The points of a line have the RMS distance L / (2 sqrt(3)) from its middle, for length L."""
+    """The RMS distance of the points of a line from its midpoint is L / (2 sqrt(3))."""
     half = radius * 3**0.5
     slide = (coordinate("prismatic", -half, half),)
     assert unit_length(on_a_line(1), slide, None) == unit

@@ -249,7 +249,10 @@ def test_at_selects_single_pose_of_batch(arm, q):
 
 
 def windings(value, lower, upper):
-    """Finds all values in [lower, upper] that differ from a value by full turns, by trial."""
+    """Find all values in [lower, upper] that differ from a value by full turns.
+
+    Tries each number of turns.
+    """
     turned = value + 2 * np.pi * np.arange(-5, 6)
     return turned[(turned >= lower) & (turned <= upper)]
 
@@ -395,7 +398,6 @@ def test_within_limits_counts_full_turns_as_motion(arm):
     np.testing.assert_allclose(turned.nearest(seed), [3.0 - 2 * np.pi, 0.5, 0, 0], atol=1e-12)
     only = arm.ik(T).within_limits([[-3.1, 3.1], [-3, 3], [-1, 1], [-np.inf, np.inf]])
     assert only.distances_from(seed)[0, 0] == pytest.approx(6.2)
-    # The roll joint has no limits, and moves by at most half a turn.
     assert np.abs(turned.distances_from([0, 0, 0, 100.0])[:, 3]).max() <= np.pi
 
 
@@ -449,7 +451,6 @@ def test_least_squares_returns_best_unreachable_answer(arm, q):
     assert np.isnan(best.residual[[0, 2, 3]]).all()
     assert best.residual[1] == pytest.approx(1.0 - scara.A1 - scara.A2)
     np.testing.assert_allclose(best.q[1, :2], 0, atol=1e-9)
-    # A filter that removes all solutions does not make a pose unreachable.
     filtered = solutions.within_limits([[5.0, 5.1]] * 4).least_squares()
     assert np.isnan(filtered.residual[[0, 2, 3]]).all()
     single = arm.ik(T[1]).least_squares()

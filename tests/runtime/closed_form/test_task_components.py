@@ -28,7 +28,8 @@ OFFERED = [
 SPOILT = 1e-7
 """Difference (radian) between start coordinates and the solution."""
 NEAR_RIGHT_ANGLES = 51898, "ik_position_direction"
-"""An arm whose inverse misses poses near multiples of 90 degrees without refinement.
+"""Random seed of an arm, and name of its inverse function. Without refinement, this inverse misses
+poses with joint angles near multiples of 90 degrees.
 
 The campaign `losses` generates arms of this kind.
 """
@@ -60,7 +61,7 @@ def test_task_jacobian_is_derivative_of_task_error(robot, task):
 
 
 def distance(task, T, target):
-    """Returns the larger of position distance and angle chord, like the generated residuals."""
+    """Return the larger of position distance and angle chord, like the generated residuals."""
     near = TASKS[task].error(T, target)
     if task == "ik_position":
         return near
@@ -113,7 +114,6 @@ def test_unreachable_targets_remain_invalid_after_refinement(robot, task):
     q = np.random.default_rng(3).uniform(-3, 3, (60, len(chain.axes)))
     target = TASKS[task].target(chain.fk(q))
     reach = np.linalg.norm(target[:, :2], axis=1)
-    # The target is out of reach: it is farther away than the total length of the arm.
     length = np.linalg.norm(np.diff(chain.points, axis=0), axis=1).sum() + 10
     target[:, :2] *= (length / reach)[:, None]
     found = Function(derivation(robot).function(task))(target)
@@ -151,7 +151,7 @@ def test_poses_near_right_angles_are_refined():
 
 
 def test_opposite_direction_gives_no_step_and_no_solution():
-    """At an angle error of pi no rotation axis is nearest, so the iteration finds no solution."""
+    """At an angle error of pi, the error has no unique rotation axis."""
     T = np.eye(4)[None]
     J = np.random.default_rng(5).normal(size=(1, 6, 5))
     _, error, left = Task(("direction",))(T, J, -T[:, :3, 2])

@@ -22,7 +22,7 @@ DESIGN = read(ROBOTS / "board_installer.toml")
 
 
 def tilted(mechanism, name):
-    """Tilts the axis of a joint by 0.1 degrees out of the plane."""
+    """Tilt the axis of a joint by 0.1 degrees out of the plane."""
     joints = tuple(
         replace(joint, before=(*joint.before, Rotation("x", sp.pi / 1800)))
         if joint.name == name
@@ -38,7 +38,7 @@ def drawn(seed):
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """Returns the as-built robot and its description.
+    """Return the as-built robot and its description.
 
     The campaign `as_built` tests errors of one length or axis, and of all lengths and axes.
     """
@@ -103,8 +103,10 @@ def test_requirements_note_nominal_loop_lengths():
 
 
 def test_loops_with_tilted_joint_use_refined_nominal_inverse():
-    """The solution steps of spatial loops come before planar loops. Newton's method refines the
-    nominal inverse."""
+    """The solution steps for spatial loops also solve loops with a tilted joint.
+
+    Newton's method refines the nominal inverse.
+    """
     hybrid = solved(replace(tilted(DESIGN, "shoulder"), closure="least squares"))
     assert not hybrid.forward.open
     assert {"SlidingLeg", "TurningLeg"} & {type(step).__name__ for step in hybrid.forward.steps}
@@ -114,10 +116,6 @@ def test_loops_with_tilted_joint_use_refined_nominal_inverse():
 
 
 def test_solution_near_dead_point_is_found(built):
-    """The margin of the loop is 1.5e-5.
-
-    Newton steps that are too long would open the loops, and steps that are too short would not
-    converge."""
     robot, _ = built
     q = np.array([-0.82292224, -0.47466385, -3.10882504, 0.70505359, 0.0415733, 0.11240639])
     assert 1e-5 < robot.margin(q).min() < 2e-5
@@ -126,7 +124,6 @@ def test_solution_near_dead_point_is_found(built):
 
 
 def test_solution_far_from_its_nominal_start_is_found(built):
-    """Near a dead point, length errors of 0.5 mm move the tool by more than 5 mm."""
     robot, _ = built
     q = np.array([2.29786829, 0.16273365, 2.7802815, -2.92592716, 0.09005807, -0.25962023])
     assert robot.margin(q).min() < 0.02
@@ -137,8 +134,8 @@ def test_solution_far_from_its_nominal_start_is_found(built):
 def test_fixed_joints_keep_their_values(tmp_path):
     """Every length has an error of up to 0.5 mm, and two axes are tilted by 0.1 degrees.
 
-    In the design, three joints must be fixed for a finite number of solutions. With tilted axes,
-    one fixed joint is sufficient.
+    With the nominal dimensions, three joints must be fixed to obtain a finite number of solutions.
+    With tilted axes, one fixed joint is sufficient.
     """
     design = read(ROBOTS / "well_manipulator.toml")
     members = frozenset(one.name for one in (*design.joints, *design.struts))
@@ -172,7 +169,6 @@ def test_non_parallel_pins_are_rejected_with_deviation():
 
 
 def test_following_motor_is_not_a_loop_joint(tmp_path, monkeypatch):
-    # The loops of the gantry would have a closed form if they were solved as serial arms.
     monkeypatch.setattr(arm_step, "with_arms", lambda loops: loops)
     gantry = tilted(read(ROBOTS / "bricklaying_gantry.toml"), "y_second")
     write(gantry, tmp_path, functions=["fk", "passive", "configuration"], languages=["c"])

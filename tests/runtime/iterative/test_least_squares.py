@@ -33,7 +33,7 @@ DRAWN = {
 
 @pytest.fixture(scope="module", params=list(DRAWN))
 def drawn(request, tmp_path_factory):
-    """Returns a robot whose loops cannot close, and its description.
+    """Return a robot whose loops cannot close, and its description.
 
     The campaign `least_squares` tests other mechanisms and many errors.
     """
@@ -50,7 +50,7 @@ def configurations(robot, count=40):
 
 
 def weighted(mechanism):
-    """Returns the closure errors in meters and their derivative."""
+    """Return the closure errors in meters and their derivative."""
     model = Model(mechanism)
     size = float(f"{NumericMechanism(mechanism).size:.3g}")
     weights = []
@@ -86,7 +86,7 @@ def test_closure_minimizes_weighted_sum_of_squares(drawn):
             gtol=1e-15,
         )
         np.testing.assert_allclose(z[free], found.x, atol=1e-9)
-        # Loops in the least-squares sense do not close exactly, so closure errors remain.
+        # Least-squares closure does not close the loops exactly, so closure errors remain.
         assert 1e-5 < np.abs(gaps(z)).max() < 0.1
 
 
@@ -146,13 +146,13 @@ def test_actuator_maps_invert_chain_maps(drawn):
 
 
 def test_closable_loops_keep_closed_form_solution():
-    """The least-squares option has no effect on a robot whose loops close."""
+    """The option `closure="least squares"` has no effect if the loops can be closed exactly."""
     hybrid = solved(replace(parallelogram(), closure="least squares"))
     assert not hybrid.forward.open
 
 
 def test_ik_refined_from_nominal_recovers_configuration(tmp_path):
-    """The second motor drives the elbow by a parallelogram with a redundant rod."""
+    """A boom whose second motor drives the elbow by a parallelogram with a redundant rod."""
     text = """
 name = "driven_elbow"
 convention = "urdf"

@@ -1,6 +1,7 @@
 """Mechanisms of millimeter and 100 meter size behave like mechanisms of decimeter size.
 
-The oracle is similarity: angles are equal, and lengths are scaled.
+The tests scale all lengths of a robot. Computed angles must not change, and computed lengths must
+change by the same factor.
 """
 
 import re
@@ -27,14 +28,14 @@ FUNCTIONS = (
     *("actuators", "actuators_D_chain", "actuator_margin", "actuators_all"),
     *("assembly_polynomial", "assembly_position", "assembly_mirror"),
 )
-"""Functions that the test compares if a robot has them, and a call of each function."""
+"""Names of the functions that the test compares if a robot has these functions."""
 CONFIGURATIONS = 20
 SAME = 1e-12
-"""Tolerance in radians, and relative to the size of the robot."""
+"""Tolerance for angles in radians, and for lengths relative to the robot size."""
 
 
 def written(name, factor, folder):
-    """Returns a shipped robot with all lengths of its file scaled."""
+    """Return a shipped robot with all lengths of its file scaled."""
     text = (ROBOTS / f"{name}.toml").read_text()
     file = folder / f"{name}.toml"
     file.write_text(LENGTHS[name].sub(lambda found: f"{float(found[0]) * factor:.12f}", text))
@@ -44,7 +45,7 @@ def written(name, factor, folder):
 
 @pytest.fixture(scope="module", params=FACTORS.items(), ids=str)
 def pair(request, tmp_path_factory):
-    """Returns a shipped robot, a scaled copy, and the scale factor."""
+    """Return a shipped robot, a scaled copy, and the scale factor."""
     name, factor = request.param
     return chasles.load(name), written(name, factor, tmp_path_factory.mktemp("sizes")), factor
 

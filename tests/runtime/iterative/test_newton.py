@@ -1,4 +1,4 @@
-"""Newton's method in C closes loops on their branch."""
+"""Newton's method in C closes loops on the branch of the reference."""
 
 import pickle
 import tomllib
@@ -77,14 +77,17 @@ WANTED = (
 
 
 def coordinates(robot, n, wide=1.0, seed=0):
-    """Returns coordinates near mid-range, or near singularities of the cranks."""
+    """Return random coordinates around mid-range.
+
+    If ``wide`` exceeds 1, they may be near singularities of the cranks.
+    """
     lower, upper = sampling_limits(robot)
     middle, half = (lower + upper) / 2, (upper - lower) / 2
     return middle + half * wide * np.random.default_rng(seed).uniform(-1, 1, (n, robot.n))
 
 
 def difference(function, x, step=1e-6):
-    """Differentiates a function of rows x (N, n) by central differences: shape (..., n)."""
+    """Differentiate a function of rows x (N, n) by central differences: shape (..., n)."""
     slopes = [(function(x + h) - function(x - h)) / (2 * step) for h in step * np.eye(x.shape[-1])]
     return np.stack(slopes, axis=-1)
 
@@ -101,10 +104,7 @@ def test_loops_close_everywhere_within_limits(robot):
 
 
 def followed(robot, q, steps):
-    """Returns the configurations w at coordinates q, by Newton's method in small steps.
-
-    The result is NaN if the determinant of the loop derivative changes sign.
-    """
+    """Return the configurations w at coordinates q, by Newton's method in small steps."""
     names = [v.name for v in robot.configuration_variables]
     own = [k for k, name in enumerate(names) if not name.startswith("psi")]
     moved = [c.name for c in robot.coordinates]
@@ -134,8 +134,7 @@ def test_newton_keeps_branch_far_outside_limits(robot):
     reached = np.isfinite(expected).all(-1)
     assert 15 < reached.sum() < 60
     np.testing.assert_allclose(z[reached], expected[reached], atol=1e-9)
-    # Newton's method finds no solution beyond a singularity. The test allows one solution beyond a
-    # singularity, because a step may cross the singularity.
+    # Newton's method finds no solution beyond a singularity.
     assert np.isfinite(z[~reached]).all(-1).sum() <= 1
 
 
@@ -212,7 +211,7 @@ def test_follow_from_seed_matches_direct_solution(robot):
 
 
 def unreachable(robot):
-    """Returns coordinates at which the first leg cannot reach the platform."""
+    """Return coordinates at which the first leg cannot reach the platform."""
     return np.array(robot.reference.q) + 2.5 * np.eye(robot.n)[0]
 
 

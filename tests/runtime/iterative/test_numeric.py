@@ -23,7 +23,7 @@ from tests.support.pages import examples
 
 PAGE = "how-to/numeric.md"
 CLOSED = 1e-12
-"""Closure tolerance (meter or radian) for loops that chasles and the oracle close by iteration."""
+"""Closure tolerance (meter or radian) for loops that are closed by iteration."""
 DIRECTION = (1, 1, 1, 1, 1, 0)
 SERIAL = ("ur5e", "puma560", "panda", "iiwa14", "photo_robot", "jaco2", "lynxmotion", "stanford")
 LOOPS = ("well_manipulator", "board_installer", "excavator", "delta")

@@ -1,4 +1,4 @@
-"""For robots with iterated loops, `ik` refines solutions of the nominal robot."""
+"""For robots whose loops are solved by iteration, `ik` refines solutions of the nominal robot."""
 
 from dataclasses import replace
 
@@ -69,7 +69,7 @@ pivot = {rise}
 
 
 def drawn_arm(seed, off, wrist):
-    """Returns a random arm whose universal joint axes are ``off`` meters apart."""
+    """Return a random arm whose universal joint axes are ``off`` meters apart."""
     rng = np.random.default_rng(seed)
     motor, tilt = np.add(rng.uniform(-0.2, 0.2, 3), (0.3, 0, 0.1)), rng.uniform(-0.6, 0.6, 3)
     fork, elbow, horn = (
@@ -111,7 +111,7 @@ def drawn_arm(seed, off, wrist):
 
 
 def judged(robot, mechanism, reach):
-    """Asserts that configurations are recovered and solutions are correct."""
+    """Assert that configurations are recovered and solutions are correct."""
     q = robot.reference.q + reach * np.random.default_rng(0).uniform(-1, 1, (POSES, robot.n))
     q = q[robot.loops_close(q)]
     assert len(q) > POSES / 2
@@ -127,10 +127,6 @@ def judged(robot, mechanism, reach):
 
 
 def test_ik_recovers_configuration_with_offset_universal_joints(tmp_path):
-    """The loop of the as-built arm has no closed form.
-
-    The crank is near a dead point. The wrist moves beyond half a turn.
-    """
     seed, wrist = 9, 3.1
     built = replace(drawn_arm(seed, 5e-4, wrist), nominal=drawn_arm(seed, 0, wrist))
     robot = compiled(built, tmp_path, NAMES, ["c"])

@@ -1,6 +1,6 @@
 """Generated C and its solvers run under the compiler's sanitizers.
 
-The campaign ``memory`` tests other robots.
+The campaign ``memory`` runs the generated C of other robots under the sanitizers.
 """
 
 import json
@@ -34,17 +34,17 @@ from tests.support.tools import needs
 
 pytestmark = needs("gcc")
 SMALL, LARGE = "scara", "panda"
-"""The first robot compiles fast, and has vector code, branches and both joint types. The second
-robot is a redundant arm."""
+"""The first robot compiles fast, and has vector code, branches and both joint types."""
 SHAPES = ("acceleration_mixed", "ik")
 """Functions with several inputs and one result, and functions with branches and several results.
 
 The campaign ``memory`` runs all functions.
 """
 SUFFIXES = ("", "_branch", "_rows", "_batch")
-"""Suffixes of the C function names that belong to one generated function."""
+"""Suffixes of the C functions that belong to one generated function."""
 UNUSED = "-Wno-unused-function"
-"""Compiler option for vector code. The code contains functions that no test calls."""
+"""Compiler option for vector code. It turns off the warning about unused functions, because no test
+calls some functions of this code."""
 FUNCTION = re.compile(r"^(?:static )?void (\w+)\(.*?^}\n", re.MULTILINE | re.DOTALL)
 
 
@@ -68,7 +68,10 @@ def part(name, functions, folder):
 
 @cache
 def error_of(sanitizer):
-    """Returns the error of an empty program with the sanitizer, or None if the program runs."""
+    """Compile and run an empty program with the sanitizer.
+
+    Returns the error message, or None if the program runs.
+    """
     with TemporaryDirectory() as folder:
         Path(folder, "empty.c").write_text("int main(void) { return 0; }\n")
         command = [GCC, f"-fsanitize={sanitizer}", "empty.c", "-o", "empty"]
@@ -80,14 +83,14 @@ def error_of(sanitizer):
 
 
 def require(sanitizer):
-    """Skips the test if the sanitizer cannot compile or run an empty program."""
+    """Skip the test if the sanitizer cannot compile or run an empty program."""
     if (error := error_of(sanitizer)) is not None:
         pytest.skip(f"the sanitizer {sanitizer} does not run: {error}")
 
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """Compiles a program for all instruction sets."""
+    """Compile a program for all instruction sets."""
 
     @cache
     def of(name, *flags, compiler=GCC):
@@ -152,7 +155,7 @@ SOLVED = {"tool": 5 * 24, "link": 5 * 24, "box": 400}
 
 
 def screws_for(name):
-    """Returns screws of the links in the driver's input format."""
+    """Return screws of the links in the driver's input format."""
     robot = chasles.load(name)
     screws = screws_up_to(robot.manifest, len(robot.link_names) - 2)
     return "\n".join([str(len(screws)), *(" ".join(map(repr, row)) for row in screws.tolist())])

@@ -83,13 +83,13 @@ joints = [
 
 
 def moves(poses, steps):
-    """Differentiates the link poses to twists in the link frame."""
+    """Return the twists of a link in the link frame, by finite differences of poses."""
     ahead, behind = poses[: len(poses) // 2], poses[len(poses) // 2 :]
     return se3.log(se3.inverse(behind) @ ahead) / (2 * steps)
 
 
 def check_screws(robot):
-    """Compares the screws of each link with central differences of its poses."""
+    """Compare the screws of each link with central differences of its poses."""
     n, step = robot.n, 1e-5
     q = np.array(robot.reference.q) if robot.reference else np.full(n, 0.3)
     around = q + step * np.concatenate([np.eye(n), -np.eye(n)])

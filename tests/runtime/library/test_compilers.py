@@ -1,4 +1,7 @@
-"""The small compiler tcc, without vectors and intrinsics, compiles every shipped robot."""
+"""The small compiler tcc has no SIMD vectors and no intrinsics.
+
+It compiles the code of every shipped robot.
+"""
 
 import numpy as np
 import pytest
@@ -10,8 +13,8 @@ from tests.support.tools import path_of
 
 N = 16
 SAME = 1e-12
-"""Tolerance of forward kinematics relative to the largest entry, because compilers fuse and reorder
-operations."""
+"""Tolerance of forward kinematics, relative to the largest entry. Results differ slightly, because
+each compiler fuses and reorders operations differently."""
 SAME_SOLUTION = 1e-7
 """Tolerance of solutions [rad or m]; near double roots, rounding is amplified."""
 
@@ -27,7 +30,7 @@ def configurations(robot, rng, n=N):
 
 
 def inverse(robot, q):
-    """Returns the solutions of `ik` at the poses of q, with the redundancy parameters of q."""
+    """Return the solutions of `ik` at the poses of q, with the redundancy parameters of q."""
     role = robot.manifest.with_role("inverse", "pose").role
     fixed = {robot.coordinates[k].name: q[:, k] for k in role.fixed}
     if any(item.name == "swivel" for item in robot.redundancy):

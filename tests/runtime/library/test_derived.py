@@ -1,5 +1,7 @@
-"""`chasles.load` derives robots on first use, from names and from files, and survives
-interruptions."""
+"""`chasles.load` derives a named robot or a robot file on first use.
+
+Interruptions leave no incomplete files.
+"""
 
 import json
 import os
@@ -42,7 +44,7 @@ URDF = """\
 </robot>
 """
 FEW = ("--functions", "fk")
-"""Compiler options that derive only `fk`, in a fraction of the time for all functions."""
+"""Compiler options with which only `fk` is derived, in a fraction of the time for all functions."""
 FIND = f"""\
 import sys, chasles
 from chasles.library import derived as described
@@ -54,7 +56,7 @@ print(chasles.find_folder(sys.argv[1]))
 
 @pytest.fixture(autouse=True)
 def fast(cache, monkeypatch):
-    """Prepares an empty cache and fast compilation."""
+    """Set an empty cache and compiler flags for fast compilation."""
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     if compiler := TCC or COMPILER:
         monkeypatch.setenv("CC", compiler)
@@ -62,19 +64,19 @@ def fast(cache, monkeypatch):
 
 @pytest.fixture
 def here(monkeypatch):
-    """Runs the compiler of chasles in the test process."""
+    """Run the compiler of chasles in the test process."""
     monkeypatch.setattr(described, "_finished", derived_here)
 
 
 @pytest.fixture
 def few(monkeypatch, here):
-    """Runs the compiler of chasles in the test process, and derives only forward kinematics."""
+    """Run the compiler of chasles in the test process, and derive only forward kinematics."""
     derive_few(monkeypatch, FEW)
 
 
 @pytest.fixture
 def described_only(monkeypatch):
-    """Loads robots without compiled functions, because compilation takes a second."""
+    """Load robots without compiled functions, because compilation takes a second."""
 
     def named_functions(manifest, *_):
         return dict.fromkeys(function.name for function in manifest.functions)
@@ -83,7 +85,7 @@ def described_only(monkeypatch):
 
 
 def derive_few(monkeypatch, functions):
-    """Makes the runtime call the compiler with additional options."""
+    """Make the runtime call the compiler with additional options."""
     run = described._run_compiler
 
     def run_few(description, folder, options):
@@ -122,12 +124,12 @@ def arm(tmp_path):
 
 
 def derived(cache):
-    """Lists all folders in the cache of derived robots."""
+    """List all folders in the cache of derived robots."""
     return sorted(path.name for path in (cache / "derived").iterdir())
 
 
 def finding(robot, python=sys.executable):
-    """Starts a process that searches for the folder of a robot."""
+    """Start a process that searches for the folder of a robot."""
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     return subprocess.Popen([python, "-c", FIND, str(robot)], start_new_session=True, **pipes)
 
@@ -366,7 +368,7 @@ def test_unwritable_cache_error_names_environment_variable(arm, tmp_path, monkey
 
 @pytest.fixture
 def bare(tmp_path, monkeypatch):
-    """Creates an environment that contains only chasles and NumPy."""
+    """Create an environment that contains only chasles and NumPy."""
     folder = tmp_path / "bare"
     venv.create(folder, symlinks=True, with_pip=False)
     package = tmp_path / "site" / "chasles"
@@ -392,7 +394,6 @@ def test_missing_derivation_compiler_gives_install_hint(arm, cache, bare):
     hint = "typer is not installed: pip install 'chasles[derive]'"
     assert f"ur10e.toml: cannot be derived; {hint}" in err
     assert derived(cache) == []
-    # A robot derived earlier is loaded without the compiler until the compiler changes.
     here = chasles.find_folder(arm)
     process = finding(arm, python)
     assert process.communicate() == (f"{here}\n", "")

@@ -30,12 +30,12 @@ Q = [0.3, -1.2]
 FEW = ("--functions", "fk", "--languages", "c", "--jobs", "1")
 LOAD = "import sys, chasles; chasles.load(sys.argv[1])"
 KILLS = 8
-"""Number of trials. In each trial, the process that loads a robot is killed at another time."""
+"""Number of trials."""
 
 
 @pytest.fixture(autouse=True)
 def fast(cache, monkeypatch):
-    """Prepares an empty cache and fast compilation."""
+    """Set an empty cache and compiler flags for fast compilation."""
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     if compiler := TCC or COMPILER:
         monkeypatch.setenv("CC", compiler)
@@ -51,7 +51,7 @@ def arm(tmp_path):
 
 @pytest.fixture
 def here(monkeypatch):
-    """Runs the compiler of chasles in the test process, and derives only forward kinematics."""
+    """Run the compiler of chasles in the test process, and derive only forward kinematics."""
     run_compiler = described._run_compiler
     monkeypatch.setattr(described, "_finished", derived_here)
     monkeypatch.setattr(
@@ -60,7 +60,7 @@ def here(monkeypatch):
 
 
 def command(*words):
-    """Runs a command, which may print only one error message."""
+    """Run a command, which may print only one error message."""
     done = run(*words)
     assert "Traceback" not in done.output
     if done.exit_code:
@@ -105,7 +105,6 @@ def test_derive_command_survives_every_fault(arm, tmp_path):
 
 
 def test_portable_folder_survives_every_fault(folder, tmp_path, monkeypatch):
-    # A portable folder needs a compiler that optimizes for levels of processors.
     monkeypatch.setenv("CC", COMPILER or "gcc")
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "tiny").mkdir(parents=True)

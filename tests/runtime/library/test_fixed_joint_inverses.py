@@ -27,7 +27,7 @@ def shipped():
 
 @pytest.fixture(scope="module", autouse=True)
 def cache(shipped, tmp_path_factory):
-    """Prepares a separate cache and fast compilation."""
+    """Prepare a separate cache and fast compilation."""
     fixed_joints._inverse_of.cache_clear()
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(tmp_path_factory.mktemp("given")))
@@ -49,7 +49,7 @@ def panda(shipped):
 
 
 def stages(well):
-    """Returns poses, theta1 and theta2 of the paper's 49 s motion in steps of 0.1 s."""
+    """Return times, poses, theta1 and theta2 of the paper's 49 s motion in steps of 0.1 s."""
     t = np.arange(0, 49, 0.1)
     upright = np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]])
     start = np.array([0, 88.79, -49.2, 0, -86.76, 0, -40.62]) * DEG
@@ -63,7 +63,6 @@ def stages(well):
     T[down, 0, 3] = 1.237
     depth = np.interp(t, [27, 37, 39, 49], [1020, -1146, -1146, -1146 - 2166])
     T[down, 2, 3] = depth[down] * MM
-    # The paper does not state how joint 2 moves after 39 s. In this test, joint 2 lowers the arm.
     theta2 = np.interp(t, [39, 49], [88.79, 30]) * DEG
     return t, T, theta[:, 0], theta2
 
@@ -105,7 +104,7 @@ def test_fixed_cylinder_equals_fixed_joint_that_it_drives(well):
     np.testing.assert_allclose(by_joint.nearest(q), q, atol=1e-12)
     nearest = well.ik_nearest(well.fk(q), q, fixed={"theta2": theta[1], **others})
     np.testing.assert_allclose(nearest.q, q, atol=1e-12)
-    # The loop does not close. A batch returns no valid solution, and a single pose raises an error.
+    # The loop does not close.
     assert not well.ik(well.fk(q), fixed={"cylinder_1": [9.0], **others}).valid.any()
     with pytest.raises(chasles.OutOfReachError, match="cylinder_1 does not close"):
         well.ik(well.fk(q), fixed={"cylinder_1": 9.0, **others})
@@ -182,7 +181,7 @@ def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
 
 
 def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
-    """Inner joints at multiples of 90 degrees change the structure of the arm."""
+    """With an inner joint at a multiple of 90 degrees, other axes are parallel or intersect."""
     robot, names = random_arm(332), ("j2", "j3")
     functions = ("fk", "fk_jacobian_mixed", "ik")
     write(robot, tmp_path / "arm", functions=functions, fixed=names, languages=("c",))
@@ -204,8 +203,6 @@ def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
         arm.ik(T[0], fixed={"j1": 0.2})
 
 
-# The axes of j1 and j3 are parallel at j2 = 0. At j2 = 0, the second arm has two solutions in its
-# only solution slot.
 PARALLEL_AT_ZERO = {
     830591000001: [[-np.pi / 2, 0, -np.pi / 2, -0.3, 0, np.pi], [np.pi / 2, 0, 0, 0.5, np.pi, 0]],
     4471000019: [[np.pi, 0, 0.5, 0], [-np.pi / 2, 0, -0.1, -np.pi / 2]],
@@ -282,7 +279,7 @@ def test_invalid_fixed_joint_arguments_are_explained(shipped, panda):
     with pytest.raises(chasles.InputTypeError, match="unknown argument 'fixed'"):
         panda.fk(np.zeros(7), fixed={"joint4": 0.0})
     arm = chasles.load("iiwa14")
-    message = "if A4 is fixed: the others could move .* can be fixed: A1; .*; ik_numeric with"
+    message = "if A4 is fixed: the other joints could move .* can be fixed: A1; .*; ik_numeric with"
     with pytest.raises(chasles.DerivationError, match=message):
         arm.ik(arm.fk(np.zeros(7)), fixed={"A4": 0.3})
 

@@ -1,4 +1,4 @@
-"""A portable library is called at the processor level of this machine."""
+"""Tests that a portable library runs the code for the processor level of this machine."""
 
 import platform
 import subprocess
@@ -29,7 +29,7 @@ pytestmark = [
 
 
 def level() -> int:
-    """Returns the processor level of this machine, as Linux states it."""
+    """Return the processor level of this machine, as Linux states it."""
     lines = Path("/proc/cpuinfo").read_text().splitlines()
     flags = set(next(line for line in lines if line.startswith("flags")).split())
     return 4 if flags >= V4 else 3 if flags >= V3 else 1

@@ -1,4 +1,4 @@
-"""Every function of a shipped robot has a role, and every slot a label."""
+"""Every function of a shipped robot has a role, and every solution slot has a label."""
 
 from itertools import chain
 

@@ -19,7 +19,7 @@ KINDS = {
 
 
 def load_error(path):
-    """Returns the error of loading a robot."""
+    """Load a robot, which must fail, and return the error message."""
     with pytest.raises(chasles.ChaslesError) as caught:
         chasles.load(path)
     assert caught.value.__suppress_context__ or caught.value.__context__ is None

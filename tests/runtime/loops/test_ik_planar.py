@@ -20,7 +20,6 @@ def robot(tmp_path_factory):
 
 
 def test_ik_planar_matches_published_angles(robot):
-    # Expected angles in degrees, rounded to eight decimal places.
     expected = [
         (78.52393138, 0.16983617),
         (176.46904472, 88.26254206),

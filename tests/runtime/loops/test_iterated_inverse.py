@@ -15,10 +15,7 @@ POSES, SAME = 3, 1e-8
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory):
-    """Returns a robot, its oracle, and closed configurations (N, n_z).
-
-    The campaign `legs` tests other platforms.
-    """
+    """Return a robot, its oracle, and closed configurations (N, n_z)."""
     mechanism = agile_eye()
     robot = compiled(mechanism, tmp_path_factory.mktemp("agile_eye"), FUNCTIONS, ["c"])
     model = Model(mechanism)
@@ -72,8 +69,7 @@ def test_agile_eye_reaches_every_pose_with_eight_closed_slots(tmp_path):
     slots = robot.ik(model.tip(z)[0])
     assert slots.valid.sum() == 1
     assert slots.other_mode.sum() == 7
-    # The first leg is the main chain. The actuator value of the first leg is correct in half of the
-    # eight slots.
+    # The first leg is the main chain.
     first = apart(slots.q[:, :1], z[0, model.actuated][:1]) < SAME
     assert first.sum() == 4
     assert all(closes_at(model, z[0, model.chain], q) for q in slots.q[first])

@@ -81,7 +81,7 @@ def test_open_loop_error_from_chain_names_joints(robot):
 
 
 def strided(q):
-    """Returns a single pose whose entries are not contiguous in memory."""
+    """Return a single pose whose entries are not contiguous in memory."""
     return np.repeat(q, 3)[::3]
 
 
@@ -129,7 +129,7 @@ def test_non_finite_coordinates_propagate_as_nan(robot):
     assert np.isnan(robot.chain([0.0, np.nan])[1])
     assert np.isnan(robot.chain([np.inf, 1.0])).sum() == 0
     assert np.isnan(robot.chain_rates([0.0, 1.0], [np.nan, 0.0])[0])
-    # A function without a margin checks no loop, and never raises an error.
+    # A function without a margin does not check the loops, and never raises an error.
     assert np.isnan(robot.plain(OPEN)[1])
     assert robot.margin(OPEN)[1] < 0
 

@@ -24,7 +24,6 @@ def test_assembly_modes_close_and_come_in_pairs(robot_and_rod):
     assert modes.x.shape == (2000, 6, 3)
     assert np.abs(errors(q, modes, rod)).max() < 1e-12
     counts = np.bincount(modes.valid.sum(-1), minlength=7)
-    # A real polynomial of degree 6 has an even number of real roots.
     assert counts[1::2].sum() == 0
     assert modes.valid[1000:].any(-1).all()
     assert (counts[[2, 4, 6]] > 5).all()

@@ -1,5 +1,7 @@
-"""Tests actuator forces by the power balance with the wrench on the tool, also for robots with
-loops."""
+"""Tests that the power of the actuator forces equals the power of the tool wrench.
+
+The tested robots include robots with loops.
+"""
 
 import numpy as np
 import pytest

@@ -18,7 +18,7 @@ def robot(tmp_path_factory):
 
 
 def determinant(pose, length=1.0):
-    """Returns the determinant of the rod lines, or NaN if the platform is out of reach."""
+    """Return the determinant of the rod lines, or NaN if the platform is out of reach."""
     pose = np.asarray(pose)
     q = planar.cranks(pose, ROD, 1.0)
     r = planar.pins(pose) - pose[..., None, :2]
@@ -30,7 +30,7 @@ def determinant(pose, length=1.0):
 
 
 def stretch(pose):
-    """Returns the distance (..., 3) of each leg from its nearest limit."""
+    """Return the distance (..., 3) of each leg from its nearest limit."""
     reach = reaches(pose)
     return np.minimum(abs(reach - LONG), abs(reach - SHORT))
 

@@ -36,7 +36,7 @@ def test_planar_arm_manipulability_matches_textbook_formula():
 
 
 def planar_links(scara):
-    """Returns the vectors of the first and of the second link, from two elbow angles."""
+    """Return the vectors of the first and of the second link, from two elbow angles."""
     p = [scara.fk([0, angle, 0.05, 0])[:2, 3] for angle in (0, np.pi)]
     return (p[0] + p[1]) / 2, (p[0] - p[1]) / 2
 
@@ -105,7 +105,6 @@ def test_velocity_and_force_ellipsoids_match_jacobian(ur5e):
         force = ur5e.force_ellipsoid(q, components=components)
         np.testing.assert_allclose(force.lengths, 1 / found.lengths[:, ::-1], rtol=1e-12)
         np.testing.assert_array_equal(force.axes, found.axes[:, :, ::-1])
-    # Torques of norm 1 balance any wrench on the boundary of the force ellipsoid.
     whole = ur5e.force_ellipsoid(q, components="all")
     length = ur5e.characteristic_length
     wrench = whole.axes[..., 0] * whole.lengths[:, :1] * np.repeat([1 / length, 1], 3)

@@ -27,7 +27,6 @@ def test_feasible_twist_is_reached_with_minimum_norm_rates(name):
     scale = 1 + np.abs(V).max(-1)
     assert (np.abs(found.twist - V).max(-1) / scale)[away].max() <= CLOSURE
     np.testing.assert_allclose(reached(robot, q, found.qd), found.twist, rtol=0, atol=1e-12)
-    # No other joint rates with the same twist have a smaller norm.
     _, _, unit = pure(robot, q)
     sizes = [np.linalg.norm(x / unit, axis=-1) for x in (found.qd, given)]
     assert (sizes[0] <= sizes[1] * (1 + 1e-9)).all()
@@ -55,7 +54,6 @@ def test_joint_rates_are_correct_in_every_representation(name, representation):
 
 
 def test_damping_follows_smallest_singular_value_formula(ur5e):
-    # The distances from the wrist singularity range from 1e-9 to the region without damping.
     q = np.tile([0.3, -1.2, 1.5, -0.4, 0.0, 0.2], (40, 1))
     q[:, 4] = np.geomspace(1e-9, 0.5, 40)
     V = twists(40)
@@ -70,8 +68,7 @@ def test_damping_follows_smallest_singular_value_formula(ur5e):
     along = np.einsum("Nij,Ni->Nj", u, V * row) * sigma / (sigma**2 + damping)
     expected = np.einsum("Nji,Nj->Ni", vt, along)
     np.testing.assert_allclose(found.qd, expected, rtol=0, atol=1e-9)
-    # Only the singular direction is damped. Normal to the singular direction, the solver attains
-    # the requested twist.
+    # Only the singular direction is damped.
     missed = (found.twist - V) * row
     direction = found.singular_direction * row
     np.testing.assert_allclose(np.linalg.norm(direction, axis=-1), 1, rtol=1e-12)
@@ -257,8 +254,7 @@ def test_rounding_never_carries_joint_beyond_limit():
 
 
 def test_joint_that_brakes_at_zero_stays_within_its_limit():
-    # A joint brakes at the limit 0. Its position has no rounding error, but its previous joint rate
-    # has one.
+    # The joint brakes until it stops at its position limit 0.
     rng = np.random.default_rng(3)
     n, dt = 2000, 1e-3
     acceleration, rate = rng.uniform(1, 20, n), rng.uniform(0.5, 3, n)
@@ -292,7 +288,6 @@ def test_joint_brakes_as_late_as_possible_before_limit():
         ticks += 1
         assert ticks < 5000
     stroke = robot.upper[2] - robot.lower[2] - 0.01
-    # The joint accelerates to full speed or to the middle of its range, and then brakes.
     top = min(1.0, np.sqrt(most * stroke))
     least = 2 * top / most + (stroke - top**2 / most) / top
     assert ticks * dt < least + 5 * dt
@@ -304,8 +299,8 @@ def test_acceleration_limits_give_closest_feasible_twist(ur5e):
     V, change = twists(1)[0], 4e-3
     wanted = ur5e.joint_rates(q, V).qd
     limits = {"acceleration_limits": 4.0, "dt": 1e-3}
-    # The motion starts with a tenth of the speed in the same direction, so the acceleration limit
-    # of one joint limits the increase in speed.
+    # The previous joint rates are a tenth of the desired rates, so the acceleration limit of one
+    # joint applies.
     found = ur5e.joint_rates(q, V, qd_previous=0.1 * wanted, **limits)
     np.testing.assert_allclose(found.scale, 0.1 + change / np.abs(wanted).max(), rtol=1e-12)
     np.testing.assert_allclose(found.twist, found.scale * V, rtol=0, atol=1e-12)
@@ -315,8 +310,6 @@ def test_acceleration_limits_give_closest_feasible_twist(ur5e):
     assert found.scale < 1e-9
     braked = np.sign(wanted) * np.maximum(np.abs(wanted) - change, 0)
     np.testing.assert_allclose(found.qd, braked, rtol=0, atol=1e-9)
-    # If the robot first moves in a slightly different direction, only the limiting joint deviates,
-    # and the speed hardly drops.
     aside = wanted + np.array([0, 0, 0, 0, 0, 0.01])
     found = ur5e.joint_rates(q, V, qd_previous=aside, **limits)
     assert found.limited.tolist() == [False] * 5 + [True]
@@ -380,7 +373,6 @@ def test_secondary_objective_never_reduces_task_scale(panda):
 
 
 def test_secondary_objective_uses_remaining_freedom_at_saturation():
-    """Two degrees of redundancy remain, so only the saturated joint loses null-space motion."""
     robot = chasles.load("photo_robot")
     q = inside(robot, 200, seed=17)
     z = 3.0 * np.random.default_rng(18).normal(size=q.shape)

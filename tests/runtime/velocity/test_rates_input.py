@@ -1,4 +1,4 @@
-"""Errors of joint rates name the wrong argument."""
+"""An error of joint_rates names the argument that is wrong."""
 
 import re
 

@@ -17,8 +17,7 @@ def robot(tmp_path_factory):
 
 
 def lines(pose, q):
-    """Returns the lines (n, r x n) of the rods from geometry alone, with direction n and point
-    r."""
+    """Return the lines (n, r x n) of the rods, computed from their end points."""
     r = planar.pins(pose) - np.asarray(pose)[..., None, :2]
     n = (planar.pins(pose) - planar.ends(q)) / ROD
     return np.concatenate([n, (r[..., :1] * n[..., 1:] - r[..., 1:] * n[..., :1])], -1)
@@ -56,7 +55,6 @@ def test_stretched_leg_is_type_1_singularity(robot):
 
 
 def test_concurrent_rods_are_type_2_singularity(robot):
-    # The rods point away from the center of the platform, so their moments vanish.
     end = planar.PLATFORM + ROD
     c = (planar.BASE**2 + end**2 - planar.CRANK**2) / (2 * planar.BASE * end)
     pose = np.array([0.0, 0.0, np.arccos(c)])

@@ -33,12 +33,12 @@ def arm():
 
 
 def lost(arm, q):
-    """Returns the part of the tool twist that the arm cannot perform, in the tool frame."""
+    """Return the part of the tool twist that the arm cannot perform, in the tool frame."""
     return np.linalg.svd(arm.jacobian_body(q))[0][:, -1]
 
 
 def through(arm, q, twist, m=STEPS + 1):
-    """Returns a screw motion through the pose of q, and its start configuration."""
+    """Return a screw motion through the pose of q, and its start configuration."""
     poses = arm.fk(q) @ se3.exp(np.linspace(-1, 1, m)[:, None] * twist)
     return poses, arm.ik(poses[0]).within_limits().nearest(q)
 
@@ -50,7 +50,7 @@ def load_snake(path, *shape):
 
 
 def assert_sound(robot, track, dt, rate=np.inf):
-    """Asserts properties that hold exactly for every tracked path."""
+    """Assert properties that hold exactly for every tracked path."""
     assert np.isfinite(track.q).all()
     assert np.isfinite(track.error).all()
     np.testing.assert_array_equal(track.q, np.clip(track.q, robot.lower, robot.upper))
@@ -89,8 +89,6 @@ def test_track_passes_wrist_singularity_accurately(arm):
     assert_sound(arm, track, 1e-3, RATE)
     assert track.min_singular_value < 1e-6
     assert abs(track.min_singular_value_index - STEPS // 2) <= 1
-    # Beyond the singularity, the solver recovers the joint positions, although they are
-    # undetermined at the singularity.
     np.testing.assert_allclose(track.q, q, rtol=0, atol=1e-3)
     away = track.singular_value > AWAY
     assert 0.8 < away.mean() < 1
@@ -104,8 +102,7 @@ def test_track_passes_wrist_singularity_accurately(arm):
     ("offset", "rate"), [(0.0, RATE), (1e-6, 0.5), (1e-3, RATE), (0.01, 0.5), (0.03, RATE)]
 )
 def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rate):
-    # The path passes the singularity in the singular direction. The smaller the distance from the
-    # singularity, the faster the wrist rotates.
+    # The smaller the distance from the singularity, the faster the wrist rotates.
     q = np.add(IN_LINE, [0, 0, 0, 0, offset, 0])
     poses, q0 = through(arm, q, 0.5 * lost(arm, IN_LINE))
     track = arm.track(poses, q0, 1e-3, rate_limits=rate)
@@ -119,8 +116,6 @@ def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rat
 
 
 def test_track_leaves_initial_wrist_singularity(arm):
-    # At the singularity the wrist can rotate in both directions. The solver selects one direction
-    # when it leaves the singularity.
     twist = lost(arm, IN_LINE) * 0.6
     poses = arm.fk(IN_LINE) @ se3.exp(np.linspace(0, 1, STEPS + 1)[:, None] * twist)
     track = arm.track(poses, IN_LINE, 1e-3, rate_limits=RATE)
@@ -132,8 +127,6 @@ def test_track_leaves_initial_wrist_singularity(arm):
 
 
 def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
-    # As documented, the error is at most the tool motion during half a turn of a joint, plus the
-    # motion until the wrist leaves the singularity.
     rng = np.random.default_rng(5)
     checked = 0
     while checked < 20:
@@ -143,7 +136,7 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
         twist = lost(arm, q) * 0.3 if rng.random() < 0.4 else twist
         poses, q0 = through(arm, q, twist, 4001)
         if not arm.ik(poses[::50]).valid.all():
-            continue  # At least one branch of the inverse does not reach all poses of the path.
+            continue
         dt, length = rng.choice([1e-3, 1e-2]), 0.5
         rate = rng.choice([RATE, 1.0])
         track = arm.track(poses, q0, dt, rate_limits=rate, characteristic_length=length)
@@ -157,7 +150,7 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
 
 
 def costs(robot, q, target, rate, dt, length):
-    """Returns the pose error after a step, and the smallest error that SciPy finds."""
+    """Return the pose error after a step, and the smallest error that SciPy finds."""
     T, J = robot.fk_jacobian_mixed(q)
     track = robot.track([T, target], q, dt, rate_limits=rate, characteristic_length=length)
     assert_sound(robot, track, dt, rate)
@@ -246,7 +239,7 @@ def test_every_robot_with_jacobian_tracks_its_own_path(name):
 
 
 def start_and_end(robot):
-    """Returns a short joint motion from a regular pose with defined forward kinematics."""
+    """Return a short joint motion from a regular pose with defined forward kinematics."""
     rng = np.random.default_rng(1)
     lower, upper = span(robot, 2.0)
     for _ in range(1000):
@@ -277,8 +270,7 @@ def test_track_works_for_few_and_many_joints(tmp_path, n):
     track = robot.track(robot.fk_jacobian_mixed(q)[0], q0, 0.01, rate_limits=rate)
     assert_sound(robot, track, 0.01, rate)
     assert track.error[-1].max() < 1e-3
-    # The joints need two steps to the target, even at full speed. Many joints saturate in the first
-    # step.
+    # The joints need two steps to the target, even at full speed.
     target = robot.fk_jacobian_mixed(q0 + 0.02 * rate)[0]
     cost, least, touched = costs(robot, q0, target, rate, 0.01, 1.0)
     assert cost <= least * (1 + 1e-3) + 1e-12
@@ -375,5 +367,4 @@ assert np.abs(track.q).min() < 1e-12
 
 
 def test_step_that_ends_near_zero_terminates():
-    """Near zero, a unit in the last place is too small to compensate a rounding error."""
     subprocess.run([sys.executable, "-c", ENDLESS], check=True, timeout=SECONDS)

@@ -13,14 +13,14 @@ def test_tracking_page_examples_print_documented_output(capsys):
         exec(compile(example, PAGE, "exec"), names)
         said = " ".join(re.findall(r"^# (.*)$", example, re.MULTILINE))
         printed = capsys.readouterr().out
-        # Rounding errors differ between machines, and so do the times during which joints are
-        # saturated.
         assert kept(said) == kept(printed)
         assert ("At its rate limit: wrist_" in said) == ("At its rate limit" in printed)
     assert names["track"].error[names["away"]].max() < 1e-10
 
 
 def kept(text):
-    """Returns the words of a summary. Numbers, and the sentences after "Held", depend on the
-    machine."""
+    """Return the words of a summary.
+
+    Numbers and the text after "Held" depend on the machine and are left out.
+    """
     return re.findall("[a-zA-Z]{2,}", text.split("Held")[0])

@@ -9,14 +9,14 @@ DIRECTIONS = ([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0])
 ACROSS = ([1, 0, 0], [0, 0, 1], [1, 0, 1], [2, 0, -1])
 """Directions normal to the y axis."""
 IN_PLANE = ((1, 0, 0), (0, 0, 1), (1, 0, 1), (-1, 0, 0), (2, 0, -1), (0, 0, -1))
-"""Directions normal to the parallel axes, which are along the y axis."""
+"""Directions normal to the parallel joint axes. These joint axes are parallel to the y axis."""
 HEAD = 'name = "r"\nconvention = "urdf"\nunits = { length = "mm", angle = "deg" }\n'
 
 
 def robot(
     kinds: str, directions: Sequence[Sequence[float]], seed: int, *, meeting: bool = False
 ) -> SerialRobot:
-    """Returns a robot with revolute (R) and prismatic (P) joints."""
+    """Return a robot with revolute (R) and prismatic (P) joints."""
     draw = random.Random(seed)
 
     def point() -> list[float]:
@@ -34,12 +34,12 @@ def robot(
 
 
 def decoupled(kinds: str, seed: int, *, meeting: bool = False) -> SerialRobot:
-    """Returns an arm of revolute (R) and prismatic (P) joints.
+    """Return an arm of revolute (R) and prismatic (P) joints.
 
     Args:
         kinds: The joint types.
-        seed: Seed 1 generates axes along the base axes. Larger seeds generate revolute axes in any
-            direction. Odd seeds generate lengths with few decimals.
+        seed: Seed 1 generates axes along the base axes. Odd seeds generate lengths with few
+            decimals.
         meeting: Whether adjacent revolute axes intersect.
     """
     draw = random.Random(f"{kinds}{seed}")
@@ -52,7 +52,7 @@ def decoupled(kinds: str, seed: int, *, meeting: bool = False) -> SerialRobot:
 
 
 def planar(kinds: str, seed: int) -> SerialRobot:
-    """Returns an arm with parallel revolute axes (R).
+    """Return an arm with parallel revolute axes (R).
 
     In ``kinds``, T is a prismatic joint normal to the revolute axes. L is a prismatic joint
     parallel to the revolute axes.
@@ -69,7 +69,7 @@ def _direction(draw: random.Random) -> list[float]:
 def crane(
     order: str, *, hand: bool, round_numbers: bool, seed: int, wrist: bool = False
 ) -> SerialRobot:
-    """Returns an arm of random geometry, with its tool on or off the last axis.
+    """Return an arm of random geometry, with its tool on or off the last axis.
 
     Args:
         order: The joints that move in a plane.

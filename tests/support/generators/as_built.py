@@ -16,7 +16,7 @@ DECIMALS = 9
 def as_built(
     mechanism: Mechanism, members: frozenset[str], error: float, rng: np.random.Generator
 ) -> Mechanism:
-    """Returns a mechanism with random length errors of some joints and rods.
+    """Return a mechanism with random length errors of some joints and rods.
 
     Args:
         mechanism: The mechanism with its designed lengths.
@@ -58,7 +58,7 @@ BOARD_INSTALLER = frozenset(
 
 
 UPRIGHT = Rotation("x", sp.pi / 2)
-"""Rotation from z to -y, the axis of the arm of the board installer."""
+"""Rotation that maps z to -y, the direction of the arm axis of the board installer."""
 
 
 LONGER = sp.Rational(2, 10_000)
@@ -69,10 +69,9 @@ Value = Callable[[sp.Expr], sp.Expr]
 
 
 def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
-    """Yields (error name, mechanism) for each single error.
+    """Yield (error name, mechanism) for each single error.
 
-    An error makes a length 0.2 mm longer, or rotates a joint axis by 0.1 degrees. The last yielded
-    mechanism has all length errors and all axis errors.
+    The last yielded mechanism has all length errors and all axis errors.
     """
     lengths: list[sp.Expr] = []
 
@@ -87,7 +86,6 @@ def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
     joints = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
     for name in joints:
         yield f"axis of {name}", _tilted(mechanism, {name})
-    # The errors have both signs, so that the proportions of the mechanism change.
     signs = np.random.default_rng(0).choice((-1, 1), len(lengths)).tolist()
     all_off = {k: s * LONGER for k, (s, x) in enumerate(zip(signs, lengths, strict=True)) if x != 0}
     spoilt = _with_lengths(mechanism, _longer(all_off))
@@ -101,7 +99,7 @@ def _longer(off: dict[int, sp.Rational]) -> Value:
 
 
 def _with_lengths(mechanism: Mechanism, of: Value) -> Mechanism:
-    """Returns a mechanism with each length replaced by `of(length)`."""
+    """Return a mechanism with each length replaced by `of(length)`."""
     return replace(
         mechanism,
         joints=tuple(
@@ -143,7 +141,7 @@ def _tilted(mechanism: Mechanism, names: set[str]) -> Mechanism:
 
 
 def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
-    """Returns a mechanism with pinned links in place of its rods.
+    """Return a mechanism with pinned links in place of its rods.
 
     The geometry is unchanged. Each rod becomes a body with two pins.
 
@@ -184,7 +182,7 @@ def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
 
 
 def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
-    """Returns a mechanism with displaced joints.
+    """Return a mechanism with displaced joints.
 
     The loops of the mechanism close only in the least-squares sense.
 
@@ -199,7 +197,7 @@ def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
 
 
 def displaced(rng: np.random.Generator) -> Placement:
-    """Returns a random shift of 0.1 to 0.5 mm and a rotation of 0.1 to 2 mrad, per axis."""
+    """Return a random shift of 0.1 to 0.5 mm and a rotation of 0.1 to 2 mrad, per axis."""
 
     def drawn(least: float, most: float) -> sp.Rational:
         value = rng.uniform(least, most) * rng.choice((-1, 1))

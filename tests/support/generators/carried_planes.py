@@ -16,12 +16,6 @@ KINDS = [(a, b) for a in BEFORE for b in BEHIND if a or b]
 
 
 def drawn_planes(seed):
-    """Returns a platform and its kind.
-
-    Args:
-        seed: Number of the platform. Successive numbers give platforms of successive kinds, so
-            every kind occurs.
-    """
     rng = np.random.default_rng(seed)
     before, behind = KINDS[seed % len(KINDS)]
     legs = tuple(FLAT[k] for k in rng.integers(0, len(FLAT), 3))
@@ -35,7 +29,7 @@ def drawn_planes(seed):
 
 
 def carrying(mechanism, axes, kinds=()):
-    """Returns a robot with further actuated joints on the body ``platform``.
+    """Return a robot with further actuated joints on the body ``platform``.
 
     Args:
         mechanism: The platform.
@@ -57,7 +51,7 @@ def carrying(mechanism, axes, kinds=()):
 
 
 def moved(mechanism, name, axis, xyz):
-    """Returns a robot whose legs start on a carriage that moves on the base.
+    """Return a robot whose legs start on a carriage that moves on the base.
 
     Args:
         mechanism: The platform.

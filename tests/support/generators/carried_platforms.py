@@ -1,4 +1,4 @@
-"""Random platforms on a rail or turntable, with axes or a wrist between platform and tool.
+"""Random parallel platforms with joints before or after the platform.
 
 The platforms are rotary deltas and hexapods. Axes between a delta and its tool add degrees of
 freedom to the tool. Joints before a platform, and joints after a hexapod, are redundant.
@@ -10,7 +10,7 @@ from chasles.derive import read_text
 
 BEFORE = ("", "rail", "turntable")
 BEHIND = {"delta": ("", "z", "zy", "xyz"), "hexapod": ("", "z", "zs")}
-"""Joints behind each kind of platform: revolute axes x, y and z, or a prismatic joint s along z."""
+"""Joints after each kind of platform: revolute axes x, y and z, or a prismatic joint s along z."""
 HEAD = """
 name = "carried"
 convention = "urdf"
@@ -21,11 +21,12 @@ tool = {{ body = "{tool}", xyz = {xyz} }}
 
 
 def drawn_platform(seed):
-    """Returns a platform and the names of its joints before and behind it.
+    """Return a robot with a platform.
+
+    Further joints are before the platform, on the platform, or both.
 
     Args:
-        seed: Number of the platform. Successive numbers give platforms with successive combinations
-            of joints, so every combination occurs.
+        seed: Number of the platform.
     """
     kinds = [(kind, a, b) for kind in BEHIND for a in BEFORE for b in BEHIND[kind] if a or b]
     kind, before, behind = kinds[seed % len(kinds)]

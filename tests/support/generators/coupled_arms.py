@@ -30,7 +30,7 @@ class CoupledArm:
     Attributes:
         robot: The coupled arm.
         plain: The arm without couplings, whose coordinates are the joint values theta.
-        C: The ratios C (n, n) of the couplings.
+        C: (n, n) ratios of the couplings.
         c: The offsets (n,).
     """
 
@@ -41,7 +41,7 @@ class CoupledArm:
 
 
 def coupled_arm(seed: int) -> CoupledArm:
-    """Returns the arm for a seed, with two to seven joints."""
+    """Return the arm for a seed, with two to seven joints."""
     draw = random.Random(seed)
     plain = random_arm(seed) if seed % 2 else robot_of(draw.choice(STRUCTURES), seed=seed)
     while len(plain.moving) > MAX_JOINTS:
@@ -56,7 +56,7 @@ def coupled_arm(seed: int) -> CoupledArm:
 
 
 def with_motors(plain: SerialRobot, C: sp.Matrix, offsets: list[sp.Expr]) -> CoupledArm:
-    """Returns an arm whose motors q move the joints C q + offsets."""
+    """Return an arm whose motors q move the joints C q + offsets."""
     n = len(plain.moving)
     names = [f"m{k}" for k in range(1, n + 1)]
     couplings = tuple(

@@ -1,7 +1,9 @@
-"""Random serial arms with two to eight joints and round numbers, in every convention.
+"""Random serial arms with two to eight joints, in every convention.
+
+All lengths are round numbers.
 
 Lengths are multiples of 0.1 m, and angles are multiples of 30 or 45 degrees. Many lengths and
-angles are 0, as in real arms. All joints of an arm have one convention. Some randomly selected
+angles are 0, as in real arms. All joints of an arm use the same convention. Some randomly selected
 joints are prismatic. Each seed determines one arm.
 """
 
@@ -39,8 +41,7 @@ SETS = 4
 SLIDES = 0.2
 """Fraction of prismatic joints."""
 ZEROS = (0.4, 0.9)
-"""Minimum and maximum probability that a length is zero. Zero lengths make a closed form more
-likely."""
+"""Minimum and maximum probability that a length is zero."""
 LENGTHS = tuple(sp.Rational(k, 10) for k in (-5, -4, -3, -2, -1, 1, 2, 3, 4, 5))
 RIGHT_ANGLES = (0, 0, 90, 90, -90, -90, 180)
 ANGLES = (30, 45, 60, 120, 135, 150, -30, -45, -60, -120, -135, -150)
@@ -61,7 +62,6 @@ class Drawn:
 
 
 def drawn(seed: int, oblique: float = OBLIQUE) -> Drawn:
-    """Returns the arm for a seed, with a fraction ``oblique`` of oblique angles."""
     draw = random.Random(seed)
     convention = draw.choice(CONVENTIONS)
     zeros = draw.uniform(*ZEROS)
@@ -108,7 +108,7 @@ class PoseAndJacobian:
         self.inputs = (SimpleNamespace(shape=(len(screws.axes),)),)
 
     def __call__(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Returns pose (..., 4, 4) and Jacobian (..., 6, n)."""
+        """Return pose (..., 4, 4) and Jacobian (..., 6, n)."""
         return self.screws.fk(q), jacobian(self.screws, q)
 
 
@@ -148,7 +148,7 @@ class Derived(Case):
         )
 
     def found(self, q: np.ndarray) -> Found:
-        """Returns all solution slots for the targets at q (m, n)."""
+        """Return all solution slots for the targets at q (m, n)."""
         return self.robot.functions[self.function](self.targets(q), *self.others(q))
 
     def answers(self, q: np.ndarray) -> Answers:
@@ -156,7 +156,7 @@ class Derived(Case):
         return Answers(found.q, found.valid)
 
     def refined(self, q: np.ndarray) -> Answers:
-        """Returns the solutions after refinement of the unsolved poses, as in a loaded robot."""
+        """Return the solutions after refinement of the unsolved poses, as in a loaded robot."""
         found = self.found(q)
         valid = found.valid
         role = self.inverses.functions[self.function].role
@@ -192,7 +192,7 @@ class Derived(Case):
 
 
 def cases_for_given(robot: SerialRobot, seed: int) -> list[Derived]:
-    """Returns the inverses of a serial robot for random sets of fixed joints.
+    """Return the inverses of a serial robot for random sets of fixed joints.
 
     In a redundant robot, as many joints are fixed as there are redundant degrees of freedom. In
     other robots, one joint is fixed.
@@ -215,13 +215,13 @@ def _terms(robot: SerialRobot) -> Terms:
 
 
 def cases_of(robot: SerialRobot, found: Inverses | None = None) -> list[Derived]:
-    """Returns one case per closed-form inverse of a serial robot.
+    """Return one case per closed-form inverse of a serial robot.
 
     Refined inverses are excluded, because the refinement runs in compiled C.
 
     Args:
         robot: The robot.
-        found: The inverses of the robot. By default, this function derives the inverses.
+        found: The inverses of the robot, or None to derive them.
     """
     found = found or inverses(robot, _terms(robot))
     if found.polished is not None:

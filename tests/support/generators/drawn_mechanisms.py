@@ -1,8 +1,8 @@
 """Random mechanisms: four-, five- and six-bars, cylinder booms, parallelograms, RSSR.
 
-Lengths are whole millimeters. The lengths of some mechanisms are multiplied by 1000 or 1/1000. The
-oracle ``tests/support/oracles/multi_start.py`` finds the reference, which is rounded to three
-digits. Each seed determines one mechanism.
+The lengths of some mechanisms are multiplied by 1000 or 1/1000. The reference configuration is
+found by the oracle ``tests/support/oracles/multi_start.py`` and rounded to three digits. Each seed
+determines one mechanism.
 """
 
 import random
@@ -23,7 +23,7 @@ SCALES = (1, 1, 1000, sp.Rational(1, 1000))
 ATTEMPTS = 200
 """Maximum number of trials until the loops of a mechanism close."""
 DIGITS = 3
-"""Number of digits of the reference values, as in a handwritten robot file."""
+"""Number of digits of the reference values."""
 Point = tuple[sp.Expr, sp.Expr]
 ORIGIN: Point = (sp.S.Zero, sp.S.Zero)
 
@@ -51,13 +51,13 @@ class Sketch:
         return self.length(-reach, reach), self.length(-reach, reach)
 
     def pin(self, name: str, parent: str, at: Point, *more: Rotation | Translation) -> str:
-        """Adds a body on a pin, and returns the body name."""
+        """Add a body on a pin, and return the body name."""
         before = (Translation((*at, 0)), *more)
         self.joints.append(Joint(name, "revolute", before, link=f"{name}_b", parent=parent))
         return f"{name}_b"
 
     def slide(self, name: str, parent: str, at: Point, angle: sp.Expr) -> str:
-        """Adds a body on a slider in the plane, and returns the body name."""
+        """Add a body on a slider in the plane, and return the body name."""
         quarter = sp.pi / 2
         before = (Translation((*at, 0)), Rotation("z", angle), Rotation("y", quarter))
         after = (Rotation("y", -quarter), Rotation("z", -angle))
@@ -65,13 +65,13 @@ class Sketch:
         return f"{name}_b"
 
     def close(self, name: str, a: str, at_a: Point, b: str, at_b: Point) -> None:
-        """Adds a pin that closes a loop."""
+        """Add a pin that closes a loop."""
         self.closures.append(Closure(name, "pin", _frame(a, at_a), _frame(b, at_b)))
 
     def rod(
         self, name: str, a: str, at_a: Point, b: str, at_b: Point, length: sp.Expr = None
     ) -> None:
-        """Adds a rod on pins, or a cylinder if no length is specified."""
+        """Add a rod with pin joints at both ends, or a cylinder if no length is specified."""
         is_cylinder = length is None
         retracted = self.draw.choice((sp.S.Zero, self.length(50, 250))) if is_cylinder else length
         self.struts.append(Strut(name, _frame(a, at_a), _frame(b, at_b), retracted, is_cylinder))
@@ -79,7 +79,7 @@ class Sketch:
             self.actuated.append(name)
 
     def dyad(self, name: str, a: str, at_a: Point, b: str, at_b: Point) -> list[str]:
-        """Connects two bodies by two links, or by a link and a rod. Returns the link names."""
+        """Connect two bodies by two links, or by a link and a rod. Returns the link names."""
         first, second = self.length(150, 500), self.length(150, 500)
         one = self.pin(f"{name}_p", a, at_a)
         if self.draw.random() < 0.5:
@@ -98,7 +98,7 @@ def _frame(body: str, at: Point, z: sp.Expr = sp.S.Zero) -> Frame:
 
 
 def _four_bar(s: Sketch, on: str = BASE, name: str = "a") -> tuple[str, list[str]]:
-    """Adds a crank and a dyad (two links on pins), and returns their bodies."""
+    """Add a crank and a dyad (two links on pins), and return their bodies."""
     crank = s.pin(f"{name}_crank", on, s.point(150) if on != BASE else ORIGIN)
     s.actuated.append(f"{name}_crank")
     far = (s.length(80, 300), sp.S.Zero)
@@ -137,7 +137,6 @@ def stephenson(s: Sketch) -> None:
         pairs += [(crank, links[1])]
     _second_dyad(s, s.draw.choice(pairs), links)
     if s.draw.random() < 0.15 and len(links) > 1:
-        # If the second dyad is actuated instead of the crank, the loops do not split into dyads.
         s.actuated = ["b_q"] if any(j.name == "b_q" for j in s.joints) else s.actuated
 
 
@@ -183,7 +182,7 @@ def boom(s: Sketch) -> None:
 def _parallelogram(
     s: Sketch, name: str, on: str, at: Point, pivot: Point, arm: sp.Expr
 ) -> tuple[str, str]:
-    """Adds two equal cranks and a bar between them. Returns (crank, bar)."""
+    """Add two equal cranks and a bar between them. Returns (crank, bar)."""
     crank = s.pin(f"{name}_crank", on, at)
     base = (pivot[0] - at[0], pivot[1] - at[1])
     end = (arm, sp.S.Zero)
@@ -311,7 +310,7 @@ class DrawnMechanism:
     Attributes:
         family: Name of the family.
         mechanism: The description.
-        q: Actuated coordinates of the reference (radian or meter).
+        q: Actuated coordinates of the closed configuration (radian or meter).
         mode: Joint values at the reference (radian or meter), keyed by name.
     """
 
@@ -322,7 +321,7 @@ class DrawnMechanism:
 
 
 def drawn_mechanism(seed: int) -> DrawnMechanism:
-    """Returns the mechanism for a seed."""
+    """Return the mechanism for a seed."""
     family = list(FAMILIES)[seed % len(FAMILIES)]
     return drawn(FAMILIES[family], family, seed)
 
@@ -330,7 +329,7 @@ def drawn_mechanism(seed: int) -> DrawnMechanism:
 def drawn(
     sketched: Callable[[Sketch], None], family: str, seed: int, scale: sp.Expr | None = None
 ) -> DrawnMechanism:
-    """Returns a random mechanism with a closed reference.
+    """Return a random mechanism with a closed reference.
 
     Args:
         sketched: Function that adds the joints and struts of the mechanism.
@@ -389,7 +388,7 @@ def _moved(frame: Frame, scaled: Callable[[Placement], Placement]) -> Frame:
 
 
 def _near(mechanism: Mechanism, numbers: Multistart, mode: Mapping[str, float]) -> Mechanism:
-    """Returns the mechanism with the rounded joint values ``mode`` as its reference."""
+    """Return the mechanism with the rounded joint values of ``mode`` as reference."""
     values = dict(mode) | numbers.strut_values(mode)
     lengths = {name for name, unit in numbers.units(values).items() if unit == "m"}
     found = []

@@ -35,8 +35,7 @@ ATTEMPTS, ATTEMPTS_APART = 20, 100_000
 SCALE = sp.S.One
 """Scale of the arm lengths. Arms are a few decimeters long, so 0.5 mm is a manufacturing error."""
 Drive = Callable[[Sketch, str, str, Point], None]
-"""Function (sketch, body, other body, pin) that adds a drive. The pin is the point at which a joint
-connects the body to the other body."""
+"""Function (sketch, body, other body, pin) that adds a drive."""
 
 
 def _motor(s: Sketch, body: str, _on: str, _at: Point) -> None:
@@ -62,7 +61,7 @@ def _rocker(s: Sketch, body: str, on: str, at: Point) -> None:
 
 
 def _foot(s: Sketch, body: str, on: str, at: Point) -> None:
-    """Adds a crank on the preceding joint axis, and a rod parallel to the preceding link."""
+    """Add a crank on the preceding joint axis, and a rod parallel to the preceding link."""
     foot = next(joint for joint in s.joints if joint.link == on)
     arm = s.length(60, 150)
     crank = f"{body}_crank"
@@ -90,11 +89,11 @@ WRISTS: tuple[tuple[tuple[Rotation, ...], ...], ...] = (
     ((), (Rotation("y", QUARTER),)),
     ((Rotation("y", QUARTER),), (Rotation("y", -QUARTER),), (Rotation("y", QUARTER),)),
 )
-"""Rotations before each wrist joint: none, pitch, pitch and roll, spherical."""
+"""Rotations before each joint of four wrist types: none, pitch, pitch-roll and spherical."""
 
 
 def driven_arm(s: Sketch) -> None:
-    """Adds the joints and struts of a random arm."""
+    """Add the joints and struts of a random arm."""
     body, at, is_upright = BASE, ORIGIN, s.draw.random() < 0.6
     if is_upright:
         body = s.pin("column", BASE, ORIGIN)
@@ -114,13 +113,13 @@ def driven_arm(s: Sketch) -> None:
 
 
 def drawn_arm(seed: int, tool: Placement = TOOL) -> DrawnMechanism:
-    """Returns the arm for a seed, with a tool on its last body."""
+    """Return the arm for a seed, with a tool on its last body."""
     found = drawn(driven_arm, "driven arm", seed, SCALE)
     return replace(found, mechanism=replace(found.mechanism, tool=tool))
 
 
 def built_arm(seed: int) -> Mechanism:
-    """Returns the as-built arm for a seed.
+    """Return the as-built arm for a seed.
 
     References near dead points are avoided, because length errors may prevent the loops from
     closing there.
@@ -139,7 +138,7 @@ def built_arm(seed: int) -> Mechanism:
 
 
 def arm_as_built(design: Mechanism, rng: np.random.Generator) -> Mechanism:
-    """Returns an arm with errors of all lengths, and of the axes outside loops.
+    """Return an arm with errors in all lengths and in the joint axes outside the loops.
 
     Args:
         design: The arm.

@@ -45,7 +45,7 @@ class FieldArm:
     after: np.ndarray
 
     def urdf(self) -> str:
-        """Returns the arm as a URDF with full double precision."""
+        """Return the arm as a URDF with full double precision."""
         lines = [f'<robot name="{self.name}">', '<link name="base"/>']
         last = len(self.axes) - 1
         for k, (T, axis, back) in enumerate(zip(self.before, self.axes, self.after, strict=True)):
@@ -95,7 +95,7 @@ class FieldCase(Case):
 
     @cached_property
     def screws(self) -> Screws:
-        """Screws of the derived description, without noise."""
+        """Screw axes of the robot that is read from the URDF file without noise."""
         return screws_of(read(self.folder.parent / f"{self.name}.urdf"))
 
     def has_value(self, name: str) -> bool:
@@ -104,7 +104,7 @@ class FieldCase(Case):
 
 
 def arms() -> Iterator[FieldArm]:
-    """Yields all arms of the ssik package, then the factory calibration of a UR5."""
+    """Yield all arms of the ssik package, then the factory calibration of a UR5."""
     for module in prebuilt().values():
         yield from_ssik(module)
     yield calibrated()
@@ -134,7 +134,7 @@ def from_ssik(module: ModuleType) -> FieldArm:
 
 
 def calibrated(path: Path = CALIBRATION) -> FieldArm:
-    """Returns the arm of a factory calibration: six fixed transforms, each before a z rotation."""
+    """Return the arm of a factory calibration: six fixed transforms, each before a z rotation."""
     links = json.loads(path.read_text(encoding="utf-8"))["kinematics"].values()
     before = np.array([_pose(link) for link in links])
     count = len(before)
@@ -147,7 +147,7 @@ def calibrated(path: Path = CALIBRATION) -> FieldArm:
 
 
 def derived(arm: FieldArm, folder: Path) -> None:
-    """Derives an arm's URDF in a separate process.
+    """Derive an arm's URDF in a separate process.
 
     Raises:
         RuntimeError: The derivation failed. The message is the last line that the derivation
@@ -184,7 +184,7 @@ def _joint(
 
 
 def _angles(R: np.ndarray) -> tuple[float, float, float]:
-    """Returns roll, pitch and yaw with R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Return roll, pitch and yaw with R = Rz(yaw) Ry(pitch) Rx(roll)."""
     level = float(np.hypot(R[0, 0], R[1, 0]))
     pitch = float(np.arctan2(-R[2, 0], level))
     if level > UPRIGHT:

@@ -13,18 +13,19 @@ from .drawn_arms import Derived
 
 Vector = tuple[int, int, int]
 FIXED = ("F", (1, 0, 0))
-"""The fixed joint: a revolute joint about x."""
 
 
 def solved_with_fixed(
     joints: Sequence[tuple[str, Vector]], seed: int, meeting: int | None = None
 ) -> Derived:
-    """Returns the pose inverse of an arm with one fixed joint, derived once.
+    """Return the cached derivation of the inverse of an arm with one fixed joint.
 
     Args:
-        joints: Type (R, P, or F for the fixed joint) and axis direction of each joint.
+        joints: For each joint: the type (R for revolute, P for prismatic, F for fixed), and the
+            direction of the axis.
         seed: Seed of the random lengths.
-        meeting: The axes from this index on meet in one point. By default, no axes meet.
+        meeting: Index of the joint whose axis meets the axes of all later joints; by default, no
+            axes meet.
     """
     return _solved(tuple(joints), seed, meeting)
 

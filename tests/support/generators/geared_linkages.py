@@ -1,8 +1,7 @@
 """Random linkages with gears, racks and planetary stages between their joints.
 
-Lengths are whole millimeters. Newton's method computes a configuration with closed loops before the
-gears are added. The gear offsets fit the configuration with closed loops, and are rounded like in a
-handwritten file. Each seed determines one mechanism.
+Newton's method computes a configuration with closed loops before the gears are added. Each seed
+determines one mechanism.
 """
 
 import random
@@ -22,7 +21,6 @@ from tests.support.loops.closed_in_numbers import HELD, Model
 RATIOS = (1, -1, 2, -2, "1/2", "-1/2", "3/2", "-2/3", "1/3", 3, "-20/60")
 TRIALS = 400
 EACH_CYLINDER = 3
-"""A seed that this number divides gives a linkage with coupled cylinders."""
 FAR = (sp.Rational(1, 5), sp.S.Zero)
 RADII = (-80, -30, 25, 60, 100)
 """Pitch radii of pinions (millimeter)."""
@@ -42,7 +40,6 @@ Pair = tuple[str, Mapping[str, sp.Expr]]
 
 
 def geared_linkage(seed: int) -> GearedLinkage:
-    """Returns the mechanism of a seed."""
     draw = random.Random(seed)
     for _ in range(TRIALS):
         family = draw.choice(CYLINDER_FAMILIES if seed % EACH_CYLINDER == 0 else FAMILIES)
@@ -83,7 +80,7 @@ def _with_gears(sketch: Sketch, pairs: list[Pair]) -> tuple[Mechanism, np.ndarra
 
 
 def _closed(bare: Mechanism, rng: np.random.Generator) -> dict[str, float] | None:
-    """Returns all joint values of a random closed configuration, or None."""
+    """Return all joint values of a random closed configuration, or None."""
     free = Model(replace(bare, actuated=(bare.joints[0].name,)))
     q, u = rng.uniform(-1, 1, 1), rng.uniform(-1.5, 1.5, len(free.u))
     try:
@@ -104,7 +101,7 @@ def _fitted(pair: Pair, at: Mapping[str, float]) -> Coupling:
 
 
 def _reversed_at_times(draw: random.Random, pair: Pair) -> Pair:
-    """Solves the equation of a gear for one of its leaders, with probability 1/2."""
+    """With probability 1/2, solves the equation of a gear for a leader joint."""
     joint, ratios = pair
     if draw.random() < 0.5:
         return pair
@@ -122,7 +119,7 @@ def _radius(s: Sketch) -> sp.Expr:
 
 
 def _four_bar(s: Sketch, on: str, name: str, at: tuple[sp.Expr, sp.Expr] = ORIGIN) -> list[str]:
-    """Adds a crank, a coupler and a rocker on a body, and returns their bodies."""
+    """Add a crank, a coupler and a rocker on a body, and return their bodies."""
     crank = s.pin(f"{name}_crank", on, at)
     far = (s.length(80, 250), sp.S.Zero)
     pivot = (at[0] + s.length(200, 400), at[1] + s.length(-80, 80))
@@ -174,7 +171,10 @@ def gear_train(s: Sketch) -> list[Pair]:
 
 
 def rack(s: Sketch) -> list[Pair]:
-    """A pinion on a rocker and a rack on a slide that carries an arm or a four-bar linkage."""
+    """A pinion on a rocker meshes with a rack on a slide.
+
+    The slide carries an arm or a four-bar linkage.
+    """
     _four_bar(s, BASE, "a")
     carriage = s.slide("slide", BASE, s.point(), sp.pi * sp.Rational(s.draw.randint(-4, 4), 8))
     s.actuated = [s.draw.choice(("a_crank", "slide"))]
@@ -231,7 +231,7 @@ def spatial_linkage(s: Sketch) -> list[Pair]:
 
 
 def gears_without_loops(s: Sketch) -> list[Pair]:
-    """An arm without loops. Gears couple two joints to other joints and to a shaft."""
+    """An arm without loops."""
     s.pin("shaft", BASE, s.point())
     one = s.pin("one", BASE, ORIGIN)
     two = s.pin("two", one, FAR, Rotation("x", sp.Rational(1, 2)))
@@ -240,7 +240,7 @@ def gears_without_loops(s: Sketch) -> list[Pair]:
 
 
 def cylinders_in_unison(s: Sketch) -> list[Pair]:
-    """Two booms whose cylinders share the oil, so that one stroke follows the other."""
+    """Two booms with connected cylinders: oil that leaves one cylinder fills the other."""
     one = s.pin("one", BASE, ORIGIN)
     on, at = s.draw.choice(((one, FAR), (BASE, (s.length(300, 500), sp.S.Zero))))
     two = s.pin("two", on, at)
@@ -260,8 +260,7 @@ def spindle(s: Sketch) -> list[Pair]:
 
 
 def cylinder_in_a_five_bar(s: Sketch) -> list[Pair]:
-    """A five-bar linkage with a cylinder. A passive joint of the linkage determines the stroke of
-    the cylinder."""
+    """A five-bar linkage with a cylinder."""
     joints = _five_bar(s)
     tools = s.tools
     s.rod("ram", BASE, s.point(), s.draw.choice(tools), s.point())

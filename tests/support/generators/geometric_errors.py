@@ -10,12 +10,12 @@ from chasles.derive.model.robot import Placement
 
 
 def displaced(robot: SerialRobot, size: float, seed: int = 0) -> SerialRobot:
-    """Returns a serial robot with errors up to `size` (meter, radian) at each joint and the tool.
+    """Return a serial robot with errors up to `size` (meter, radian) at each joint and the tool.
 
     Args:
         robot: The robot without errors. Its parameters are replaced by their values.
         size: The maximum error.
-        seed: Seed of the errors.
+        seed: Random seed.
     """
     rng = np.random.default_rng(seed)
 

@@ -1,6 +1,7 @@
 """Random platforms on UPS legs, with a passive chain between base and platform.
 
-The chain has one degree of freedom per leg. For example, 3-UPS/UP has three legs and the chain UP.
+The chain has one degree of freedom per leg. For example, the platform 3-UPS/UP has three legs and
+the chain UP.
 """
 
 from functools import partial
@@ -20,14 +21,13 @@ GUIDES = {
     "4-UPS/SP": (X, Y, Z, "up"),
     "5-UPS/UPU": (X, Y, "up", Y, X),
 }
-"""For each kind of platform, the joints of the chain that guides it. A tuple is the axis of a
-revolute joint."""
+"""For each kind of platform, the joints of the chain that guides it."""
 SLIDES = {"up": Z, "ahead": X}
 """Axes of the prismatic joints by name."""
 
 
 def _guide(joints):
-    """Returns (text, last link, reference values) of the chain."""
+    """Return (text, last link, reference values) of the chain."""
     # Without a vertical prismatic joint, the first joint is at the height of the platform.
     start = ORIGIN if "up" in joints else (0, 0, HEIGHT)
     listed = [
@@ -41,14 +41,13 @@ def _guide(joints):
 
 
 def guided(joints, rng):
-    """Returns a platform with a chain, and one UPS leg per chain joint."""
+    """Return a platform with a chain, and one UPS leg per chain joint."""
     count = len(joints)
     text, platform, reference = _guide(joints)
     # Two legs at opposite points of the platform would move only one of the platform's two axes.
     spread = 360 / max(count, 3)
     for k in range(count):
         heading = spread * k + rng.uniform(-8, 8)
-        # The legs are oblique, because legs in planes through the center do not turn the platform.
         ahead = heading + rng.uniform(30, 50) * (-1) ** (k if count > 3 else 0)
         foot, top = _at(rng.integers(320, 400), heading), _at(rng.integers(140, 200), ahead)
         leg = top + np.array([0, 0, HEIGHT]) - foot

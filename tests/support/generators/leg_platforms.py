@@ -24,12 +24,12 @@ link = "platform"
 
 
 def drawn_legs(kind, seed):
-    """Returns a platform of a kind that is listed in ``LEG_KINDS``."""
+    """Return a platform of a kind that is listed in ``LEG_KINDS``."""
     return drawn_as(LEG_KINDS[kind], seed)
 
 
 def drawn_as(kind, seed):
-    """Returns a platform of a kind: a value of ``LEG_KINDS`` or a similar function.
+    """Return a platform of a kind: a value of ``LEG_KINDS`` or a similar function.
 
     The tool has a random position on the body ``reference["tool"]``, or else on the platform.
     """
@@ -73,7 +73,7 @@ b = {ends[1]}
 
 
 def chain(joints, parent="0"):
-    """Returns the text of consecutive joints (name, kind, xyz, axis, rpy), the first on the link
+    """Return the text of consecutive joints (name, kind, xyz, axis, rpy), the first on the link
     ``parent``."""
     text = ""
     for name, *rest in joints:
@@ -89,7 +89,6 @@ def _tripteron(rng):
         axis = [int(j == k) for j in range(3)]
         upper, lower = rng.integers(280, 380, 2)
         first, second = rng.uniform(20, 50), -rng.uniform(50, 90)
-        # The links point along the base axis that follows the prismatic axis (x, y, z, x).
         i, j = (k + 1) % 3, (k + 2) % 3
         foot, link = np.zeros(3), np.eye(3)[i]
         foot[i], foot[j] = rng.integers(-420, -380), rng.integers(-60, 60)
@@ -123,7 +122,7 @@ def _tripteron(rng):
 
 
 def exechon(rng):
-    """Returns two UPR legs in a plane and an SPR leg."""
+    """Return two UPR legs in a plane and an SPR leg."""
     (wide, deep), (near, far) = rng.integers(250, 350, 2), rng.integers(80, 130, 2)
     text = chain(
         [
@@ -162,10 +161,7 @@ def exechon(rng):
 
 
 def _universal(rng):
-    """Returns three UPU legs.
-
-    In each leg, the outer axes are parallel, and so are the inner axes.
-    """
+    """Return three UPU legs of a platform."""
     base, top, height = rng.integers(300, 400), rng.integers(100, 200), 600
     text, reference = FREE, {"z": height}
     for k in range(3):
@@ -186,7 +182,7 @@ def _universal(rng):
 
 
 def _elbows(rng):
-    """Returns three URU legs.
+    """Return three URU legs.
 
     Each leg has a driven elbow instead of the prismatic joint of a UPU leg. The elbow axis is
     parallel to the inner axes of the universal joints.
@@ -194,7 +190,6 @@ def _elbows(rng):
     base, top, height = rng.integers(300, 400), rng.integers(100, 200), 600
     upper, lower = rng.integers(360, 420, 2)
     length = np.hypot(top - base, height)
-    # The links and the line between the universal joints form a triangle.
     bend = np.degrees(np.arccos((length**2 + upper**2 - lower**2) / (2 * length * upper)))
     elbow = np.degrees(np.arccos((length**2 - upper**2 - lower**2) / (2 * upper * lower)))
     text, reference = FREE, {"z": height}
@@ -217,7 +212,7 @@ def _elbows(rng):
 
 
 def _linear(rng, offset=0):
-    """Returns a delta robot with linear actuators.
+    """Return a delta robot with linear actuators.
 
     Each leg has an inclined slide, and a rod between universal joints.
 
@@ -244,7 +239,7 @@ def _linear(rng, offset=0):
 
 
 def _rotary(rng, offset=0):
-    """Returns a delta robot with rotary actuators.
+    """Return a delta robot with rotary actuators.
 
     Each leg has an arm, and a rod between universal joints.
 
@@ -252,7 +247,6 @@ def _rotary(rng, offset=0):
     """
     base, top = rng.integers(120, 160), rng.integers(30, 50)
     arm, rod = rng.integers(100, 130), rng.integers(220, 260)
-    # The arms are horizontal at the reference.
     out = base + arm - top
     rod = max(rod, out + 20)
     length = rod + 2 * offset
@@ -293,5 +287,5 @@ def around(radius, k):
 
 
 def whole(values):
-    """Returns values in millimeters or degrees, with enough decimal places to close the loops."""
+    """Return values in millimeters or degrees, with enough decimal places to close the loops."""
     return [round(float(x), 9) for x in values]

@@ -16,7 +16,7 @@ _ANGLES = 210, 330, 90
 
 
 def description_of(name: str):
-    """Returns the description of the linear delta robot without geometric errors."""
+    """Return the description of the linear delta robot without geometric errors."""
     lines = [f'name = "{name}"', 'convention = "urdf"', 'actuated = ["a", "b", "c"]']
     lines += ['units = { length = "m", angle = "deg" }', 'tool = { body = "platform" }']
     lines += ["[[joints]]", 'name = "platform"', 'type = "free"', 'link = "platform"']
@@ -38,7 +38,7 @@ def description_of(name: str):
 
 
 def bed_contacts(count: int, seed: int, noise: float) -> np.ndarray:
-    """Returns coordinates (count, 3) of noisy bed contacts."""
+    """Return coordinates (count, 3) of noisy bed contacts."""
     rng = np.random.default_rng(seed)
     radius, angle = _BED * np.sqrt(rng.uniform(size=count)), rng.uniform(0, 2 * np.pi, count)
     x, y, z = radius * np.cos(angle), radius * np.sin(angle), noise * rng.normal(size=count)

@@ -1,9 +1,7 @@
 """Random platforms of packaging robots and machine tools.
 
-A Par4 has four arms with pairs of rods. Two bars in the platform of a Par4 rotate the tool. A
-telescopic Cardan shaft rotates the tool of a delta. Five legs carry the spindle of a pentapod. The
-fifth leg keeps the platform from rotating. An Exechon carries a head with two axes. A Tricept
-carries a wrist.
+A Par4 has four arms with pairs of rods. Five legs carry the spindle of a pentapod. The fifth leg
+keeps the platform from rotating. A Tricept carries a wrist.
 """
 
 import numpy as np
@@ -16,7 +14,7 @@ AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 
 def _arm_with_rods(name, heading, lengths, body, end):
-    """Returns an arm on the base, with two parallel rods to the platform.
+    """Return an arm on the base, with two parallel rods to the platform.
 
     Args:
         name: Name of the arm.
@@ -52,7 +50,7 @@ def _height(lengths, heading, end):
 
 
 def _par4(rng):
-    """Returns a Par4, whose platform consists of two parts and two bars."""
+    """Return a Par4, whose platform consists of two parts and two bars."""
     lengths = [int(n) for n in rng.integers((180, 240, 620, 30), (240, 300, 760, 45))]
     wide, deep = (int(n) for n in rng.integers((50, 40), (70, 60)))
     text = FREE + chain(
@@ -72,8 +70,6 @@ def _par4(rng):
     names = [f"arm{k}" for k in range(4)]
     for k, name in enumerate(names):
         heading = 45 + 90 * k
-        # The rods end beyond the bars. The first two arms carry the platform, and the other two
-        # arms carry the second part.
         end = np.array([(wide + 10) * (1 if k in (0, 3) else -1), 0, 0])
         body, origin = ("platform", np.zeros(3)) if k < 2 else ("part", np.array([wide, 0, 0]))
         text += _arm_with_rods(name, heading, lengths, body, end - origin)
@@ -82,7 +78,7 @@ def _par4(rng):
 
 
 def _delta_with_shaft(rng):
-    """Returns a delta whose tool is rotated by a telescopic shaft between universal joints."""
+    """Return a delta whose tool is rotated by a telescopic shaft between universal joints."""
     lengths = [int(n) for n in rng.integers((180, 240, 620, 30), (240, 300, 760, 45))]
     radius, below = (int(n) for n in rng.integers((40, 10), (60, 40)))
     text = FREE + chain([("tool", "revolute", (0, 0, -below), AXES["z"])], "platform")
@@ -104,9 +100,10 @@ def _delta_with_shaft(rng):
 
 
 def _pentapod(rng):
-    """Returns five legs with ball joints on the base.
+    """Return five legs with ball joints on the base.
 
-    The axis of each leg's ring meets the spindle.
+    Each leg ends in a ring on the spindle. The ring of one leg is fixed to the platform. The other
+    rings rotate about the spindle.
     """
     base, top, height = rng.integers(380, 450), rng.integers(60, 90), 700
     rings = rng.permutation([-80, -40, 0, 40, 80])
@@ -138,7 +135,7 @@ def _pentapod(rng):
 
 
 def _exechon_with_head(rng):
-    """Returns a five-axis machine: an Exechon with two axes behind its platform."""
+    """Return a five-axis machine: an Exechon with two axes behind its platform."""
     names, text, reference = exechon(rng)
     text += chain(
         [
@@ -152,7 +149,7 @@ def _exechon_with_head(rng):
 
 
 def _tricept(rng):
-    """Returns a tube on a universal joint, three UPS legs that move it, and a wrist."""
+    """Return a tube on a universal joint, three UPS legs that move it, and a wrist."""
     base, top, depth = rng.integers(280, 340), rng.integers(80, 120), 700
     text = chain(
         [

@@ -38,12 +38,12 @@ NESTED = 3000
 
 
 def mutated_bytes(content: bytes, dice: random.Random, other: bytes = b"") -> bytes:
-    """Returns bytes with one to four mutations.
+    """Return bytes with one to four mutations.
 
     Args:
         content: The original.
         dice: Source of random values.
-        other: A mutation may insert a part of these bytes.
+        other: Bytes from which a mutation may insert a part.
     """
     found = bytearray(content)
     for _ in range(dice.randint(1, 4)):
@@ -67,7 +67,7 @@ def mutated_bytes(content: bytes, dice: random.Random, other: bytes = b"") -> by
 
 
 def mutated_json(value: Any, dice: random.Random) -> Any:
-    """Returns a copy of a JSON value with one to three changed, deleted or repeated parts."""
+    """Return a copy of a JSON value with one to three changed, deleted or repeated parts."""
     found = json.loads(json.dumps(value))
     for _ in range(dice.randint(1, 3)):
         places = list(_places(found))
@@ -99,14 +99,14 @@ def _change(container: Any, key: Any, dice: random.Random) -> None:
 
 
 def mutated_json_text(text: bytes, dice: random.Random) -> bytes:
-    """Returns JSON text with mutated values, or rarely with extremely deep nesting."""
+    """Return JSON text with mutated values, or rarely with extremely deep nesting."""
     if dice.random() < 0.001:
         return b"[" * NESTED
     return json.dumps(mutated_json(json.loads(text), dice)).encode()
 
 
 def mutated_archive(content: bytes, dice: random.Random) -> bytes:
-    """Returns a NumPy archive with mutated arrays, array names or JSON texts."""
+    """Return a NumPy archive with mutated arrays, array names or JSON texts."""
     with np.load(io.BytesIO(content)) as arrays:
         found = {name: arrays[name] for name in arrays.files}
     if "facts" in found and dice.random() < 0.5:

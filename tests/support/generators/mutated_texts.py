@@ -1,7 +1,4 @@
-"""Robot files with random mutations.
-
-Most mutated files are invalid, but some are robots with unusual numbers.
-"""
+"""Robot files with random mutations."""
 
 import random
 import re
@@ -103,7 +100,6 @@ NUMBERS_CHANGED: tuple[Wound, ...] = (
     _replaced(NUMBER, lambda number, _: f"-{number}"),
     _replaced(NUMBER, lambda _, dice: dice.choice(ODD_NUMBERS)),
 )
-"""Mutations that often result in a valid robot."""
 WOUNDS: tuple[Wound, ...] = (
     *(_on_tokens(change) for change in (_deleted, _doubled, _swapped)),
     *(_on_lines(change) for change in (_deleted, _doubled, _swapped, _cut)),

@@ -1,7 +1,6 @@
 """URDF variants of one arm, like files from different exporters.
 
-A mutation changes the number format, the frames or the names. The joint axes move only by rounding
-or added noise.
+The joint axes move only by rounding or added noise.
 """
 
 import random
@@ -85,7 +84,7 @@ class Mutant:
 
 
 def arm_of_urdf(name: str, text: str) -> Mutant:
-    """Parses the chain of a URDF that contains only one chain, and keeps the numbers as written."""
+    """Parse the chain of a URDF that contains only one chain, and keep the numbers as written."""
     joints = []
     for element in ElementTree.fromstring(text).findall("joint"):
         found = {
@@ -106,7 +105,7 @@ def arm_of_urdf(name: str, text: str) -> Mutant:
 
 
 def arm_of_robot(robot: SerialRobot) -> Mutant:
-    """Converts a serial robot with revolute and prismatic joints, in double precision."""
+    """Convert a serial robot with revolute and prismatic joints, in double precision."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
 
     def pose(placement: object) -> np.ndarray:
@@ -129,7 +128,7 @@ def arm_of_robot(robot: SerialRobot) -> Mutant:
 
 
 def mutated(arm: Mutant, seed: int) -> Mutant:
-    """Applies one to four mutations to an arm: first to its frames, then to its digits."""
+    """Return an arm with one to four random changes of its description."""
     dice = random.Random(f"{arm.arm} {seed}")
     chosen = dice.sample(sorted(MUTATIONS), dice.randint(1, 4))
     rewriting = [name for name in chosen if name in ("noise", "single precision", "digits")]
@@ -142,7 +141,7 @@ def mutated(arm: Mutant, seed: int) -> Mutant:
 
 
 def right_angles(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Rotates some link frames by right angles about their origins."""
+    """Rotate some link frames by right angles about their origins."""
     joints = list(mutant.joints)
     for _ in range(dice.randint(1, MAX_TURNED)):
         k = dice.randrange(len(joints) - 1)
@@ -157,7 +156,10 @@ def right_angles(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def fixed_joints(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Inserts fixed joints. A fixed joint may take over the translation of a joint."""
+    """Insert fixed joints.
+
+    The translation of a joint may be moved to an inserted fixed joint.
+    """
     joints = list(mutant.joints)
     for n in range(dice.randint(1, MAX_INSERTED)):
         k = dice.randrange(len(joints))
@@ -180,7 +182,7 @@ def flipped(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def renamed(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Replaces joint names by names that are not valid in C."""
+    """Replace joint names by names that are not valid names in C."""
     joints = enumerate(mutant.joints)
     names = [dice.choice(ODD_NAMES).format(f"j{k}") for k, _ in joints]
     pairs = zip(mutant.joints, names, strict=True)
@@ -188,7 +190,7 @@ def renamed(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def noise(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Adds noise between 1e-16 and 1e-9 to all numbers."""
+    """Add noise between 1e-16 and 1e-9 to all numbers."""
 
     def noisy(text: str) -> str:
         size = 10 ** dice.uniform(SMALLEST_NOISE, LARGEST_NOISE)
@@ -198,12 +200,12 @@ def noise(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def single_precision(mutant: Mutant, _: random.Random) -> Mutant:
-    """Rounds numbers to single precision, but writes all digits of a double."""
+    """Round numbers to single precision, but write all digits of a double."""
     return rewritten(mutant, lambda text: repr(float(np.float32(float(text)))))
 
 
 def digits(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Rounds all numbers to a random number of significant digits, between three and six."""
+    """Round all numbers to a random number of significant digits, between three and six."""
     count = dice.randint(FEWEST_DIGITS, MAX_DIGITS)
     return rewritten(mutant, lambda text: f"{float(text):.{count}g}")
 
@@ -235,7 +237,7 @@ def rewritten(mutant: Mutant, change: Callable[[str], str]) -> Mutant:
 
 
 def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
-    """Returns Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Return Rz(yaw) Ry(pitch) Rx(roll)."""
     (cr, cp, cy), (sr, sn, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
     Rx = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     Ry = np.array([[cp, 0, sn], [0, 1, 0], [-sn, 0, cp]])
@@ -244,7 +246,7 @@ def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
 
 
 def rpy_of(R: np.ndarray) -> tuple[float, float, float]:
-    """Returns roll, pitch and yaw of a rotation. At pitch +-90 degrees, roll is 0."""
+    """Return roll, pitch and yaw of a rotation. At pitch +-90 degrees, roll is 0."""
     level = np.hypot(R[0, 0], R[1, 0])
     pitch = np.arctan2(-R[2, 0], level)
     if level < 1e-9:

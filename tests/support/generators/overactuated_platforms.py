@@ -1,7 +1,4 @@
-"""Random overactuated platforms: cable robots, and platforms on four cranks.
-
-Cables run from random points on a circle or on the edges of a prism to the platform.
-"""
+"""Random overactuated platforms: cable robots, and platforms on four cranks."""
 
 import numpy as np
 
@@ -43,7 +40,7 @@ PLATFORMS = ("planar", "spatial", "cranks")
 
 
 def drawn_overactuated(kind, seed, *, closure="exact"):
-    """Returns a platform with one or two spare actuators.
+    """Return a platform with one or two spare actuators.
 
     Args:
         kind: One of ``PLATFORMS``.
@@ -74,7 +71,6 @@ def drawn_overactuated(kind, seed, *, closure="exact"):
         kind="free" if kind == "spatial" else "planar",
         closure=f'closure = "{closure}"',
     )
-    # The last actuator has no reference value, because its value follows from the other actuators.
     lines = [
         f"{name} = {value:.6f}"
         for name, value in reference.items()

@@ -1,9 +1,7 @@
-"""Random planar platforms with revolute and prismatic leg joints, as files and numerically.
+"""Random planar platforms, as robot files and as numerical models.
 
-A leg has three joints. One joint is actuated, and one joint closes the loop. The base carries the
-joints before the closure. In each leg, the joints after the closure are mounted on the platform.
-Legs with two passive prismatic joints are excluded, because such a leg constrains only the platform
-angle.
+A leg has three joints. One joint is actuated, and one joint closes the loop. In each leg, the
+joints before the closure form a chain that starts at the base.
 """
 
 from dataclasses import dataclass
@@ -118,7 +116,7 @@ class DrawnPlatform:
         return "".join(parts) + f"\n[reference]\n{lines}\n"
 
     def excess(self, x: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the closure errors of the legs.
+        """Return the closure errors of the legs.
 
         Args:
             x: (n, 6) platform pose (x, y, phi) and one passive joint of each leg. Values may be
@@ -146,13 +144,13 @@ class DrawnPlatform:
         return np.stack(gaps, -1), np.stack(facing, -1)
 
     def slopes(self, x: np.ndarray, q: np.ndarray) -> np.ndarray:
-        """Returns the derivatives (n, 6, 6) of the closure errors with respect to x."""
+        """Return the derivatives (n, 6, 6) of the closure errors with respect to x."""
         moved = (x[:, None] + TINY * 1j * np.eye(6)).reshape(-1, 6)
         gaps, _ = self.excess(moved, np.repeat(q, 6, axis=1) if np.ndim(q) > 1 else q)
         return (gaps.imag / TINY).reshape(-1, 6, 6).swapaxes(1, 2)
 
     def closes(self) -> bool:
-        """Tests whether the loops of the legs close near the reference despite rounded numbers."""
+        """Test whether the loops of the legs close near the reference despite rounded numbers."""
         described = np.array([[*self.pose, *(leg.values[leg.passive] for leg in self.legs)]])
         x = described
         for _ in range(ITERATIONS):
@@ -165,7 +163,7 @@ class DrawnPlatform:
 def drawn_platform(
     generator: np.random.Generator, kinds: tuple[tuple[str, int], ...] = ()
 ) -> DrawnPlatform:
-    """Returns a platform of about 1 m size. By default, the types of the legs are random."""
+    """Return a platform of about 1 m size. By default, the types of the legs are random."""
     platform = _drawn(generator, kinds)
     while not platform.closes():
         platform = _drawn(generator, kinds)
@@ -206,7 +204,7 @@ def _link(generator: np.random.Generator) -> Place:
 
 
 def _rounded(place: np.ndarray) -> Place:
-    """Rounds to three decimals, because numbers in a robot file are exact decimals."""
+    """Round to three decimals, because numbers in a robot file are exact decimals."""
     x, y, angle = (round(float(value), 3) for value in place)
     return x, y, angle
 
@@ -223,7 +221,7 @@ def _moved(kind: str, value: np.ndarray) -> np.ndarray:
 
 
 def _inverse(T: np.ndarray) -> np.ndarray:
-    """Returns the inverse of poses, which may be complex."""
+    """Return the inverses of planar poses, whose matrix entries may be complex."""
     found = np.zeros_like(T)
     found[..., :2, :2] = np.swapaxes(T[..., :2, :2], -1, -2)
     found[..., :2, 2:] = -found[..., :2, :2] @ T[..., :2, 2:]
@@ -258,6 +256,6 @@ def _leg_text(k: int, leg: DrawnLeg) -> list[str]:
 
 
 def _frame_text(place: Place, turns: bool) -> str:
-    """Returns a frame with z along the pin axis, or along the direction of a prismatic joint."""
+    """Return a frame with z along the pin axis, or along the direction of a prismatic joint."""
     x, y, angle = place
     return f"xyz = [{x}, {y}, 0]" + ("" if turns else f', rpy = [0, "pi/2", {angle}]')

@@ -19,7 +19,7 @@ from tests.support.oracles.tasks import TASKS, Task
 
 DECADES = tuple(10.0**-k for k in range(3, 13))
 SINGULAR = 1e-12
-"""Maximum of the smallest singular value at a singularity [m or 1]."""
+"""A configuration is singular if its smallest singular value [m or 1] is below this limit."""
 SAMPLES = 48
 BISECTIONS = 60
 STROKE = 1.0
@@ -28,12 +28,13 @@ STROKE = 1.0
 
 @dataclass(frozen=True)
 class Singularity:
-    """A type of singularity, at which one joint makes a Jacobian determinant zero.
+    """A type of singularity: at certain values of one joint, a Jacobian determinant is zero.
 
     Attributes:
-        joint: Index of the joint that moves to the singularity.
-        rows: Rows of the task Jacobian that become dependent, or () for all rows.
-        columns: Columns of the task Jacobian that become dependent, or () for all solved joints.
+        joint: Index of the joint that is moved to a singular configuration.
+        rows: The rows of the task Jacobian that become dependent. () means all rows.
+        columns: Columns of the task Jacobian that become dependent. An empty tuple means all joints
+            that are not fixed.
     """
 
     joint: int
@@ -73,7 +74,7 @@ class Case:
 
     @cached_property
     def given(self) -> tuple[str, ...]:
-        """Names of the inverse inputs in addition to the target."""
+        """Names of the inputs of the inverse, without the target."""
         inputs = self.robot.functions[self.function].inputs
         return tuple(argument.name for argument in inputs[1:])
 
@@ -83,15 +84,15 @@ class Case:
         return np.array([c.unit == "rad" for c in self.robot.coordinates])
 
     def targets(self, q: np.ndarray) -> np.ndarray:
-        """Returns the task targets at q (..., n)."""
+        """Return the task targets at q (..., n)."""
         return self.task.target(self.pose(q))
 
     def pose(self, q: np.ndarray) -> np.ndarray:
-        """Returns poses (..., 4, 4) at q (..., n) by the product of exponentials."""
+        """Return poses (..., 4, 4) at q (..., n) by the product of exponentials."""
         return self.screws.fk(self.robot.chain(q) if self.robot.loops else q)
 
     def others(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Returns the values of the additional inputs at q (..., n)."""
+        """Return the values of the additional inputs at q (..., n)."""
         return tuple(self._other(name, q) for name in self.given)
 
     def _other(self, name: str, q: np.ndarray) -> np.ndarray:
@@ -103,7 +104,7 @@ class Case:
         return self.robot.chain(q)[..., chain.index(name)]
 
     def coordinate(self, name: str) -> int | None:
-        """Returns the index of a coordinate from its name or its symbol, such as q7.
+        """Return the index of a coordinate from its name or its symbol, such as q7.
 
         Returns None for a main-chain joint that loops move.
         """
@@ -121,21 +122,21 @@ class Case:
         return tuple(k for k in range(self.robot.n) if k not in known)
 
     def error(self, q: np.ndarray, target: np.ndarray) -> np.ndarray:
-        """Returns the larger of position error [m] and angle error [rad] at q (..., n)."""
+        """Return the larger of position error [m] and angle error [rad] at q (..., n)."""
         return self.task.error(self.pose(q), target)
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
-        """Returns the derivative (..., rows, n) of the task with respect to q."""
+        """Return the derivative (..., rows, n) of the task with respect to q."""
         return self.task.jacobian(self.robot.fk(q), self.robot.jacobian_mixed(q))
 
     def square(self, singularity: Singularity, q: np.ndarray) -> np.ndarray:
-        """Returns the square part of the task Jacobian that becomes singular."""
+        """Return the square submatrix of the task Jacobian that becomes singular."""
         J = self.jacobian(q)
         rows = list(singularity.rows) or list(range(J.shape[-2]))
         return J[..., rows, :][..., list(singularity.columns or self.solved)]
 
     def random(self, rng: np.random.Generator, count: int) -> np.ndarray:
-        """Returns random coordinates (count, n) at which all loops close."""
+        """Return random coordinates (count, n) at which all loops close."""
         found = np.empty((0, self.robot.n))
         while len(found) < count:
             q = rng.uniform(*self.range, (count, self.robot.n))
@@ -162,8 +163,7 @@ class PoseSet:
     Attributes:
         name: The name of the pose set in the benchmark.
         q: Coordinates (m, n).
-        regular: Whether a test counts the rows of q that the inverse does not return. Singular
-            configurations do not count.
+        regular: Singular configurations do not count.
     """
 
     name: str
@@ -212,7 +212,7 @@ CASES = (
 
 
 def sets(case: Case, sizes: Sizes, seed: int = 0) -> Iterator[PoseSet]:
-    """Yields the sets of joint coordinates at which a case is tested."""
+    """Yield sets of joint coordinates at which a function is tested."""
     rng = np.random.default_rng(seed)
     yield PoseSet("random", case.random(rng, sizes.random), regular=True)
     if not case.robot.loops:
@@ -227,7 +227,7 @@ def sets(case: Case, sizes: Sizes, seed: int = 0) -> Iterator[PoseSet]:
 
 
 def right_angles(case: Case, rng: np.random.Generator) -> np.ndarray:
-    """Returns q at all combinations of the angles -90, 0, 90 and 180 degrees."""
+    """Return q at all combinations of the angles -90, 0, 90 and 180 degrees."""
     quarters = np.arange(-1, 3) * (np.pi / 2)
     moving = [k for k in range(case.robot.n) if case.turns[k] and k not in case.free]
     angles = np.array(list(product(quarters, repeat=len(moving))))
@@ -238,7 +238,6 @@ def right_angles(case: Case, rng: np.random.Generator) -> np.ndarray:
 
 
 def nearly(case: Case, rng: np.random.Generator, q: np.ndarray) -> np.ndarray:
-    """Displaces about half of the coordinates by random powers of ten."""
     steps = rng.choice([*DECADES, *(-step for step in DECADES)], q.shape)
     solved = case.turns & ~np.isin(np.arange(q.shape[1]), case.free)
     return q + steps * solved * rng.integers(0, 2, q.shape)
@@ -247,14 +246,14 @@ def nearly(case: Case, rng: np.random.Generator, q: np.ndarray) -> np.ndarray:
 def singular(
     case: Case, singularity: Singularity, rng: np.random.Generator, count: int
 ) -> np.ndarray:
-    """Returns coordinates (count, n) with a zero determinant of the task Jacobian.
+    """Return coordinates (count, n) with a zero determinant of the task Jacobian.
 
     Bisection moves one joint to a zero of the determinant. The coordinates of the joints that
     bisection does not move are random. The smallest singular value of the Jacobian at the returned
     coordinates is below SINGULAR.
 
     Raises:
-        ValueError: The determinant never changes sign along the joint.
+        ValueError: The determinant does not change sign between the sampled values of the joint.
     """
     found = np.empty((0, case.robot.n))
     while len(found) < count:
@@ -270,7 +269,7 @@ def singular(
 def _brackets(
     case: Case, singularity: Singularity, rng: np.random.Generator, q: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns (q, low, high): the determinant changes its sign between the joint values low and
+    """Return (q, low, high): the determinant changes its sign between the joint values low and
     high."""
     k = singularity.joint
     low, high = -np.pi, np.pi

@@ -12,7 +12,7 @@ LINKS = "/=x"
 
 
 def long_arm(seed: int) -> SerialRobot:
-    """Returns an arm with seven to ten joints and at least six revolute joints."""
+    """Return an arm with seven to ten joints and at least six revolute joints."""
     rng = np.random.default_rng([seed, 10])
     slides = {int(k) for k in rng.choice(7, rng.integers(0, 3), replace=False)}
     count = 6 + max(len(slides) + int(rng.integers(0, 3)), 1)
@@ -20,7 +20,7 @@ def long_arm(seed: int) -> SerialRobot:
 
 
 def sliding_arm(seed: int) -> SerialRobot:
-    """Returns a six- to nine-joint arm with four or five revolute joints."""
+    """Return a six- to nine-joint arm with four or five revolute joints."""
     rng = np.random.default_rng([seed, 11])
     count, turning = int(rng.integers(6, 10)), int(rng.integers(4, 6))
     slides = {int(k) for k in rng.choice(count, count - turning, replace=False)}
@@ -28,7 +28,7 @@ def sliding_arm(seed: int) -> SerialRobot:
 
 
 def random_arm(seed: int, links: str = "//////", slides: Collection[int] = ()) -> SerialRobot:
-    """Returns an arm with one joint per link.
+    """Return an arm with one joint per link.
 
     Args:
         seed: Seed of the link lengths (0.05 to 0.5 m) and the angles.

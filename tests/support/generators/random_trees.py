@@ -63,7 +63,7 @@ class RandomTree:
         return "\n".join(lines)
 
     def ends(self, dice: random.Random) -> tuple[str, str]:
-        """Returns two links with a moving joint between them."""
+        """Return two links with a moving joint between them."""
         while True:
             base, tip = dice.sample(self.links, 2)
             up, down = self._to_root(base), self._to_root(tip)
@@ -89,11 +89,11 @@ class PinocchioTree:
         self.data = self.model.createData()
 
     def random(self, rng: np.random.Generator) -> dict[str, float]:
-        """Returns random values of all joints, keyed by name."""
+        """Return random values of all joints, keyed by name."""
         return {name: rng.uniform(-2, 2) for name in self.model.names[1:]}
 
     def poses(self, values: dict[str, float]) -> dict[str, np.ndarray]:
-        """Returns the pose (4, 4) of each link in the root frame."""
+        """Return the pose (4, 4) of each link in the root frame."""
         q = np.zeros(self.model.nq)
         for name, joint in zip(self.model.names[1:], self.model.joints[1:], strict=True):
             x = values[name]
@@ -105,7 +105,7 @@ class PinocchioTree:
 
 
 def pose_gap(tree: RandomTree, path, base: str, tip: str, seed: int, poses: int = 2) -> float:
-    """Returns the largest difference of link poses from Pinocchio's link poses (m and 1)."""
+    """Return the largest difference between the link poses of chasles and Pinocchio (m and 1)."""
     from chasles.derive import derive, read
     from chasles.derive.terms.casadi_graph import lower
 

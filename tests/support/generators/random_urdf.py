@@ -27,7 +27,7 @@ def vector(dice, digits=3):
 
 
 def random_urdf(dice):
-    """Returns a random URDF with side branches, fixed joints and nested mimic joints."""
+    """Return a random URDF with side branches, fixed joints and nested mimic joints."""
     count = dice.randint(2, 9)
     parts = ['<robot name="random">', '<link name="l0"/>']
     movers = []
@@ -53,11 +53,11 @@ def random_urdf(dice):
 
 
 def compare(path: Path, seed: int) -> dict[str, int]:
-    """Compares the link poses of a random robot with Pinocchio's link poses.
+    """Compare the link poses of a random robot with Pinocchio's link poses.
 
     Args:
         path: The file to write.
-        seed: The seed of the robot.
+        seed: Seed of the random robot generator.
 
     Returns:
         Number of joints per type, number of mimic joints, number of nested mimic joints.
@@ -95,7 +95,7 @@ def compare(path: Path, seed: int) -> dict[str, int]:
 
 
 def followed(text, values):
-    """Returns the value of every joint, including nested mimic joints, computed from the file
+    """Return the value of every joint, including nested mimic joints, computed from the file
     itself."""
     leaders = {
         joint.get("name"): joint.find("mimic")
@@ -112,10 +112,7 @@ def followed(text, values):
 
 
 def pinocchio_coordinates(model, values):
-    """Returns all joint coordinates for Pinocchio.
-
-    Pinocchio represents a continuous joint by cosine and sine.
-    """
+    """Return all joint coordinates for Pinocchio."""
     full = np.zeros(model.nq)
     for name, joint in zip(model.names, model.joints, strict=True):
         if name in values:

@@ -3,11 +3,11 @@
 from tests.support.generators.drawn_arms import Value, drawn
 
 OBLIQUE = 0.5
-"""Fraction of angles that are not right angles. Oblique angles lead to the longest constants."""
+"""Fraction of angles that are not right angles."""
 
 
 def round_arm(seed: int) -> str:
-    """Returns the robot file for a seed."""
+    """Return the robot file for a seed."""
     arm = drawn(seed, OBLIQUE)
     lines = [f'name = "arm{seed}"', f'convention = "{arm.convention.name}"']
     for kind, fields in arm.joints:

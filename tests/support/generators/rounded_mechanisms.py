@@ -1,7 +1,6 @@
-"""Robots with loops, rounded to decimals on an arbitrarily rotated base.
+"""Robots with loops on an arbitrarily rotated base, with all numbers rounded to decimals.
 
-Other programs write frames with a fixed number of decimal places. This module rounds all frames of
-a mechanism to a fixed number of places, and may rotate the base.
+Other programs write frames with a fixed number of decimal places.
 """
 
 from dataclasses import replace
@@ -19,7 +18,7 @@ GIMBAL = 1e-9
 
 
 def rounded(mechanism: Mechanism, places: int, turn: Placement = ()) -> Mechanism:
-    """Returns a mechanism whose lengths (meter) and angles (radian) are rounded to decimals.
+    """Round the lengths (meter) and angles (radian) of a mechanism to a number of decimal places.
 
     Args:
         mechanism: The robot in exact numbers.
@@ -63,14 +62,14 @@ def rounded(mechanism: Mechanism, places: int, turn: Placement = ()) -> Mechanis
 
 
 def awkward_turn(rng: np.random.Generator) -> Placement:
-    """Returns a random rotation by whole microradians about all axes."""
+    """Return a random rotation by whole microradians about all axes."""
     yaw, pitch, roll = (sp.Rational(int(x), 10**6) for x in rng.integers(-(10**6), 10**6, 3))
     zero = (sp.S.Zero,) * 3
     return from_xyz_rpy(zero, (roll, pitch, yaw))
 
 
 def _in_decimals(placement: Placement, values: dict, places: int) -> Placement:
-    """Returns a placement as T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll) in decimals."""
+    """Return a placement as T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll) in decimals."""
     with mpmath.workdps(40):
         T = pose_in_digits(placement, values)
         level = mpmath.hypot(T[0, 0], T[1, 0])

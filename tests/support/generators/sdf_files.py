@@ -13,7 +13,7 @@ def _pose(T: np.ndarray) -> str:
 
 
 def sdf_of(tree: RandomTree, variant: str) -> str:
-    """Returns a tree as SDF."""
+    """Return a tree as SDF."""
     placed, lines = {"l0": np.eye(4)}, ['<link name="l0"/>']
     lines.append('<joint name="stand" type="fixed"><parent>world</parent><child>l0</child></joint>')
     for name, kind, parent, child, xyz, rpy, axis in tree.joints:
@@ -31,7 +31,8 @@ def sdf_of(tree: RandomTree, variant: str) -> str:
             pose = f"{xyz} {_quaternion(T[:3, :3])}"
             attributes += ' rotation_format="quat_xyzw"'
         if variant == "joint frames":
-            # A separate frame places the joint, and the joint places the link.
+            # A separate frame element defines the pose of the joint, and the link is placed
+            # relative to the joint.
             lines.append(f'<frame name="{name}_at"><pose{attributes}>{pose}</pose></frame>')
             at, pose, attributes = f'<pose relative_to="{name}_at"/>', "", f' relative_to="{name}"'
         if variant == "expressed in":

@@ -1,7 +1,7 @@
 """Simulated measurements of random robots by several devices.
 
 The seed determines the robot errors, the device, the number of configurations, the noise and the
-identified parameters. Wrong measurements are correct measurements with an added mistake.
+identified parameters.
 """
 
 from collections.abc import Mapping
@@ -24,11 +24,12 @@ SIGMA = 2e-5, 5e-5
 ERROR = 5e-4
 """Maximum error of a parameter [m, rad]."""
 ANOTHER = 0.02
-"""Error of a link length on a different robot [m]."""
+"""Link length error [m] that simulates a measurement of a different robot."""
 TOLERANCES = {"offset": 1e-3, "axis": 5e-4, "loop": 5e-4}
 DEVICES = ("poses", "one target", "three targets", "ball bar", "sphere", "plane")
 MANY = {"poses": 40, "one target": 80, "three targets": 40}
-"""Configuration counts of devices with several values per configuration. Other devices: `MAX`."""
+"""Number of configurations for devices that measure several values per configuration. Other
+devices: `MAX`."""
 MAX = 150
 FEW = 6, 25
 """Minimum and maximum configuration count of the "few" measurements."""
@@ -67,16 +68,15 @@ class Simulated:
 
 
 def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> Simulated:
-    """Returns the simulated measurements for a seed.
+    """Return the simulated measurements for a seed.
 
     Args:
         robot: A robot with parametric functions.
         seed: The seed.
         device: One of the devices in `DEVICES`; random by default.
-        another: Whether a different robot is measured: one of its links is longer by `ANOTHER`.
+        another: Whether to lengthen one link of the measured robot by `ANOTHER`.
     """
     rng = np.random.default_rng(seed)
-    # Robots with one or two coordinates touch a surface only at points or along a curve.
     device = device or str(rng.choice(DEVICES if robot.n > 2 else DEVICES[:4]))
     many, noise = rng.random() < 0.5, float(rng.random() < 0.7)
     vary, parameter_std = _model(robot, rng)
@@ -91,7 +91,7 @@ def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> S
 
 
 def with_exchanged_columns(draw: Simulated, seed: int) -> Simulated:
-    """Returns the measurements with two exchanged coordinate columns."""
+    """Return the measurements with two exchanged coordinate columns."""
     i, j = np.random.default_rng(seed).choice(draw.q.shape[1], 2, replace=False)
     q = draw.q.copy()
     q[:, [i, j]] = draw.q[:, [j, i]]
@@ -99,7 +99,7 @@ def with_exchanged_columns(draw: Simulated, seed: int) -> Simulated:
 
 
 def in_degrees(robot, draw: Simulated) -> Simulated:
-    """Returns the measurements with angles in degrees."""
+    """Return the measurements with angles in degrees."""
     turning = np.array([c.unit == "rad" for c in robot.coordinates])
     return replace(draw, q=np.where(turning, np.degrees(draw.q), draw.q))
 
@@ -125,13 +125,15 @@ def _geometry(robot, vary: tuple[str, ...], rng: np.random.Generator) -> np.ndar
 
 
 def _link(robot, rng: np.random.Generator) -> int:
-    """Returns a length whose error cannot be compensated by base, tool and offset errors."""
+    """Return the index of a random length.
+
+    Base, tool and offset corrections cannot compensate an error of this length.
+    """
     low, high = _span(robot)
     q = rng.uniform(low, high, (200, robot.n))
     nominal = np.array([item.value for item in robot.geometry])
     q = q[np.isfinite(robot.fk_p(q, nominal)).all((-1, -2))]
     J = robot.identification_jacobian(q, nominal)[:, :3]
-    # All other parameter errors are combinations of base and tool errors.
     own = np.array([item.part in ("base", "tool", "offset") for item in robot.geometry])
     taken = np.linalg.qr(J[..., own].reshape(-1, own.sum()))[0]
     left = J.reshape(-1, J.shape[-1])
@@ -155,7 +157,7 @@ def _span(robot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _measurable(robot, p: np.ndarray, rng: np.random.Generator, count: int) -> np.ndarray:
-    """Returns random coordinates at which the true and nominal loops close."""
+    """Return random coordinates at which the true and nominal loops close."""
     low, high = _span(robot)
     q = rng.uniform(low, high, (4 * count, robot.n))
     closed = np.isfinite(robot.fk_p(q, p) + robot.fk(q)).all((-1, -2))
@@ -165,7 +167,7 @@ def _measurable(robot, p: np.ndarray, rng: np.random.Generator, count: int) -> n
 def _observed(
     robot, device: str, p: np.ndarray, q: np.ndarray, noise: float, rng: np.random.Generator
 ) -> tuple[Measurements, np.ndarray]:
-    """Returns the measurements of a device and their coordinates."""
+    """Return the measurements of a device and their coordinates."""
     targets = rng.uniform(-0.1, 0.1, (3, 3))
     sigma = SIGMA[0]
     if device in ("sphere", "plane"):
@@ -195,7 +197,7 @@ def _contacts(
     noise: float,
     rng: np.random.Generator,
 ) -> tuple[Measurements, np.ndarray]:
-    """Returns configurations in which a target touches a surface."""
+    """Return simulated contacts of a target with a surface, and their configurations."""
 
     def placed(q):
         T = robot.fk_p(q, p)

@@ -12,8 +12,8 @@ A text describes the axes and the relations between adjacent axes, from the base
     `/`:  Skew axes.
     `L`:  Skew axes at right angles.
 
-For example, a Puma is "R+R=R/RxrxR". All values that the text does not determine are random. NumPy
-computes test poses from the screws, independently of the compiler.
+For example, a Puma is "R+R=R/RxrxR". NumPy computes test poses from the screws, independently of
+the compiler.
 """
 
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ class Row:
 
 
 def rows_of(chain: str, *, right: bool, seed: int = 0) -> tuple[Row, ...]:
-    """Returns a random chain with a specified structure."""
+    """Return a random chain with a specified structure."""
     of_chain = crc32(chain.encode()) + right
     rng = np.random.default_rng([of_chain, seed] if seed else of_chain)
     axes, between = chain[::2], chain[1::2] + "/"
@@ -95,7 +95,7 @@ def screws_of(rows: tuple[Row, ...]) -> Screws:
 
 
 def _screw(axis: int, angle: float, shift: float) -> np.ndarray:
-    """Returns a rotation about and shift along a coordinate axis (4, 4)."""
+    """Return a rotation about and shift along a coordinate axis (4, 4)."""
     T = np.eye(4)
     i, j = (axis + 1) % 3, (axis + 2) % 3
     T[i, i] = T[j, j] = np.cos(angle)
@@ -106,7 +106,7 @@ def _screw(axis: int, angle: float, shift: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Found:
-    """Solution slots of several targets: q (m, k, n), residual and margin (m, k)."""
+    """Solutions of m targets with k slots each: q (m, k, n), residual and margin (m, k)."""
 
     q: np.ndarray
     residual: np.ndarray
@@ -126,7 +126,10 @@ class Function:
         self.kernel = lower([function], "arm")[0]
 
     def __call__(self, *arguments: np.ndarray) -> Found | np.ndarray:
-        """Evaluates the function. For an inverse, the result is its solution slots."""
+        """Evaluate the function.
+
+        For an inverse, the result contains all solution slots.
+        """
         sizes = [len(argument.shape) for argument in self.inputs]
         lead = np.shape(arguments[0])[: np.ndim(arguments[0]) - sizes[0]]
         columns = [
@@ -150,7 +153,7 @@ class Function:
 
 
 def jacobian(chain: Screws, q: np.ndarray) -> np.ndarray:
-    """Returns the mixed Jacobian (..., 6, n), linear first."""
+    """Return the mixed Jacobian (..., 6, n), linear first."""
     n = len(chain.axes)
     at_zero = np.stack([chain.axes, chain.slides, chain.points], axis=1).reshape(-1, 3)
     at_zero = np.vstack([at_zero, chain.home[:3, 3]]).T
@@ -168,7 +171,7 @@ def jacobian(chain: Screws, q: np.ndarray) -> np.ndarray:
 
 
 def robot_of(chain: str, *, right: bool = False, seed: int = 0) -> SerialRobot:
-    """Returns a random chain with a specified structure."""
+    """Return a random chain with a specified structure."""
     robot = read_text(described(rows_of(chain, right=right, seed=seed)))
     assert isinstance(robot, SerialRobot)
     return robot
@@ -215,7 +218,7 @@ class Arm(Case):
         )
 
     def found(self, q: np.ndarray) -> Found:
-        """Returns all solution slots for the targets at q (m, n)."""
+        """Return all solution slots for the targets at q (m, n)."""
         return self.robot.functions[self.function](self.targets(q), *self.others(q))
 
     def answers(self, q: np.ndarray) -> Answers:

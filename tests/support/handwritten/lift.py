@@ -65,7 +65,7 @@ void lift_chain_all(const double q[2], double theta[4], double margin[2])
 
 
 def manifest():
-    """Returns the manifest of the lift."""
+    """Return the manifest of the lift."""
     q, theta = argument("q", [2], "rad or m"), argument("theta", [2], "rad")
     margin, two = argument("margin", [2]), argument("theta", [2, 2])
 

@@ -1,4 +1,4 @@
-"""Handwritten planar platform on three legs, each with a crank and a rod."""
+"""Handwritten functions of a planar platform on three legs, each with a crank and a rod."""
 
 import json
 from functools import cache
@@ -30,7 +30,10 @@ def _exact(degrees):
 
 
 def _inverse(terms, theta, cs, crank, direction, pin, rod):
-    """Returns (direction, offset, margin) of a leg. The crank angles are direction +- offset."""
+    """Return (direction, offset, margin) of a leg.
+
+    The two crank angles are direction + offset and direction - offset.
+    """
     (x, y, _), (c, s) = theta, cs
     base = sp.Rational(str(BASE))
     dx = terms.let(x + c * pin[0] - s * pin[1] - base * direction[0])
@@ -45,7 +48,7 @@ def _inverse(terms, theta, cs, crank, direction, pin, rod):
 
 @cache
 def functions(rod):
-    """Returns the functions of the platform with rod length ``rod`` (text, meter)."""
+    """Return the functions of the platform with rod length ``rod`` (text, meter)."""
     terms = Terms({})
     q = sp.symbols("q1:4", real=True)
     theta = sp.symbols("theta1:4", real=True)
@@ -140,7 +143,7 @@ ROLES = {
 
 
 def write(folder: Path, rod="13/100"):
-    """Writes the generated robot, without batch functions."""
+    """Write the generated robot, without batch functions."""
     derived = functions(rod)
     joints = tuple(Joint(f"crank_{k}", "revolute") for k in (1, 2, 3))
     robot = SerialRobot("planar", joints, title="A planar platform")
@@ -207,13 +210,12 @@ def write(folder: Path, rod="13/100"):
 
 
 def reference(rod):
-    """Returns the reference, with the platform at the center and cranks to the left."""
     pose = np.zeros(3)
     return {"q": cranks(pose, rod, 1.0).tolist(), "z": pose.tolist()}
 
 
 def cranks(pose, rod, side):
-    """Returns the crank angles of a pose (..., 3), or NaN if a leg is too short."""
+    """Return the crank angles of a pose (..., 3), or NaN if a leg is too short."""
     d = pins(pose) - BASE * DIRECTIONS
     r = np.hypot(d[..., 0], d[..., 1])
     with np.errstate(invalid="ignore"):
@@ -223,7 +225,7 @@ def cranks(pose, rod, side):
 
 
 def pins(pose):
-    """Returns the platform pins (..., 3, 2) in the base frame."""
+    """Return the platform pins (..., 3, 2) in the base frame."""
     c, s = np.cos(pose[..., 2, None]), np.sin(pose[..., 2, None])
     bx, by = PLATFORM * DIRECTIONS.T
     return np.stack(
@@ -232,5 +234,5 @@ def pins(pose):
 
 
 def ends(q):
-    """Returns the crank ends (..., 3, 2) in the base frame."""
+    """Return the crank ends (..., 3, 2) in the base frame."""
     return BASE * DIRECTIONS + CRANK * np.stack([np.cos(q), np.sin(q)], -1)

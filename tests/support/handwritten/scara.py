@@ -100,12 +100,12 @@ def fk(q, a1=A1):
 
 
 def role(name, domain, labels=()):
-    """Returns the role of a function in manifest format."""
+    """Return the role of a function in manifest format."""
     return {"role": name, "domain": domain, "labels": list(labels)}
 
 
 def manifest():
-    """Returns the manifest of the arm, without file hashes."""
+    """Return the manifest of the arm, without file hashes."""
     q, T = tiny.argument("q", [4], "rad or m"), tiny.argument("T", [4, 4])
     branches = [
         tiny.argument("q", [2, 4], "rad or m"),
@@ -138,7 +138,7 @@ def manifest():
 
 
 def write(path, true_a1=A1, **changes):
-    """Writes the arm to a folder. The inverse always uses the nominal length A1."""
+    """Write the arm to a folder. The inverse always uses the nominal length A1."""
     folder = tiny.Folder(path, {**manifest(), **changes}, "scara")
     source = SOURCE.format(true_a1=true_a1, nominal_a1=A1, a2=A2)
     folder.write(source, HEADER)

@@ -1,6 +1,7 @@
 """Handwritten `manifest.json` and C code of a planar snake with many links.
 
-A pose contains NaN if the first joint exceeds one radian, as for loops that do not close.
+If the first joint exceeds one radian, the pose contains NaN, which simulates loops that do not
+close.
 """
 
 from tests.support.handwritten import tiny
@@ -43,7 +44,10 @@ void snake_jacobian_mixed(const double q[{n}], double J[{m}])
 
 
 def write(path, n, limit=None):
-    """Writes a snake of n joints within +-limit to a folder."""
+    """Write the manifest and the C code of a snake with n joints to a folder.
+
+    Each joint has the limits +-limit.
+    """
     q, T = tiny.argument("q", [n], "rad"), tiny.argument("T", [4, 4])
     J = tiny.argument("J", [6, n])
     both = tiny.function("fk_jacobian_mixed", "Pose and Jacobian.", [q], [T, J])

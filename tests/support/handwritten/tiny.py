@@ -76,7 +76,7 @@ def function(name, summary, inputs, outputs):
 
 
 def manifest():
-    """Returns the manifest of the tiny robot, without file hashes."""
+    """Return the manifest of the tiny robot, without file hashes."""
     q = argument("q", [2], "rad")
     coordinates = [
         {"name": "pan", "kind": "revolute", "unit": "rad", "lower": -3.0, "upper": 3.0},
@@ -120,7 +120,7 @@ class Folder:
     name: str = "tiny"
 
     def write(self, source=SOURCE, header=HEADER):
-        """Writes all files with matching manifest hashes."""
+        """Write all files with matching manifest hashes."""
         self.path.mkdir(parents=True, exist_ok=True)
         (self.path / f"{self.name}.c").write_text(source)
         (self.path / f"{self.name}.h").write_text(header)
@@ -129,5 +129,5 @@ class Folder:
         self.write_manifest()
 
     def write_manifest(self):
-        """Writes only the manifest."""
+        """Write only the manifest."""
         (self.path / "manifest.json").write_text(json.dumps(self.manifest))

@@ -11,17 +11,18 @@ CORRECTED = 0.05
 
 
 def reference(model):
-    """Returns the closed configuration (1, n_z) at the reference."""
+    """Return the closed configuration (1, n_z) at the reference."""
     at = dict(model.mechanism.reference)
     z = np.array([[float(at.get(name, 0)) for name in model.names]])
     return model.newton(z, model.actuated)
 
 
 def followed(model, q):
-    """Returns configurations (N, n_z) at q (N, n) by continuation from the reference.
+    """Follow configurations from the reference to q (N, n).
 
     Returns:
-        The configurations, and an array (N,) that is false if the path meets a singularity.
+        The configurations (N, n_z), and an array (N,) that is false if the path comes near a
+        singularity.
     """
     z = np.repeat(reference(model), len(q), 0)
     start, regular = z[:, model.actuated], np.ones(len(q), dtype=bool)
@@ -37,13 +38,13 @@ def followed(model, q):
 
 
 def _smallest(model, z):
-    """Returns the smallest singular value (N,) of the loop equations of the passive joints."""
+    """Return the smallest singular value (N,) of the loop equations of the passive joints."""
     free = [k for k in range(z.shape[1]) if k not in model.actuated]
     return np.linalg.svd(model.D_z(z)[..., free], compute_uv=False)[:, len(free) - 1]
 
 
 def closes_at(model, theta, q, seed=0):
-    """Tests whether the loops close at both theta (n_theta,) and q (n,).
+    """Test whether the loops close at both theta (n_theta,) and q (n,).
 
     The passive joints are solved from random start values, with the equations of the description.
     """

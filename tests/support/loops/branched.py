@@ -24,23 +24,23 @@ D1, A2, A3, D4, D5, D6 = (
 
 
 def pose(name="T"):
-    """Returns the description of the argument T, which is a pose (4, 4)."""
+    """Return the description of the argument T, which is a pose (4, 4)."""
     entries = tuple(sp.Symbol(f"{name}_{k}", real=True) for k in range(16))
     return Argument(name, entries, (4, 4), "1, m", "pose of the tip in the base")
 
 
 def guarded(value, size):
-    """Returns value / size, or 0 if the size is 0."""
+    """Return value / size, or 0 if the size is 0."""
     return sp.Piecewise((value / size, size > sp.Rational(1, 10**9)), (0, True))
 
 
 def root(square):
-    """Returns the square root of a number, or 0 for a negative number."""
+    """Return the square root of a number, or 0 for a negative number."""
     return sp.sqrt(sp.Max(0, square))
 
 
 def arm(name="ik"):
-    """Returns the 8-branch inverse of an arm with three parallel axes (a UR5e)."""
+    """Return the 8-branch inverse of an arm with three parallel axes (a UR5e)."""
     terms = Terms({})
     let, T = terms.let, pose()
     n, o, a, p = ([T.symbols[4 * i + j] if i < 3 else None for i in range(3)] for j in range(4))
@@ -106,7 +106,7 @@ def arm(name="ik"):
 
 
 def every_kind(n_signs, name=None):
-    """Returns a function of 2**n_signs branches, each with all expression types."""
+    """Return a function of 2**n_signs branches, each with all expression types."""
     terms = Terms({})
     let = terms.let
     x, y, z = sp.symbols("x y z", real=True)
@@ -139,13 +139,16 @@ def every_kind(n_signs, name=None):
 
 
 def files(functions, robot):
-    """Returns the C files of functions, keyed by file name."""
+    """Return the C files of functions, keyed by file name."""
     derived = Derivation(robot, functions[0].terms, (), tuple(functions))
     return language.files(derived, programs_of(functions, robot.name))
 
 
 def programs_of(functions, prefix):
-    """Returns the programs of functions that share no terms."""
+    """Return the programs of functions.
+
+    Programs of different functions share no terms.
+    """
     made = [programs([function], prefix) for function in functions]
     return Programs(
         {name: program for each in made for name, program in each.whole.items()},
@@ -154,7 +157,7 @@ def programs_of(functions, prefix):
 
 
 def write(folder: Path, functions):
-    """Writes a loadable robot whose only functions are `functions`."""
+    """Write a robot that has only the functions in `functions`."""
     derived = derive(robot_of("ur5e"), functions=["fk"])
     robot = derived.robot
     texts = dict(files(functions, robot))

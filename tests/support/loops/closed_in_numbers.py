@@ -62,7 +62,7 @@ class Model:
         moving = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
         cylinders = [strut.name for strut in mechanism.struts if strut.is_cylinder]
         self.unknown = [name for name in (*moving, *cylinders) if name not in self.moves]
-        # The reference may state the value of a motor or of the joint that the motor moves.
+        # The reference contains a value of either the motor or the joint that the motor moves.
         stated = dict(mechanism.reference)
         self.q = np.array(
             [
@@ -118,7 +118,7 @@ class Model:
         return np.array(columns).reshape(len(u), -1).T
 
     def closed(self, q, u):
-        """Returns the unknown joints near u that close all loops."""
+        """Return the values of the unknown joints, near u, at which all loops close."""
         for _ in range(30):
             r = self.residual(q, u)
             if np.abs(r).max(initial=0.0) < CLOSED:
@@ -128,11 +128,11 @@ class Model:
         raise AssertionError(f"the loops of {self.mechanism.name} do not close at {q}")
 
     def held(self, q, u):
-        """Returns the smallest singular value of the loop Jacobian, which is 0 at a dead point."""
+        """Return the smallest singular value of the loop Jacobian, which is 0 at a dead point."""
         return np.linalg.svd(self.jacobian(q, u), compute_uv=False)[len(u) - 1] if len(u) else 1.0
 
     def followed(self, q, steps=12):
-        """Follows the reference branch to q.
+        """Follow the reference branch from the reference configuration to the coordinates q.
 
         Returns the unknown joints at q, and the minimum over the steps of the smallest singular
         value of the loop Jacobian.

@@ -50,11 +50,11 @@ class Model:
         self._axes = {strut.name: self._swing_axes(strut) for strut in mechanism.struts}
 
     def places_of(self, names):
-        """Returns the indices of joints in z."""
+        """Return the indices of joints in z."""
         return [self.names.index(name) for name in names]
 
     def poses(self, z):
-        """Returns the pose (N, 4, 4) of every body in the base frame."""
+        """Return the pose (N, 4, 4) of every body in the base frame."""
         T = {self.mechanism.base_frame: np.broadcast_to(self.base, (len(z), 4, 4))}
         for joint in self.mechanism.joints:
             before, after = self._around[joint.name]
@@ -66,11 +66,11 @@ class Model:
         return T
 
     def tip(self, z):
-        """Returns the tool pose (N, 4, 4)."""
+        """Return the tool pose (N, 4, 4)."""
         return self.poses(z)[self.mechanism.tool_body] @ self.tool
 
     def gaps(self, z):
-        """Returns the closure errors (N, m) in meter or as sines of angles."""
+        """Return the closure errors (N, m) in meter or as sines of angles."""
         T = self.poses(z)
         found = [np.zeros((len(z), 0))]
         for loop_joint in self.mechanism.loop_joints:
@@ -84,17 +84,17 @@ class Model:
         return np.concatenate(found, axis=1)
 
     def gap(self, z):
-        """Returns the largest closure error (N,)."""
+        """Return the largest closure error (N,)."""
         return np.abs(self.gaps(z)).max(-1, initial=0.0)
 
     def D_z(self, z):
-        """Returns the derivative (N, m, n_z) of the closure errors."""
+        """Return the derivative (N, m, n_z) of the closure errors."""
         moved = z[:, None] + TINY * 1j * np.eye(len(self.names))
         rates = self.gaps(moved.reshape(-1, len(self.names))).imag / TINY
         return rates.reshape(*z.shape, rates.shape[-1]).swapaxes(1, 2)
 
     def newton(self, z, known):
-        """Returns configurations near z at which the loops close. The variables ``known`` keep
+        """Return configurations near z at which the loops close. The variables ``known`` keep
         their values.
 
         Iterates until the Newton step is as small as the rounding error.
@@ -113,7 +113,7 @@ class Model:
         return z
 
     def tangent(self, z, known):
-        """Returns the derivative (N, n_z, known) of z with respect to the known entries."""
+        """Return the derivative (N, n_z, known) of z with respect to the known entries."""
         free = [k for k in range(len(self.names)) if k not in known]
         J = self.D_z(z)
         found = np.zeros((*z.shape, len(known)))
@@ -122,7 +122,7 @@ class Model:
         return found
 
     def z_D_q(self, z):
-        """Returns the derivative (N, n_z, n) of z with respect to the actuated coordinates."""
+        """Return the derivative (N, n_z, n) of z with respect to the actuated coordinates."""
         return self.tangent(z, self.actuated) * self.ratio
 
     def _strut_gap(self, strut, z, body, d):
@@ -137,11 +137,10 @@ class Model:
         return d - along * length[:, None]
 
     def _swing_axes(self, strut):
-        """Returns the zero direction of a swing angle, and its direction at 90 degrees.
+        """Return the strut directions at swing angles of 0 and 90 degrees.
 
         The zero direction is the first axis of the start body (x, y or z) that lies in the plane.
-        The 90-degree direction is to the left of the zero direction, about the first axis of the
-        loop.
+        The 90-degree direction is the cross product of the first loop axis and the zero direction.
         """
         if strut.ends == "ball":
             return None
@@ -177,7 +176,7 @@ class Model:
 
 
 def _moved(T, kind, value):
-    """Returns poses (N, 4, 4) moved by values (N,) along or about their own z axis."""
+    """Return poses (N, 4, 4) moved by values (N,) along or about their own z axis."""
     moved, (x, y, z) = T.astype(np.result_type(T, value)), np.moveaxis(T[..., :3], -1, 0)
     if kind == "prismatic":
         moved[..., 3] += z * value[:, None]
@@ -206,5 +205,5 @@ def model(name):
 
 
 def wrapped(angle):
-    """Reduces angles to the range from -pi to pi."""
+    """Reduce angles to the range from -pi to pi."""
     return np.angle(np.exp(1j * angle))

@@ -11,10 +11,10 @@ HALVINGS = 12
 
 
 def closed_configuration(mechanism, q=None):
-    """Returns the full configuration z, keyed by name, at which all loops close.
+    """Return the full configuration z, keyed by name, at which all loops close.
 
-    Without q, the reference configuration is returned. With q, the solution is continued along the
-    straight line from the reference to q.
+    Without q, the reference configuration is returned. If q is given, the loops are closed along
+    the straight line from the reference to q.
     """
     loops = ClosedLoops(mechanism)
     w = loops.closed(loops.reference, loops.passive)
@@ -48,7 +48,6 @@ def _continued(loops, w, goal):
 
 
 def _check_branch(loops, moved, asked):
-    """Rejects a step in which passive joints move much farther than actuated joints."""
     scales = np.where(loops.is_length, loops.size, 1.0)
     if np.abs(moved / scales).max() > 2 * np.abs(asked / scales).max() + SAMPLED_RANGE:
         raise DescriptionError("the loops change their branch on the way")

@@ -24,10 +24,10 @@ class Errors:
         jacobian: Difference between ``jacobian_mixed`` and finite differences of poses.
         acceleration: Difference between ``acceleration_mixed`` and finite differences of Jacobians.
         closure: Residual of ``constraint`` at the full configuration.
-        rates: Residual of ``constraint_D_z`` at the rates of the full configuration.
-        back: Difference between q and the nearest branch of ``actuator_branches(chain(q))``.
-        inverse: Pose error of the valid solutions of ``ik``. The value is 1 if the solutions do
-            not contain q.
+        rates: Product of ``constraint_D_z`` and the rates of the full configuration.
+        back: Difference between q and the nearest result of ``actuator_branches(chain(q))``.
+        inverse: Pose error of the valid solutions of ``ik``, or 1 if the solutions do not contain
+            q.
         configurations: Number of compared configurations.
     """
 
@@ -45,7 +45,7 @@ class Errors:
 def errors_of(
     robot: chasles.Robot, linkage: GearedLinkage, rng: np.random.Generator, count: int
 ) -> Errors:
-    """Compares a robot with the oracle at random configurations near the reference."""
+    """Compare a robot with the oracle at random configurations near the reference."""
     found, model = Errors(), Model(linkage.mechanism)
     for _ in range(count):
         scale = [0.1 if c.unit == "m" else 1.0 for c in linkage.mechanism.coordinates]
@@ -104,7 +104,7 @@ def _compare_inverse(found: Errors, robot: chasles.Robot, q: np.ndarray, T: np.n
 
 
 def _differences(model: Model, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Returns the mixed Jacobian (6, n) from differences of poses."""
+    """Return the mixed Jacobian (6, n) from differences of poses."""
     columns = []
     for e in np.eye(len(q)):
         D = _slope(lambda at: _tip(model, at, u), q, e)
@@ -114,7 +114,7 @@ def _differences(model: Model, q: np.ndarray, u: np.ndarray) -> np.ndarray:
 
 
 def _slope(function: Callable[[np.ndarray], np.ndarray], q: np.ndarray, qd: np.ndarray):
-    """Returns the time derivative of a function by central differences of fourth order."""
+    """Return the time derivative of a function by central differences of fourth order."""
     at = {k: function(q + k * STEP * qd) for k in (-2, -1, 1, 2)}
     return (8 * (at[1] - at[-1]) - (at[2] - at[-2])) / (12 * STEP)
 

@@ -24,7 +24,7 @@ SPATIAL = ("UPS", "PUS", "RUS")
 
 
 def turned(rpy):
-    """Returns the rotation by roll, pitch and yaw."""
+    """Return the rotation by roll, pitch and yaw."""
     (a, b, c), (d, e, f) = np.cos(rpy), np.sin(rpy)
     return np.array(
         [
@@ -49,7 +49,7 @@ axis = {[*axis]}
 
 
 def leg(rng, k, kind, foot, heading):
-    """Returns three items for a leg: its description, the name of its driven joint, and its
+    """Return three items for a leg: its description, the name of its driven joint, and its
     reference values.
 
     Planar legs lie in the x-z plane of their foot. A leg of the kind "C" is a cylinder between two
@@ -100,7 +100,7 @@ b = {{ body = "platform", xyz = {[*map(float, ball)]} }}
 
 
 def cylinder(rng, k, foot):
-    """Returns (text, name, length at the reference) of a cylinder between two ball joints."""
+    """Return the text, the name and the reference length of a cylinder between two ball joints."""
     ball = np.round(foot + rng.uniform(-0.15, 0.15, 3) + [0, 0, 0.6], 3)
     text = f"""
 [[cylinders]]
@@ -115,7 +115,7 @@ b = {{ body = "platform", xyz = {[*map(float, ball)]} }}
 
 @cache
 def drawn(seed, kinds):
-    """Returns a platform whose frame equals the base frame at the reference."""
+    """Return a platform whose frame equals the base frame at the reference."""
     rng = np.random.default_rng(seed)
     legs, actuated, at = "", [], {}
     for k, kind in enumerate(kinds):
@@ -181,7 +181,7 @@ axis = {axis}
 
 
 def driven_by_a_leg():
-    """Returns a 3-RPS platform whose main chain is one leg.
+    """Return a 3-RPS platform whose main chain is one leg.
 
     Three joints represent the ball joint of this leg.
     """
@@ -196,7 +196,7 @@ def driven_by_a_leg():
 
 
 def agile_eye():
-    """Returns a spherical 3-RRR with perpendicular axes, described by pins."""
+    """Return a spherical 3-RRR with perpendicular axes, described by pins."""
     text, axes = AGILE_EYE, ([1, 0, 0], [0, 1, 0], [0, 0, 1])
     for k in range(3):
         elbow = axes[k - 1]
@@ -265,7 +265,7 @@ b = {{ body = "platform", xyz = ["0.2*cos({at})", "0.2*sin({at})", 0] }}
 
 
 def tripod():
-    """Returns a tube moved by three UPS legs, as in a Tricept."""
+    """Return a tube moved by three UPS legs, as in a Tricept."""
     legs = "".join(STRUT.format(k=k, at=120 * k) for k in range(3))
     slides = "".join(f"slide_{k} = 0.55\nu_{k} = -17\n" for k in range(3))
     return read_text(f"{TRIPOD}{legs}[reference]\n{slides}")

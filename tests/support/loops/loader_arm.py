@@ -1,4 +1,7 @@
-"""A loader arm on two links, whose main chain has more joints than degrees of freedom."""
+"""A loader arm with two links.
+
+Its main chain has more joints than degrees of freedom.
+"""
 
 LOADER = """
 name = "loader"

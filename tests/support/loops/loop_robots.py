@@ -20,10 +20,10 @@ NAMES = [
 ]
 LOOPED = NAMES[:-1]
 INVERTIBLE = ["slider_crank", "five_bar", "excavator", "delta"]
-"""Robots with dead points of the function from the main chain to the actuators."""
+"""Robots whose map from the main chain to the actuators has dead points."""
 CLOSED = 1e-12
 HELD = 0.02
-"""Minimum singular value of the loop Jacobian at compared configurations."""
+"""Minimum singular value of the loop Jacobian at test configurations."""
 SAME = 1e-11
 DIFFERENCES = 1e-7
 STEP = 2e-6
@@ -40,7 +40,7 @@ def bounds(name):
 
 
 def random_q(name, n, seed=0, wider=0.0):
-    """Returns random coordinates (n, dof), up to ``wider`` times the range beyond the limits."""
+    """Return random coordinates (n, dof) within limits widened by ``wider`` times their range."""
     lower, upper = bounds(name)
     span = wider * (upper - lower)
     generator = np.random.default_rng([seed, zlib.crc32(name.encode())])
@@ -52,7 +52,7 @@ def random_rates(name, n, seed=1):
 
 
 def held(name, z):
-    """Tests whether configurations are far enough from dead points."""
+    """Test whether configurations are far enough from dead points."""
     m = model(name)
     if not m.mechanism.loop_joints:
         return np.ones(len(z), dtype=bool)
@@ -60,7 +60,7 @@ def held(name, z):
 
 
 def far_from_dead_points(name, n, seed=0):
-    """Returns coordinates within limits and configurations far from dead points."""
+    """Return coordinates within limits and configurations far from dead points."""
     q = random_q(name, n, seed)
     z = robot(name).configuration(q)
     keep = held(name, z)

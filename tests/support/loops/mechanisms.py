@@ -23,7 +23,7 @@ def pin(name, parent, link, *before, **more):
 
 
 def slider(name, parent, link, *before, **more):
-    """Returns a prismatic joint along z of the placement."""
+    """Return a prismatic joint along z of the placement."""
     return Joint(name, "prismatic", before=at(*before), link=link, parent=parent, **more)
 
 
@@ -32,7 +32,7 @@ def near(*values):
 
 
 def body_poses(mechanism, z):
-    """Returns the pose (4, 4) of every body in the base frame at named joint values."""
+    """Return the pose (4, 4) of every body in the base frame at named joint values."""
     given = {p.symbol: p.value for p in mechanism.parameters}
     poses = {mechanism.base_frame: np.eye(4)}
     for joint in mechanism.joints:
@@ -59,7 +59,7 @@ ALONG_Y = ("x", -sp.pi / 2)
 
 
 def ground(mechanism, placement):
-    """Returns the mechanism with its first body on a tilted base frame."""
+    """Return the mechanism with its first body on a tilted base frame."""
     fixed = Joint("ground", "fixed", before=placement, link="ground", parent=BASE)
     joints = [j if j.parent != BASE else _on(j, "ground") for j in mechanism.joints]
     frame = lambda p: Frame("ground" if p.body == BASE else p.body, p.placement)  # noqa: E731
@@ -295,7 +295,7 @@ def bennett(kind="pin"):
 
 
 def free(name, parent, link, joints="x y z yaw pitch roll"):
-    """Returns the virtual joints that carry a platform."""
+    """Return the virtual joints that carry a platform."""
     x, y, z, yaw, pitch, roll = joints.split()
     back = lambda *turns: tuple(Rotation(axis, angle) for axis, angle in turns)  # noqa: E731
     right = sp.pi / 2
@@ -412,7 +412,10 @@ def planar_3rrr():
 
 
 def sarrus():
-    """Sarrus linkage, whose plate can only move up and down."""
+    """Sarrus linkage.
+
+    Its plate can only move up and down.
+    """
     quarter = ("z", sp.pi / 2)
     level = ("x", -sp.pi / 2)
     hinges = (

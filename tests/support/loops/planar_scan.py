@@ -6,7 +6,7 @@ from tests.support.handwritten import planar
 
 
 def random_q(rng, n, rod):
-    """Returns random crank angles (n, 3). The platform closes for the last half of the rows."""
+    """Return random crank angles (n, 3)."""
     anywhere = rng.uniform(-np.pi, np.pi, (n - n // 2, 3))
     poses = rng.uniform([-0.3, -0.3, -np.pi], [0.3, 0.3, np.pi], (200 * n, 3))
     held = planar.cranks(poses, rod, rng.choice([-1.0, 1.0], (200 * n, 3)))
@@ -14,13 +14,13 @@ def random_q(rng, n, rod):
 
 
 def errors(q, modes, rod):
-    """Returns the rod length errors of valid modes."""
+    """Return the rod length errors of valid modes."""
     gaps = planar.pins(modes.x) - planar.ends(q)[..., None, :, :]
     return (np.hypot(gaps[..., 0], gaps[..., 1]) - rod)[modes.valid]
 
 
 def residuals(q, phi, rod):
-    """Returns (errors, height).
+    """Return (errors, height).
 
     Each rod keeps the platform origin on a circle. The errors are the squared-length errors of rod
     3 at both intersections of circles 1 and 2. The height is negative if circles 1 and 2 do not
@@ -39,7 +39,7 @@ def residuals(q, phi, rod):
 
 
 def scan(q, lower, upper, rod, levels):
-    """Counts zeros by sign changes. Doubtful intervals are scanned again with finer steps."""
+    """Count zeros by sign changes. Doubtful intervals are scanned again with finer steps."""
     points, *finer = levels
     found = np.zeros(len(q), int)
     if not len(q):
@@ -48,8 +48,6 @@ def scan(q, lower, upper, rod, levels):
     f, height = residuals(q, phi, rod)
     there = np.isfinite(f[0])
     changes = ((f[..., 1:] > 0) != (f[..., :-1] > 0)) & there[:, 1:] & there[:, :-1]
-    # The residual has two branches, which merge where the first two circles cease to intersect. If
-    # the residuals of the branches have different signs just before, one residual becomes zero.
     inner = np.where(there[:, 1:], (f[0] > 0)[:, 1:], (f[0] > 0)[:, :-1])
     outer = np.where(there[:, 1:], (f[1] > 0)[:, 1:], (f[1] > 0)[:, :-1])
     ends = there[:, 1:] != there[:, :-1]

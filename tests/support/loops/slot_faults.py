@@ -12,14 +12,14 @@ SAME_POSE, SAME = 1e-7, 1e-6
 """Poses are equal if they differ by less than SAME_POSE, and coordinates by less than SAME. Both
 tolerances are in radian, or relative to the robot size."""
 CLEAR = 1e-3
-"""Above this margin, the solution slots must recover a configuration.
+"""Minimum margin of a configuration that the inverse must recover.
 
 Closer to a dead point, the configuration is too inaccurate for a comparison.
 """
 
 
 def slot_faults(robot: chasles.Robot, mechanism: Mechanism, q: np.ndarray) -> Counter[str]:
-    """Counts the wrong solutions of ``ik(fk(q))``, and the configurations that it misses.
+    """Count the wrong solutions of ``ik(fk(q))``, and the configurations that it misses.
 
     Args:
         robot: The robot. Redundant joints are fixed at their values in each configuration.
@@ -51,7 +51,7 @@ def slot_faults(robot: chasles.Robot, mechanism: Mechanism, q: np.ndarray) -> Co
 
 
 def _clear(robot: chasles.Robot, q: np.ndarray) -> np.ndarray:
-    """Tests whether configurations (N, n) are far from dead points of `chain` and `actuators`."""
+    """Test whether configurations (N, n) are far from dead points of `chain` and `actuators`."""
     clear = np.ones(len(q), dtype=bool)
     for name, values in (("margin", q), ("actuator_margin", robot.chain(q))):
         if name in robot.functions:
@@ -61,7 +61,7 @@ def _clear(robot: chasles.Robot, q: np.ndarray) -> np.ndarray:
 
 
 def _lengths(mechanism: Mechanism, q: np.ndarray) -> np.ndarray:
-    """Returns the lengths (..., m) of the actuated cylinders at coordinates (..., n)."""
+    """Return the lengths (..., m) of the actuated cylinders at coordinates (..., n)."""
     values = {p.symbol: p.value for p in mechanism.parameters}
     struts = {strut.name: strut for strut in mechanism.struts}
     found = [

@@ -10,6 +10,6 @@ def solved(mechanism):
 
 
 def forward(mechanism):
-    """Solves the loops for given actuators. Some joints may remain unsolved."""
+    """Solve the loops for given actuators. Some joints may remain unsolved."""
     model = loop_model(mechanism)
     return from_actuators(sorted_loops(model.mechanism), model.terms, model.q)

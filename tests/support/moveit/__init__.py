@@ -30,7 +30,7 @@ INSTANTIATED = ("-fpch-instantiate-templates",) if shutil.which("clang++") else 
 EIGEN_FOLDER = Path("/usr/include/eigen3")
 EIGEN = ("-isystem", str(EIGEN_FOLDER))
 BASE, TIP = "world", "tcp"
-"""Two links of the model. A constant transform joins each link to a frame of the exported robot."""
+"""Two links of the model."""
 BASE_OFFSET = ("0.3 -0.2 0.9", "0.1 0.4 -0.7")
 TIP_OFFSET = ("0.05 0 0.12", "0.3 -0.2 0.5")
 SUCCESS, TIMED_OUT, NO_SOLUTION = 1, -6, -31
@@ -54,7 +54,7 @@ def exported(name: str, folder: Path) -> Path:
 
 
 def compiled(package: Path, name: str, flags: tuple[str, ...] = ("-O0",)) -> Path:
-    """Compiles the plugin of a package and the bridge to Python.
+    """Compile the plugin of a package and the bridge to Python.
 
     Each source is compiled once: concurrent processes wait for the compilation.
     """
@@ -82,7 +82,7 @@ def compiled(package: Path, name: str, flags: tuple[str, ...] = ("-O0",)) -> Pat
 
 
 def _stubs(flags: tuple[str, ...]) -> Path:
-    """Returns a header that includes Eigen and all stubs, and is compiled once for all plugins."""
+    """Return a header that includes Eigen and all stubs, and is compiled once for all plugins."""
     headers = sorted((STUBS / "include").rglob("*.hpp"))
     text = "".join(f'#include "{header}"\n' for header in headers)
     words = [COMPILER, *flags, text, *(header.read_text() for header in headers)]
@@ -117,7 +117,7 @@ def _fixed(parent: str, child: str, offset: tuple[str, str]) -> str:
 
 
 def model_of(urdf: str, has_limits: bool = True) -> str:
-    """Returns the robot model as text lines, which the stub of MoveIt reads."""
+    """Return the robot model as text lines, which the stub of MoveIt reads."""
     lines = []
     for joint in ET.fromstring(urdf).iter("joint"):
         axis, limit = joint.find("axis"), joint.find("limit")
@@ -160,7 +160,7 @@ def _turn(axis: int, angle: float) -> np.ndarray:
 
 
 def to_pose(T: np.ndarray) -> np.ndarray:
-    """Returns position and unit quaternion (x, y, z, w) of a transform."""
+    """Return position and unit quaternion (x, y, z, w) of a transform."""
     R = T[:3, :3]
     K = np.array(
         [
@@ -174,7 +174,7 @@ def to_pose(T: np.ndarray) -> np.ndarray:
 
 
 def to_transform(pose: np.ndarray) -> np.ndarray:
-    """Returns the transform of a position and a quaternion."""
+    """Return the transform of a position and a quaternion."""
     x, y, z, w = pose[3:] / np.linalg.norm(pose[3:])
     T = np.eye(4)
     T[:3, 3] = pose[:3]
@@ -235,7 +235,7 @@ class Plugin:
         return (theta if done else None), code.value
 
     def all_solutions(self, pose, seed, method=NO_DISCRETIZATION, poses=1):
-        """Returns (solutions, solution percentage, kinematic error)."""
+        """Return (solutions, solution percentage, kinematic error)."""
         theta, percentage, error = (
             np.empty((CAPACITY, self.n)),
             ctypes.c_double(),
@@ -255,7 +255,7 @@ class Plugin:
         as_list=False,
         locked=False,
     ):
-        """Returns the solution or None, and the error code."""
+        """Return the solution or None, and the error code."""
         theta, code = np.empty(self.n), ctypes.c_int()
         callback = ACCEPT(lambda q: accept(np.array(q[: self.n]))) if accept else ACCEPT()
         inputs = (_row(pose), _row(seed), ctypes.c_double(timeout), _row(limits))

@@ -59,7 +59,7 @@ class Source:
 
 
 def compiler_version(command: Sequence[str]) -> str:
-    """Returns the first line of a compiler's ``--version`` output, or '' without a compiler."""
+    """Return the first line of a compiler's ``--version`` output, or '' without a compiler."""
     if shutil.which(command[0]) is None:
         return ""
     done = subprocess.run([command[0], "--version"], capture_output=True, text=True, check=False)
@@ -67,7 +67,7 @@ def compiler_version(command: Sequence[str]) -> str:
 
 
 def compiled(source: Source) -> Path:
-    """Compiles the library if necessary, and returns its path.
+    """Compile the library if necessary, and return its path.
 
     Each source is compiled once: concurrent processes wait for the compilation. The library is
     moved to its path atomically.

@@ -51,8 +51,8 @@ void jacobian(const double *q, double *J)
     pose_jacobian(q, T, J);
 }
 
-/* Solves the poses of configurations with the same fixed joint values. Returns all solution slots.
- */
+/* Computes the pose of each configuration, and solves the inverse for this pose. The fixed joints
+ * keep their values from the configuration. Returns all solution slots. */
 void solve(int count, const double *q, double *found, double *residual)
 {
     double T[16], J[6 * CHASLES_CHAIN_MAX_JOINTS], margin[CHASLES_SLOTS],

@@ -1,8 +1,6 @@
 /* Reports the instruction sets in the environment variable CHOSEN_SETS as available.
  *
- * chosen_sets.h is included before all other files. Later files define macros that select the
- * declarations in system headers. chosen_sets.h therefore includes no system header, and declares
- * getenv itself. */
+ * chosen_sets.h is included before all other files. */
 extern char *getenv(const char *name);
 
 static inline int chosen_sets_have(const char *set)

@@ -17,8 +17,7 @@ struct index3 {
 
 static index3 blockIdx, blockDim = {32, 1, 1}, threadIdx;
 
-/* Launches a kernel with one thread per pose. Some threads of the last block have no pose to
- * compute. */
+/* Launches a CUDA kernel with one thread per pose. */
 template <typename... Parameters, typename... Arguments>
 void launch(void (*kernel)(size_t, Parameters...), size_t poses, Arguments... arguments)
 {

@@ -1,5 +1,5 @@
-/* Preloaded library (LD_PRELOAD) that makes one memory allocation of a thread fail: a call of
- * malloc, calloc, realloc or mmap.
+/* Library for LD_PRELOAD that makes one memory allocation of a thread fail. The allocation is a
+ * call of malloc, calloc, realloc or mmap.
  *
  * Only some allocations are counted: large allocations, and allocations by code in a specified
  * folder, directly or through Python. NumPy and Python cannot handle every failure of a small
@@ -15,7 +15,8 @@
 #include <unistd.h>
 
 #define LARGE 100000 /* in bytes */
-#define DEPTH 12     /* maximum number of stack frames between an allocation and its caller */
+#define DEPTH \
+    12 /* maximum number of stack frames that are searched for the caller of an allocation */
 
 extern void *__libc_malloc(size_t);
 extern void *__libc_calloc(size_t, size_t);
@@ -24,9 +25,9 @@ extern void *__libc_realloc(void *, size_t);
 static _Thread_local const char *folder;
 static _Thread_local long seen, failing;
 
-/* Counts the following allocations by code in the folder `own`. The first allocation has the number
- * 0. Allocation n fails; no allocation fails if n is negative. If `own` is NULL, allocations are no
- * longer counted. */
+/* Starts to count the memory allocations by code in the folder `own`. The first allocation has the
+ * number 0. Allocation n fails. If n is negative, no allocation fails. If `own` is NULL,
+ * allocations are no longer counted. */
 void fail_allocation(const char *own, long n)
 {
     folder = NULL;
@@ -49,7 +50,7 @@ static int is_in(const char *file, const char *name)
     return !strncmp(last ? last + 1 : file, name, strlen(name));
 }
 
-/* Tests whether code in the folder made an allocation, possibly through Python's allocators. */
+/* Tests whether code in the folder `own` requested the current allocation. */
 static int is_own(const char *own)
 {
     void *frames[DEPTH];

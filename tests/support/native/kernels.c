@@ -44,19 +44,20 @@ static double input_value(size_t row, int argument, int k)
 
 enum { FROM_MALLOC, PAGE_BEHIND, PAGE_BEFORE };
 
-/* Rows of one operand. The memory block is only slightly larger than the rows. Memory between and
- * before the rows must not change. */
+/* A memory block with the rows of one operand. The memory block is only slightly larger than the
+ * rows. The call must not change the memory between two rows or before the first row. */
 typedef struct {
     double *block, *first;
     size_t doubles;
     ptrdiff_t step;
     int size;
-    char *pages; /* access to the first and last page is an error; NULL if malloc made the block */
+    char *pages; /* memory whose first and last page must not be accessed; NULL for memory from
+                    malloc */
     size_t bytes;
 } rows;
 
-/* The block begins `shift` doubles before the rows. With a negative step, the last row has the
- * lowest address. */
+/* The memory block begins `shift` doubles before the rows. With a negative step, the last row has
+ * the lowest address. */
 static rows make_rows(size_t n, int size, ptrdiff_t step, size_t shift, int place)
 {
     size_t apart = (size_t)(step < 0 ? -step : step);
@@ -91,7 +92,7 @@ static void free_rows(rows *made)
     }
 }
 
-/* Tests whether the memory outside the rows is unchanged. Overwrites the rows. */
+/* Returns whether the bytes outside the rows are unchanged. Overwrites the rows. */
 static int is_rest_untouched(const rows *made, size_t n)
 {
     for (size_t row = 0; row < n; row++) {
@@ -219,7 +220,7 @@ static void *run_part(void *given)
         }
     }
     kernel->rows(shared->part, inputs, steps, outputs, steps + kernel->n_inputs);
-    /* Every thread evaluates the first row only, by single calls. */
+    /* Every thread evaluates the first row by single calls. */
     double *own_outputs[MAX];
     for (int j = 0; j < kernel->n_outputs; j++) {
         own_outputs[j] = malloc((size_t)kernel->sizes[kernel->n_inputs + j] * sizeof(double));

@@ -1,8 +1,8 @@
 /* Checks the solver functions that robots share, with pseudorandom numbers and limit cases. Prints
- * the number of checked cases. The argument `solve` selects symmetric linear systems of every size
- * up to 8. The argument `decompose` selects singular values and vectors, also of matrices without
- * full rank. The argument `logarithm` selects rotations by angles from 0 to pi.
- */
+ * the number of checked cases. With the argument `solve`, the program tests symmetric linear
+ * systems of every size up to 8. With the argument `decompose`, the program tests singular values
+ * and vectors, also for rank-deficient matrices. With the argument `logarithm`, the program tests
+ * rotations by angles from 0 to pi. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -165,8 +165,9 @@ static void exponential(const double *twist, double *T)
     }
 }
 
-/* Tests the twist from A to exp(twist) A, expressed at the origin a of A. A is a displacement
- * without rotation. The twist at the origin of the base has the linear part v - w x a. */
+/* Tests the computation of the twist from a pose A to a pose B, expressed at the origin a of A. A
+ * is a displacement without rotation. The twist at the origin of the base has the linear part v - w
+ * x a. */
 static int check_twist(int row, double angle)
 {
     double axis[3], twist[TWIST], found[TWIST], displacement[TWIST], at_base[TWIST], E[POSE];

@@ -3,7 +3,7 @@
 
 enum { RODS = 6, MAX_STEPS = 60 };
 static const double LONGEST_STEP = 0.5;
-/* Regularization of singular systems, far below the distance between different modes. */
+/* Regularization of singular systems. */
 static const double NOISE = 1e-12;
 
 /* Rotates a vector by a unit quaternion. */

@@ -17,7 +17,7 @@
 #include "velocity/native/damped_box.h"
 
 #define STARTS 64
-#define POSES 24 /* the last pose is not finite; pose POSES - 2 is out of reach */
+#define POSES 24 /* the last pose is not finite; the pose before the last pose is out of reach */
 #define THREADS 3
 #define STEPS 400
 #define TOLERANCE 1e-9
@@ -43,7 +43,7 @@ static const chasles_kernel *find(const char *name)
     return kernel;
 }
 
-/* Entry k of a row of numbers in [-1, 1]; rows do not repeat. */
+/* Returns a number in [-1, 1] that depends only on row and k, as repeatable test data. */
 static double scattered(int row, int k)
 {
     unsigned long value = ((unsigned long)row * 131 + (unsigned long)k * 17 + 7) * 2654435761UL;
@@ -71,7 +71,7 @@ static void count_call(const double *const *inputs, double *const *outputs)
     counted->call(inputs, outputs);
 }
 
-/* Returns a copy of a kernel that counts its calls. */
+/* Returns a copy of a kernel. The copy counts its calls. */
 static const chasles_kernel *with_count(const chasles_kernel *kernel)
 {
     counted = kernel;
@@ -312,8 +312,8 @@ static void check_damping(void)
     expect_damping(&box, TRACK_DAMPING, "minimum damping");
 }
 
-/* Checks that the factor SMALL on twist and bounds scales the step by SMALL, and that the step is
- * finite if some bounds are infinite. Changes `low` and `high`. */
+/* Checks that the step is multiplied by SMALL if the twist and the bounds are multiplied by SMALL.
+ * The step must be finite if some bounds are infinite. Changes `low` and `high`. */
 static void check_other_bounds(DampedBox *solver, const double *y, double *low, double *high)
 {
     int n = solver->n;

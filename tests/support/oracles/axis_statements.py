@@ -35,47 +35,45 @@ class Arm:
         return self.points[axis - 1], self.directions[axis - 1]
 
     def parallel(self, i: int, j: int) -> float:
-        """Returns the sine of the angle between two axes."""
+        """Return the sine of the angle between two axes."""
         return float(np.linalg.norm(np.cross(self.direction(i), self.direction(j))))
 
     def right_angles(self, i: int, j: int) -> float:
-        """Returns the absolute cosine of the angle between two axes."""
+        """Return the absolute cosine of the angle between two axes."""
         return abs(float(self.direction(i) @ self.direction(j)))
 
     def off_line(self, point: np.ndarray, axis: int) -> float:
-        """Returns the relative distance of a point from a revolute axis."""
+        """Return the relative distance of a point from a revolute axis."""
         p, h = self.line(axis)
         return float(np.linalg.norm(np.cross(point - p, h))) / self.size
 
     def coincide(self, i: int, j: int) -> float:
-        """Returns the deviation of two axes from one common line."""
+        """Return the deviation of two axes from one common line."""
         return max(self.parallel(i, j), self.off_line(self.line(j)[0], i))
 
     def in_plane(self, *axes: int) -> float:
-        """Returns the deviation of parallel axes from one common plane."""
+        """Return the deviation of parallel axes from one common plane."""
         first, h = self.line(axes[0])
         along = max(self.parallel(axes[0], k) for k in axes[1:])
         across = [np.cross(self.line(k)[0] - first, h) / self.size for k in axes[1:]]
         return max(along, float(np.linalg.norm(np.cross(across[0], across[-1]))))
 
     def center(self, *axes: int) -> np.ndarray:
-        """Returns the point in which axes intersect."""
+        """Return the point in which axes intersect."""
         points, directions = zip(*(self.line(k) for k in axes), strict=True)
         point, away = meeting(np.array(directions), np.array(points))
         assert away <= 1e-9 * self.size, f"axes {axes} do not intersect"
         return point
 
     def off_plane(self, point: np.ndarray, axis: int, along: np.ndarray) -> float:
-        """Returns the relative distance of a point from the plane through an axis and along a
-        direction."""
+        """Return the relative distance of a point from the plane of an axis and a direction."""
         p, h = self.line(axis)
         normal = np.cross(h, along)
         return abs(float((point - p) @ normal)) / self.size / float(np.linalg.norm(normal))
 
 
 def deviation(text: str, arm: Arm) -> float:
-    """Returns the largest deviation of an arm from the geometric statements in a sentence of the
-    article.
+    """Return the largest deviation of an arm's joint axes from the relations stated in a text.
 
     Raises:
         AssertionError: A statement has an unknown form, or is about the position of a prismatic
@@ -87,11 +85,11 @@ def deviation(text: str, arm: Arm) -> float:
 
 def _one(statement: str, arm: Arm) -> float:
     count = len(arm.directions)
-    wrist = r"(?:the wrist center|the point where axes (\d+) and (\d+) meet)"
+    wrist = r"(?:the wrist center|the intersection of axes (\d+) and (\d+))"
     forms: list[tuple[str, Callable[..., float]]] = [
         (r"axes (\d+) and (\d+) coincide", arm.coincide),
         (r"axes (\d+) and (\d+) are parallel", arm.parallel),
-        (r"axes (\d+) and (\d+) are at right angles", arm.right_angles),
+        (r"axes (\d+) and (\d+) are perpendicular", arm.right_angles),
         (r"axes (\d+), (\d+) and (\d+) lie in a plane", arm.in_plane),
     ]
     for form, evaluated in forms:

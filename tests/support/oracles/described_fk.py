@@ -14,7 +14,7 @@ Matrix = mpmath.matrix
 
 
 def tool_pose(robot: SerialRobot, q: Sequence[float]) -> Matrix:
-    """Returns the pose (4, 4) of the tool at the coordinates q."""
+    """Return the pose (4, 4) of the tool at the coordinates q."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     with mpmath.workdps(DIGITS):
         theta = iter(robot.joint_values([sp.Rational(x) for x in q]))
@@ -28,7 +28,7 @@ def tool_pose(robot: SerialRobot, q: Sequence[float]) -> Matrix:
 
 
 def table_pose(text: str, convention: str, q: Sequence[float]) -> Matrix:
-    """Returns the pose (4, 4) of the tool from a CSV table in `dh`, `mdh` or `poe`.
+    """Return the pose (4, 4) of the tool from a CSV table in `dh`, `mdh` or `poe`.
 
     The link transforms are the textbook products, or exponentials of screws for `poe`.
     """
@@ -36,7 +36,6 @@ def table_pose(text: str, convention: str, q: Sequence[float]) -> Matrix:
         base, *rows, tool = csv.DictReader(text.splitlines())
         moving = [row for row in rows if row["type"] != "fixed"]
         joints = {row["name"] for row in moving}
-        # A motor has the position of the first joint that it moves.
         names = dict.fromkeys(
             name
             for row in moving
@@ -53,7 +52,7 @@ def table_pose(text: str, convention: str, q: Sequence[float]) -> Matrix:
 
 
 def _coupled(equation: str, coordinates: Mapping[str, mpmath.mpf]) -> mpmath.mpf:
-    """Returns the value of a joint from its equation, such as `2 * a + 0.1`."""
+    """Return the value of a joint from its equation, such as `2 * a + 0.1`."""
     total = mpmath.mpf(0)
     for term in equation.split(" + "):
         ratio, _, name = term.partition(" * ")
@@ -66,7 +65,7 @@ def _leaders(equation: str) -> list[str]:
 
 
 def distance(one: Matrix, other: Matrix) -> float:
-    """Returns the largest difference of two matrices."""
+    """Return the largest difference of two matrices."""
     with mpmath.workdps(DIGITS):
         return float(max(abs(x) for x in one - other))
 

@@ -1,9 +1,7 @@
 """Minimizes the sum of squared closure errors of a mechanism.
 
 The oracle uses only the frames, closures and lengths of the description. SciPy's ``least_squares``
-starts at a nearby configuration. The sum of squares is flat near its minimum. Newton's method for a
-zero gradient of the sum of squares therefore refines the solution of ``least_squares``. CasADi
-computes exact derivatives.
+starts at a nearby configuration. CasADi computes exact derivatives.
 """
 
 from collections.abc import Sequence
@@ -26,7 +24,7 @@ class LeastGaps:
     """Sum of squared closure errors of a mechanism as a function of its configuration."""
 
     def __init__(self, numbers: Multistart, names: Sequence[str], held: Sequence[str]) -> None:
-        """Compiles the closure errors with their derivatives.
+        """Compile the closure errors with their derivatives.
 
         Args:
             numbers: The numeric mechanism.
@@ -43,7 +41,7 @@ class LeastGaps:
         self._at = ca.Function("gaps", [ca.vertcat(*symbols.values())], results)
 
     def least(self, z: np.ndarray) -> np.ndarray:
-        """Returns the free entries of z at the smallest squared closure error near z."""
+        """Return the free entries of z at a local minimum of the squared closure error near z."""
 
         def at(x: np.ndarray) -> np.ndarray:
             whole = z.copy()
@@ -64,7 +62,9 @@ class LeastGaps:
 
 
 def _gaps(numbers: Multistart, values: dict[str, ca.SX]) -> list[ca.SX]:
-    """Returns the closure errors: meter, and rotation entries times the size.
+    """Return the closure errors in meters.
+
+    Rotation errors are multiplied by the mechanism size.
 
     For a strut, only the length error counts, because its pins need not be parallel.
     """

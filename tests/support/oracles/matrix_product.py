@@ -1,4 +1,4 @@
-"""Compares a coupled arm with its uncoupled arm, whose joints are theta = C q + c."""
+"""Compares a coupled arm (theta = C q + c) with an arm whose joints are independent."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ FUNCTIONS = (
     *("hessian_mixed", "twist_body", "acceleration_space"),
 )
 MAPS = ("chain", "actuators")
-"""Functions of coupled arms only."""
+"""Names of the functions that only coupled arms have."""
 VALID = 1e-9
 SAME = 1e-7
 
@@ -30,7 +30,7 @@ class ProductErrors:
         rate: Largest error of derivatives of the Jacobian, twists and accelerations, relative to
             the largest entry.
         maps: Largest error of ``chain`` and ``actuators``.
-        lost: Number of solutions that the arm without couplings has and the coupled arm lacks.
+        lost: Number of solutions that are missing in the coupled arm.
         solutions: Number of solutions of the arm without couplings.
     """
 
@@ -43,7 +43,7 @@ class ProductErrors:
 
 
 def product_errors(arm: CoupledArm, poses: int, rng: np.random.Generator) -> ProductErrors:
-    """Compares the coupled arm with its uncoupled arm at random configurations."""
+    """Compare a coupled arm with the same arm without couplings at random configurations."""
     coupled, plain = derive(arm.robot), derive(arm.plain)
     mine, its = _kernels(coupled, (*FUNCTIONS, *MAPS)), _kernels(plain, FUNCTIONS)
     pose = jacobian = rate = maps = 0.0

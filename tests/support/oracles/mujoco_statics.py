@@ -39,7 +39,7 @@ def text(values):
 
 
 def element(name, pose, joint, masses, children):
-    """Returns a body of the model with its point masses."""
+    """Return a body of the model with its point masses."""
     total = sum(m.mass for m in masses)
     center = sum((m.mass * np.array(m.at) for m in masses), np.zeros(3)) / max(total, MASSLESS)
     quat = np.zeros(4)
@@ -67,7 +67,7 @@ class Model:
         self.weights = -self.data.qfrc_inverse.copy()
 
     def children(self, parent):
-        """Returns the MJCF text of all bodies that a body carries."""
+        """Return the MJCF text of all bodies that a body carries."""
         found = ""
         for k, body in enumerate(self.bodies):
             if body.joint and body.parent == parent:
@@ -98,14 +98,14 @@ class Model:
         return f'<joint name="{body.joint.name}" type="{kind}" axis="{axis}" pos="{at}"/>'
 
     def jacobian(self, body, point):
-        """Returns the Jacobians (3, nv) of a point of a body and of its rotation."""
+        """Return the Jacobians (3, nv) of a point of a body and of its rotation."""
         J, R = np.zeros((3, self.model.nv)), np.zeros((3, self.model.nv))
         k = self.model.body(body).id if body else 0
         mujoco.mj_jac(self.model, self.data, J, R, np.asarray(point, dtype=float), k)
         return J, R
 
     def cuts(self):
-        """Yields (body, other body, point, unit wrenches (k, 6)) of each cut."""
+        """Yield (body, other body, point, unit wrenches (k, 6)) of each cut."""
         for k, body in enumerate(self.bodies):
             span = body.span
             if span and (span.from_end or not self.has_piston(span.name)):
@@ -120,7 +120,7 @@ class Model:
             yield a, b, at, unit @ np.kron(np.eye(2), R.T)
 
     def is_planar(self):
-        """Tests whether the axes of all revolute joints are parallel."""
+        """Test whether the axes of all revolute joints are parallel."""
         turning = [k for k, b in enumerate(self.bodies) if b.joint and b.joint.kind == "revolute"]
         axes = [self.poses[k][:3, :3] @ self.bodies[k].joint.axis for k in turning]
         return np.linalg.matrix_rank(axes, tol=1e-9) == 1
@@ -132,7 +132,7 @@ class Model:
         return self.bodies[k].name if k else ""
 
     def actuated(self):
-        """Yields (degree of freedom, motion per unit of q) of each actuator."""
+        """Yield (degree of freedom, motion per unit of q) of each actuator."""
         variables = self.robot.configuration_variables
         facts = self.robot.manifest.loops.actuated_in_z
         joints = {b.joint.coordinate: b.joint for b in self.bodies if b.joint}
@@ -144,7 +144,7 @@ class Model:
             yield name, item.ratio * (joint.ratio if joint else 1.0)
 
     def loads(self, wrench) -> Loads:
-        """Returns the loads of all joints, struts and actuators."""
+        """Return the loads of all joints, struts and actuators."""
         tip = self.skeleton.tip_poses(self.poses[None])[0, :3, 3]
         tool = self.name(self.skeleton.tip)
         J, R = self.jacobian(tool, tip)
@@ -180,7 +180,7 @@ class Model:
         )
 
     def axial(self, body, force):
-        """Returns the mean axial force of a rod, or 0 for a passive cylinder."""
+        """Return the mean axial force of a rod, or 0 for a passive cylinder."""
         if self.bodies[body].span.from_end:
             return 0.0
         u = self.poses[body][:3, 2]
@@ -194,7 +194,7 @@ class Model:
             self.data.xfrc_applied[k] += np.concatenate([force, np.cross(arm, force) + torque])
 
     def internal(self):
-        """Returns the wrench of each joint, at the origin of its frame."""
+        """Return the wrench of each joint, at the origin of its frame."""
         self.data.qacc[:] = 0
         mujoco.mj_rnePostConstraint(self.model, self.data)
         found = []
@@ -209,7 +209,7 @@ class Model:
 
 
 def mujoco_loads(robot, q, masses, wrench, gravity) -> Loads:
-    """Returns the loads of a robot at rest.
+    """Return the loads of a robot at rest.
 
     Args:
         robot: A robot with revolute, prismatic and fixed joints, without couplings.
@@ -222,7 +222,7 @@ def mujoco_loads(robot, q, masses, wrench, gravity) -> Loads:
 
 
 def random_masses(robot, rng):
-    """Returns a random mass on every body. The masses of struts are on their axes."""
+    """Return a random mass on every body. The masses of struts are on their axes."""
     bodies = skeleton(robot)
     found = []
     for body in bodies.bodies[1:]:

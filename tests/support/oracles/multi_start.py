@@ -16,8 +16,7 @@ from chasles.derive.model.placements import Placement, Translation
 from chasles.derive.model.robot import Joint
 
 STARTS = 48
-"""Number of start configurations in one round of the search. The last search round is the first
-round without a new mode."""
+"""Number of start configurations in one round of the search."""
 ROUNDS = 12
 ITERATIONS = 60
 LONGEST_STEP = 0.8
@@ -31,11 +30,14 @@ Way = list[tuple[Joint, np.ndarray, np.ndarray]]
 
 
 class Loop:
-    """A closure or strut with numeric dimensions. It stores the joints of its loop, from the common
-    body to each of its two ends."""
+    """A closure or strut with numeric dimensions."""
 
     def __init__(self, numbers: "Multistart", loop_joint: Closure | Strut) -> None:
-        """Finds the joints of the loop, which are on only one of the two paths to the base."""
+        """Find the joints of the loop.
+
+        A joint belongs to the loop if it is on only one of the two paths from the ends of the loop
+        to the base.
+        """
         paths = [numbers.mechanism.path_to(frame.body) for frame in (loop_joint.a, loop_joint.b)]
         while paths[0] and paths[1] and paths[0][0] is paths[1][0]:
             paths = [path[1:] for path in paths]
@@ -49,7 +51,7 @@ class Loop:
     def points(
         self, values: Mapping[str, np.ndarray], unknown: Sequence[str], count: int
     ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Returns both end points (n, 3) and their derivatives (n, 3, unknown)."""
+        """Return both end points (n, 3) and their derivatives (n, 3, unknown)."""
         points, slopes = [], []
         for path, end in zip(self.paths, self.ends, strict=True):
             T = np.broadcast_to(np.eye(4), (count, 4, 4))
@@ -75,7 +77,7 @@ class Loop:
     def residual(
         self, values: Mapping[str, np.ndarray], unknown: Sequence[str], count: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Returns (errors (n, m) relative to the size, derivatives (n, m, unknown))."""
+        """Return (errors (n, m) relative to the size, derivatives (n, m, unknown))."""
         (a, b), (A, B) = self.points(values, unknown, count)
         d, D = (a - b) / self.size, (A - B) / self.size
         if isinstance(self.loop_joint, Closure):
@@ -86,7 +88,7 @@ class Loop:
         return (far - length / self.size)[:, None], slope[:, None]
 
     def distance(self, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
-        """Returns the distance (n,) between both end points."""
+        """Return the distance (n,) between both end points."""
         (a, b), _ = self.points(values, (), count)
         return np.linalg.norm(a - b, axis=-1)
 
@@ -120,7 +122,7 @@ class Multistart:
         return float(value.xreplace(self.given))
 
     def pose(self, placement: Placement) -> np.ndarray:
-        """Returns a placement as a matrix (4, 4)."""
+        """Return a placement as a matrix (4, 4)."""
         T = np.eye(4)
         for step in placement:
             M = np.eye(4)
@@ -138,17 +140,17 @@ class Multistart:
         return joint, self.pose(joint.before), self.pose(joint.after)
 
     def units(self, names: Mapping[str, float]) -> dict[str, str]:
-        """Returns the unit of each value, keyed by name."""
+        """Return the unit of each value, keyed by name."""
         slides = {j.name for j in self.joints.values() if j.kind == "prismatic"}
         return {n: "m" if n in slides or n in self.cylinders else "rad" for n in names}
 
     def scales(self, names: Sequence[str]) -> np.ndarray:
-        """Returns the mechanism size for each length, and 1 for each angle."""
+        """Return the mechanism size for each length, and 1 for each angle."""
         units = self.units(dict.fromkeys(names, 0.0))
         return np.array([self.size if units[name] == "m" else 1.0 for name in names])
 
     def wrapped(self, names: Sequence[str], difference: np.ndarray) -> np.ndarray:
-        """Divides length differences (..., n) by the size, and wraps angle differences to
+        """Divide length differences (..., n) by the size, and wrap angle differences to
         -pi..pi."""
         scales = self.scales(names)
         turned = np.remainder(difference + np.pi, 2 * np.pi) - np.pi
@@ -157,7 +159,7 @@ class Multistart:
         return np.where(is_angle, turned, difference / scales)
 
     def random_q(self, rng: np.random.Generator, count: int) -> np.ndarray:
-        """Returns random coordinates (count, n) in ranges of the mechanism size."""
+        """Return random coordinates (count, n); lengths are scaled by the mechanism size."""
         columns = []
         for name in self.actuated:
             if name in self.cylinders:
@@ -172,7 +174,7 @@ class Multistart:
     # --- modes ---
 
     def modes(self, known: np.ndarray, names: Sequence[str]) -> list[list[dict[str, float]]]:
-        """Returns all configurations of the mechanism for the known values of some joints.
+        """Return all configurations of the mechanism for the known values of some joints.
 
         Args:
             known: (count, n) values (radian or meter).
@@ -212,7 +214,7 @@ class Multistart:
         return values
 
     def _holding(self, given: Mapping[str, object]) -> list[Loop]:
-        """Returns the loops that have equations.
+        """Return the loops that have equations.
 
         A loop with a cylinder of unknown length has no equation.
         """
@@ -223,13 +225,13 @@ class Multistart:
         ]
 
     def _holds(self, fixed: Mapping[str, float]) -> bool:
-        """Tests whether all loops without unknown joints are closed."""
+        """Test whether all loops without unknown joints are closed."""
         at = {name: np.array([value]) for name, value in fixed.items()}
         known = [loop for loop in self._holding(fixed) if loop.joints <= fixed.keys()]
         return all(np.abs(loop.residual(at, (), 1)[0]).max() < SAME for loop in known)
 
     def _parts(self, given: Mapping[str, object]) -> list[list[Loop]]:
-        """Groups the loops by shared unknown joints."""
+        """Group the loops by shared unknown joints."""
         parts: list[tuple[set[str], list[Loop]]] = []
         for loop in self._holding(given):
             unknown = loop.joints - given.keys()
@@ -244,7 +246,7 @@ class Multistart:
     def _part(
         self, given: Mapping[str, np.ndarray], loops: Sequence[Loop], count: int
     ) -> list[list[dict[str, float]]]:
-        """Returns all modes of a group of loops for each row of known values."""
+        """Return all modes of a group of loops for each row of known values."""
         unknown = sorted({name for loop in loops for name in loop.joints} - given.keys())
         rng = np.random.default_rng(0)
         found: list[np.ndarray] = [np.zeros((0, len(unknown))) for _ in range(count)]
@@ -277,7 +279,7 @@ class Multistart:
         rows: np.ndarray,
         x: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Runs Newton's method from x (n, unknown), with lengths relative to the mechanism size."""
+        """Run Newton's method from x (n, unknown), with lengths relative to the mechanism size."""
         error = np.full(len(x), np.inf)
         left = np.arange(len(x))
         eye = np.eye(len(unknown))
@@ -317,9 +319,9 @@ class Multistart:
     # --- tests of further configurations ---
 
     def gaps(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Returns closure errors (n,) relative to the size, at values (n,) of all joints.
+        """Return each configuration's largest closure error (n,), relative to the mechanism size.
 
-        The error is infinite if a cylinder length is not positive.
+        The input contains n values of every joint.
         """
         count = len(next(iter(values.values())))
         gaps = [np.abs(loop.residual(values, (), count)[0]).max(-1) for loop in self.loops]
@@ -330,10 +332,10 @@ class Multistart:
         return np.max([*gaps, *short], axis=0)
 
     def residual(self, mode: Mapping[str, float], held: Sequence[str]) -> float:
-        """Returns the minimum closure error with some values fixed.
+        """Return the minimum closure error with some values fixed.
 
         Args:
-            mode: A configuration (radian or meter) near a closed configuration.
+            mode: A configuration (radian or meter) near a configuration with closed loops.
             held: Names of the fixed values.
         """
         given = {name: np.array([mode[name]]) for name in held}
@@ -352,7 +354,7 @@ class Multistart:
         return best
 
     def strut_values(self, mode: Mapping[str, float]) -> dict[str, float]:
-        """Returns the swing angles of struts on pins, in the frames of their start bodies."""
+        """Return the swing angles of struts on pins, in the frames of their start bodies."""
         found = {}
         for loop in self.loops:
             strut = loop.loop_joint
@@ -367,7 +369,7 @@ class Multistart:
         return found
 
     def body(self, name: str, mode: Mapping[str, float]) -> np.ndarray:
-        """Returns the pose (4, 4) of a body in the base frame."""
+        """Return the pose (4, 4) of a body in the base frame."""
         T = np.eye(4)
         for joint in self.mechanism.path_to(name):
             _, before, after = self.around(joint)

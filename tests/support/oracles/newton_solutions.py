@@ -18,7 +18,7 @@ SAME = 1e-5
 def regular_solutions(
     arm: chasles.Robot, T: np.ndarray, fixed: dict[int, float] | None = None, seed: int = 0
 ) -> list[np.ndarray]:
-    """Solves a pose by multi-start Newton iteration.
+    """Solve a pose by multi-start Newton iteration.
 
     Args:
         arm: An arm with only revolute joints. Newton's method solves for six joints.
@@ -56,7 +56,7 @@ def regular_solutions(
 
 
 def _twists(T: np.ndarray, here: np.ndarray) -> np.ndarray:
-    """Returns twists (N, 6) from poses to T in base axes.
+    """Return twists (N, 6) from poses to T in base axes.
 
     The angular part is the rotation axis times the sine of the angle.
     """

@@ -1,10 +1,10 @@
 """Minimum error of an unbiased estimator under noise: the Cramer-Rao bound.
 
 Let J be the derivative of all measured values with respect to the variables, at the true values and
-in units of the standard deviations. No unbiased estimator has a covariance below C = (J^T J)^-1. An
-estimator with the covariance C has the error K dx at validation configurations. The matrix K is the
-derivative of the validation errors with respect to the variables. The error dx of the variables is
-sampled from C. Outlier rows count as valid rows, so the true bound is higher.
+in units of the standard deviations. No unbiased estimator has a covariance below C = (J^T J)^-1.
+Errors dx of the variables are sampled from a distribution with the covariance C. The errors at the
+validation configurations are K dx, where K is the derivative of these errors with respect to the
+variables.
 
 Source:
     S. M. Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, chapter 3.
@@ -18,29 +18,30 @@ import numpy as np
 from chasles.calibration import Calibration, Measurements, Poses, Positions
 
 DRAWS = 30
-"""Number of sampled estimates, for a mean error that is accurate to a few percent."""
+"""Number of sampled estimates of the error."""
 
 
 def least_error(
     robot, drawn: Any, found: Calibration, random: np.random.Generator, chance: float
 ) -> tuple[float, float]:
-    """Returns the validation error [m] of an estimator that reaches the bound.
+    """Return the validation error [m] of an estimator with the Cramer-Rao covariance.
 
-    The error is the mean length of the vectors ``K dx``. For ``dx = A g`` with ``A A^T = C`` and
-    standard normal numbers g, the Lipschitz constant of this error is at most the largest singular
-    value of ``K A`` divided by the square root of the point count. A Lipschitz function of normal
-    numbers exceeds its mean by ``L sqrt(-2 ln chance)`` with a probability of at most ``chance``.
-    Borell proved this bound, and independently Tsirelson, Ibragimov and Sudakov.
+    The error is the mean length of the vectors ``K dx``. Let ``dx = A g``, with ``A A^T = C`` and
+    standard normal numbers g. As a function of g, this error is Lipschitz continuous. Its Lipschitz
+    constant is at most the largest singular value of ``K A`` divided by the square root of the
+    point count. Let f be a function of standard normal variables with Lipschitz constant L. The
+    probability that f exceeds its mean by ``L sqrt(-2 ln chance)`` is at most ``chance``. Borell
+    proved this bound, and independently Tsirelson, Ibragimov and Sudakov.
 
     Args:
         robot: The robot, with parametric functions.
         drawn: The true robot.
         found: A calibration, which defines the variables and standard deviations.
-        random: Random generator of the estimates.
+        random: Random generator for the samples of the estimation error.
         chance: Probability that the error exceeds the returned bound.
 
     Returns:
-        (mean error, bound). The error exceeds the bound with at most the probability ``chance``.
+        (mean error, bound).
     """
     sigma, count = found.measurements.sigma, len(drawn.q)
     unknowns, validation = (
@@ -75,7 +76,7 @@ def derivative(
     p: np.ndarray,
     unknowns: np.ndarray,
 ) -> np.ndarray:
-    """Returns derivatives (M, k) of measured values with respect to calibration variables."""
+    """Return derivatives (M, k) of measured values with respect to calibration variables."""
     names = [item.name for item in robot.geometry]
     sought = [names.index(name) for name in found.names if name in names]
     J, R = robot.identification_jacobian(q, p)[..., sought], T_W_base[:3, :3]

@@ -44,12 +44,12 @@ class NumericTask:
     weights: tuple[int, ...] | None
 
     def solve(self, T: np.ndarray, threads: int = 1):
-        """Solves a single pose or a batch of poses."""
+        """Solve a single pose or a batch of poses."""
         return self.robot.ik_numeric(T, task_weights=self.weights, threads=threads)
 
 
 def numeric_task(name: str, count: int) -> NumericTask:
-    """Returns poses at random coordinates within limits.
+    """Return poses at random coordinates within limits.
 
     Unlimited joints move by half a turn or one meter.
     """
@@ -66,7 +66,7 @@ def numeric_task(name: str, count: int) -> NumericTask:
 
 
 def errors(task: NumericTask, results: Sequence[Any]) -> np.ndarray:
-    """Returns pose errors (m,) [m or rad], or NaN without a valid solution."""
+    """Return pose errors (m,) [m or rad], or NaN without a valid solution."""
     robot = task.robot
     q = np.array([result.q for result in results])
     claimed = np.array([bool(result.valid) for result in results])
@@ -75,17 +75,17 @@ def errors(task: NumericTask, results: Sequence[Any]) -> np.ndarray:
 
 
 def pose_error(task: NumericTask, T: np.ndarray) -> np.ndarray:
-    """Returns the larger of distance and angle (m,) to the task poses [m or rad]."""
+    """Return the larger of distance and angle (m,) to the task poses [m or rad]."""
     distance = np.linalg.norm(T[:, :3, 3] - task.T[:, :3, 3], axis=1)
     columns = slice(2, 3) if task.weights == DIRECTION else slice(0, 3)
     sides = np.linalg.norm(T[:, :3, columns] - task.T[:, :3, columns], axis=(1, 2))
     # A small rotation about a tool axis moves the end points of the two other unit axes by the
-    # rotation angle, so the norm is divided by sqrt(2). With DIRECTION, only the z axis is
-    # compared.
+    # rotation angle, so the norm is divided by sqrt(2). If the task weights are DIRECTION, only the
+    # z axes of the poses are compared.
     return np.maximum(distance, sides if task.weights == DIRECTION else sides / np.sqrt(2))
 
 
 def missed(task: NumericTask) -> int:
-    """Counts poses for which chasles finds no valid solution within the limits."""
+    """Count poses for which chasles finds no valid solution within the limits."""
     error = errors(task, [task.solve(pose) for pose in task.T])
     return int(np.count_nonzero(~(error <= TOLERANCE + ROUNDING)))

@@ -7,7 +7,7 @@ from chasles.derive import Rotation, SerialRobot
 
 
 def pinocchio_fk(robot: SerialRobot):
-    """Returns forward kinematics with Pinocchio: q (n,) -> tool pose (4, 4)."""
+    """Return forward kinematics with Pinocchio: q (n,) -> tool pose (4, 4)."""
     model, parent, placed = pin.Model(), 0, _placed(robot.base)
     kinds = {"revolute": pin.JointModelRZ, "prismatic": pin.JointModelPZ}
     for joint in robot.joints:

@@ -59,14 +59,14 @@ class Screws:
 
 
 def turned(columns: np.ndarray, axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Rotates columns (..., 3, m) about an axis through the origin (Rodrigues)."""
+    """Rotate columns (..., 3, m) about an axis through the origin (Rodrigues)."""
     cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     once = cross @ columns
     return columns + np.sin(angle) * once + 2 * np.sin(angle / 2) ** 2 * (cross @ once)
 
 
 def screws(name: str) -> Screws:
-    """Returns the screws of a shipped robot's main chain from its description."""
+    """Return the screws of a shipped robot's main chain from its description."""
     described = read(ROBOTS / f"{name}.toml")
     return screws_of(described if isinstance(described, SerialRobot) else described.main_chain)
 
@@ -94,7 +94,7 @@ def _placed(placement: Placement, values: dict[sp.Symbol, sp.Expr]) -> np.ndarra
 
 
 def meeting(axes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, float]:
-    """Returns the point closest to several lines, and its distance [m] from the farthest line."""
+    """Return the point closest to several lines, and its distance [m] from the farthest line."""
     normals = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     sums = normals.sum(axis=0), np.einsum("kij,kj->i", normals, points)
     point = np.linalg.lstsq(*sums, rcond=None)[0]
@@ -103,7 +103,7 @@ def meeting(axes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def locked(chain: Screws, joint: int, value: float) -> Screws:
-    """Returns the chain that remains if one joint is fixed at a value."""
+    """Return the chain that remains if one joint is fixed at a value."""
     moved = np.zeros(len(chain.axes))
     moved[joint] = value
     frame = chain.fk(moved) @ inverted(chain.home)
@@ -120,7 +120,7 @@ def locked(chain: Screws, joint: int, value: float) -> Screws:
 
 
 def reverse(chain: Screws) -> Screws:
-    """Returns the chain from tip to base, with inverse poses and reversed joint order."""
+    """Return the chain from tip to base, with inverse poses and reversed joint order."""
     home = inverted(chain.home)
     R, p = home[:3, :3], home[:3, 3]
     axes, slides = (-(vectors @ R.T)[::-1] for vectors in (chain.axes, chain.slides))
@@ -128,7 +128,7 @@ def reverse(chain: Screws) -> Screws:
 
 
 def inverted(T: np.ndarray) -> np.ndarray:
-    """Returns the inverses of poses (..., 4, 4)."""
+    """Return the inverses of poses (..., 4, 4)."""
     inverse = np.zeros_like(T)
     R = np.swapaxes(T[..., :3, :3], -1, -2)
     inverse[..., :3, :3], inverse[..., 3, 3] = R, 1

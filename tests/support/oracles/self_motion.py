@@ -1,4 +1,4 @@
-"""Counts how many poses of a path are within the limits of a redundant robot."""
+"""Counts the poses of a path that a redundant robot reaches within its limits."""
 
 import itertools
 
@@ -7,17 +7,16 @@ from scipy.spatial import cKDTree
 
 
 def reached_poses(robot, T, limits, cells, step=0.25):
-    """Returns the number of consecutive poses that a continuous motion reaches from the first pose.
+    """Return the number of consecutive poses that a continuous motion reaches from the first pose.
 
-    Between consecutive poses, no coordinate moves by more than ``step``. The motion starts at any
-    configuration of the first pose.
+    Between consecutive poses, no coordinate moves by more than ``step``.
 
     Args:
         robot: A redundant robot, with limits for all revolute joints.
         T: (m, 4, 4) poses of the path.
         limits: (n, 2) lower and upper limits.
         cells: Grid points per redundancy parameter.
-        step: Maximum displacement of a coordinate between poses [rad or m].
+        step: Maximum coordinate change from one pose to the next [rad or m].
     """
     index = [item.index for item in robot.redundancy]
     grid = np.array(list(itertools.product(*(np.linspace(*limits[k], cells) for k in index))))
@@ -37,7 +36,7 @@ def reached_poses(robot, T, limits, cells, step=0.25):
 
 
 def look_at(eye, target):
-    """Returns camera poses at points (m, 3), with z axes that point at a target (3,)."""
+    """Return camera poses at points (m, 3), with z axes that point at a target (3,)."""
     z = (target - eye) / np.linalg.norm(target - eye, axis=-1, keepdims=True)
     x = np.cross(z, [0.0, 0.0, 1.0])
     x /= np.linalg.norm(x, axis=-1, keepdims=True)

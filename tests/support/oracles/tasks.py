@@ -12,8 +12,8 @@ class Task:
 
     Attributes:
         target: Function from poses (..., 4, 4) to targets.
-        error: Function from poses and targets to the error (...): the larger of distance [m] and
-            angle [rad].
+        error: Function from poses and targets to errors of shape (...). An error is the larger of
+            distance [m] and angle [rad].
         residual: Function from poses and targets to residuals (..., rows), in the order of the
         Jacobian.
         jacobian: Function from poses and mixed Jacobians (..., 6, n) to the Jacobian of the task
@@ -27,7 +27,7 @@ class Task:
 
 
 def turned(R: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Returns the angle (...) between two rotation matrices (..., 3, 3)."""
+    """Return the angle (...) between two rotation matrices (..., 3, 3)."""
     between = np.swapaxes(R, -1, -2) @ wanted
     twice = between - np.swapaxes(between, -1, -2)
     sine = np.linalg.norm(twice[..., (2, 0, 1), (1, 2, 0)], axis=-1)
@@ -39,12 +39,12 @@ def _far(T: np.ndarray, p: np.ndarray) -> np.ndarray:
 
 
 def _pitch(T: np.ndarray) -> np.ndarray:
-    """Returns the elevation of the tool's axis above the plane z = 0."""
+    """Return the elevation of the tool's axis above the plane z = 0."""
     return np.arctan2(T[..., 2, 2], np.hypot(T[..., 0, 2], T[..., 1, 2]))
 
 
 def _pitch_rates(T: np.ndarray, J: np.ndarray) -> np.ndarray:
-    """Returns cos(pitch) times the derivatives of the pitch."""
+    """Return cos(pitch) times the derivatives of the pitch."""
     return J[..., 3, :] * T[..., 1, 2, None] - J[..., 4, :] * T[..., 0, 2, None]
 
 
@@ -61,14 +61,14 @@ def _concatenated(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def _turn(T: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Returns the remaining rotation in base axes, as axis times sine of the angle."""
+    """Return the remaining rotation in base axes, as axis times sine of the angle."""
     between = wanted[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2)
     twice = between - np.swapaxes(between, -1, -2)
     return twice[..., (2, 0, 1), (1, 2, 0)] / 2
 
 
 def _tilt(T: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Returns the remaining rotation of the tool's axis, about the tool's x and y axes."""
+    """Return the remaining rotation of the tool's axis about the x and y axes of the tool."""
     turn = np.cross(T[..., :3, 2], direction)
     return np.einsum("...ji,...j->...i", T[..., :3, :2], turn)
 
@@ -78,7 +78,7 @@ def _row(values: np.ndarray) -> np.ndarray:
 
 
 def _across(T: np.ndarray, J: np.ndarray) -> np.ndarray:
-    """Returns the angular velocity components about the x and y axes of the tool."""
+    """Return the angular velocity components about the x and y axes of the tool."""
     return np.swapaxes(T[..., :3, :2], -1, -2) @ J[..., 3:, :]
 
 

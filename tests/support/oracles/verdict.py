@@ -33,14 +33,13 @@ class Verdict:
 
     Attributes:
         poses: Number of targets, all reachable.
-        missed: Number of targets that no solution reaches. Least-squares results are not solutions.
+        missed: Number of targets that no solution reaches.
         unfound: Number of targets that no returned configuration reaches, including least-squares
             results.
-        wrong: Number of targets with a solution that is claimed as exact but does not reach the
-            target.
+        wrong: Number of targets with a wrong solution. A wrong solution is marked as exact but does
+            not reach the target.
         lost: Number of targets for which the solutions do not contain the coordinates that
-            generated the target. Singular coordinates are not counted. None for sets of singular
-            coordinates.
+            generated the target.
         worst: Largest residual of the solutions that reach their target [m or rad].
     """
 
@@ -53,7 +52,7 @@ class Verdict:
 
 
 def judged(case: Case, poses: PoseSet, solve: Callable[[np.ndarray], Answers]) -> Verdict:
-    """Tests the answers of `solve` to all targets of a set."""
+    """Test the answers of `solve` to all targets of a set."""
     chunks = np.array_split(poses.q, max(1, -(-len(poses.q) // CHUNK)))
     parts = [_judged(case, q, solve(q)) for q in chunks]
     missed, unfound, wrong, lost = (sum(of) for of in zip(*(p[:-1] for p in parts), strict=True))
@@ -71,7 +70,7 @@ def _judged(case: Case, q: np.ndarray, found: Answers) -> tuple[int, int, int, i
 
 
 def residuals(case: Case, q: np.ndarray, found: Answers) -> np.ndarray:
-    """Returns residuals (m, k). A solution slot without a solution has an infinite residual."""
+    """Return residuals (m, k). A solution slot without a solution has an infinite residual."""
     errors = np.full(found.claimed.shape, np.inf)
     rows, slots = np.nonzero(np.isfinite(found.q).all(axis=-1))
     if len(rows):
@@ -85,7 +84,7 @@ def _included(case: Case, q: np.ndarray, found: np.ndarray, good: np.ndarray) ->
 
 
 def _apart(case: Case, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Returns the largest joint difference (...), modulo whole turns."""
+    """Return the largest joint difference (...), modulo whole turns."""
     difference = first - second
     return np.max(np.abs(np.where(case.turns, wrapped(difference), difference)), axis=-1)
 
@@ -111,13 +110,13 @@ def distinct(case: Case, q: np.ndarray) -> np.ndarray:
 
 
 def counts(case: Case, found: Answers) -> np.ndarray:
-    """Counts the distinct solutions that are claimed as exact, for each of m targets."""
+    """For each of m targets, count the distinct solutions that the inverse claims to be exact."""
     pairs = zip(found.q, found.claimed, strict=True)
     return np.array([len(distinct(case, q[claimed])) for q, claimed in pairs])
 
 
 def newton(case: Case, q: np.ndarray, rng: np.random.Generator, starts: int = STARTS) -> np.ndarray:
-    """Returns the distinct solutions (k, n) of Newton's method for the target at q (n,).
+    """Return the distinct solutions (k, n) of Newton's method for the target at q (n,).
 
     The iteration starts from random coordinates, ``starts`` times.
     """
@@ -143,7 +142,7 @@ def newton(case: Case, q: np.ndarray, rng: np.random.Generator, starts: int = ST
 def _system(
     case: Case, z: np.ndarray, target: np.ndarray, others: tuple[np.ndarray, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns (Jacobian, residual) of a task.
+    """Return (Jacobian, residual) of a task.
 
     An input that is a function of q adds rows to the Jacobian and to the residual.
     """

@@ -7,13 +7,13 @@ from tests.support.generators.poses import Case
 from tests.support.peers.interface import Answers, answers
 
 FIXED_JOINTS = {"iiwa14": 2, "panda": 6}
-"""Index of the fixed joint for other libraries that solve only six joints."""
+"""Index of the joint that is fixed if a library can solve only six joints."""
 MAX_JOINTS = 6
 """A robot with more joints has infinitely many solutions."""
 
 
 def own_answers(case: Case, q: np.ndarray) -> Answers:
-    """Returns the solutions of chasles for the targets at q (m, n)."""
+    """Return the solutions of chasles for the targets at q (m, n)."""
     fixed = fixed_values(case.robot, case.others(q)) if case.given else {}
     solve = getattr(case.robot, case.function)
     found = solve(case.targets(q), **({"fixed": fixed} if fixed else {}))
@@ -21,11 +21,11 @@ def own_answers(case: Case, q: np.ndarray) -> Answers:
 
 
 def peer_answers(name: str, case: Case, q: np.ndarray) -> Answers:
-    """Returns the solutions of another library for the targets at q (m, n)."""
+    """Return the solutions of another library for the targets at q (m, n)."""
     fixed = FIXED_JOINTS.get(case.name, -1)
     return answers(name, case.screws, case.targets(q), fixed, q[:, fixed])
 
 
 def chooses_branches(name: str, case: Case) -> bool:
-    """Tests whether the library selects some of infinitely many solutions of a redundant robot."""
+    """Test whether the library selects some of infinitely many solutions of a redundant robot."""
     return name == "ssik" and case.robot.n > MAX_JOINTS

@@ -45,7 +45,7 @@ def _set_up(chain: Screws, family: Callable, *groups: tuple[int, ...]) -> Invers
 
 
 def _reversed(chain: Screws) -> Inverse | None:
-    """Solves the reversed arm, if the first three axes form a wrist."""
+    """Solve the reversed arm, if the first three axes form a wrist."""
     other = inverse(reverse(chain))
     if other is None:
         return None

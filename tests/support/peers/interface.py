@@ -21,7 +21,7 @@ PARALLEL = 1e-9
 
 
 class Unsolved(Exception):
-    """The error for an arm that no solver of the other library supports."""
+    """Error raised for an arm that no solver of the other library supports."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,8 @@ class Inverse:
 
     Attributes:
         name: The peer.
-        call: The timed function. It maps a prepared pose to a result in the format of the library.
+        call: The timed function. The function maps a pose in the format of the library to a result
+            in the format of the library.
         read: Converts a result of `call` to joint values (k, n), and to k booleans that state
             whether the library claims that a solution is exact.
         prepare: Function from a pose (4, 4) to the pose expected by the other library.
@@ -57,12 +58,12 @@ class Inverse:
     batch: Callable[[np.ndarray], Any]
 
     def found(self, T: np.ndarray) -> tuple[Any, Any]:
-        """Returns the joint values for a pose, and whether each solution is claimed as exact."""
+        """Return the joint values for a pose, and whether each solution is claimed as exact."""
         return self.read(self.call(self.prepare(T)))
 
 
 def absent() -> dict[str, str]:
-    """Lists the missing libraries with their pip packages."""
+    """List the missing libraries with their pip packages."""
     return {name: package for name, package in INSTALL.items() if _imported(name) is None}
 
 
@@ -74,9 +75,9 @@ def inverses(chain: Screws) -> list[Inverse]:
 
 
 def answers(name: str, chain: Screws, T: np.ndarray, lock: int, values: np.ndarray) -> Answers:
-    """Returns the inverse kinematics solutions of another library for poses (m, 4, 4).
+    """Return the inverse kinematics solutions of another library for poses (m, 4, 4).
 
-    If the other library cannot solve the whole arm, joint `lock` is fixed at values (m,).
+    If the other library cannot solve the whole arm, joint `lock` is fixed at `values` (m,).
 
     Raises:
         Unsolved: The other library cannot solve the arm even with joint `lock` fixed.
@@ -101,7 +102,7 @@ def _locked(
 
 
 def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
-    """Combines answers of different lengths into arrays, padded with NaN."""
+    """Combine answers of different lengths into arrays, padded with NaN."""
     rows = list(found)
     most = max((len(q) for q, _ in rows), default=0)
     all_q = np.full((len(rows), most, joints), np.nan)
@@ -113,14 +114,14 @@ def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
 
 
 def aligned(chain: Screws) -> Callable[[np.ndarray], np.ndarray]:
-    """Returns a function that makes tip frames parallel to the base frame at joint values 0."""
+    """Return a function that makes tip frames parallel to the base frame at joint values 0."""
     turn = np.eye(4)
     turn[:3, :3] = chain.home[:3, :3].T
     return lambda T: T @ turn
 
 
 def offsets(chain: Screws, *groups: Sequence[int]) -> np.ndarray:
-    """Returns the translations (n + 1, 3) between consecutive axes.
+    """Return the translations (n + 1, 3) between consecutive axes.
 
     The axes of a group share a point.
     """

@@ -18,7 +18,7 @@ TOLERANCE = 1e-13
 
 
 def inverse(chain: Screws, lower: np.ndarray, upper: np.ndarray) -> Callable:
-    """Returns a function from a pose (4, 4) to a solution with `q` and `valid`."""
+    """Return a function from a pose (4, 4) to a solution with `q` and `valid`."""
     elements = sequence(chain, lower, upper)
 
     def call(T: np.ndarray):

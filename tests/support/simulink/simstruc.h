@@ -1,4 +1,5 @@
-/* Stub of Simulink: the macros that the S-function uses, over a block in memory. */
+/* Stub of the Simulink header, with the macros that the S-function uses. The macros read and write
+ * a plain struct. */
 #ifndef STUB_SIMSTRUC_H
 #define STUB_SIMSTRUC_H
 

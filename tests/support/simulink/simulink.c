@@ -1,4 +1,4 @@
-/* Runs the S-function that includes this file for one step. */
+/* Runs a Simulink S-function for one step; the C file of the S-function includes this file. */
 
 /* Returns the number of outputs, or -1 if the block has an error. The array `inputs` contains the
  * inputs of all ports in sequence, and the array `outputs` receives the outputs of all ports. */

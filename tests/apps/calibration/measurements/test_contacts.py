@@ -34,7 +34,6 @@ def test_observation_derivatives_match_central_differences(name):
     measurements, x = OBSERVATIONS[name]
     T, h = POSES, 1e-6
     if name == "poses":
-        # The derivative of the orientation error is exact only if the orientation error is zero.
         probe = se3.exp([0.2, -0.1, 0.3, 0.4, 0.2, 0.1])
         measurements = Poses(T @ probe, (0.1, 0.2), probe)
     twists = np.broadcast_to(np.eye(6), (len(T), 6, 6))

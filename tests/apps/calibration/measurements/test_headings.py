@@ -80,8 +80,7 @@ def written(path, header, values, separator=",", decimal=".", before=()):
 
 
 PAIRS = [(JOINTS[k % 26], PLACES[(k + k // 26) % 17]) for k in range(52)]
-"""Each pair consists of a joint name and a target name. Each joint name occurs with two target
-names, and each target name with three joint names."""
+"""Each pair consists of a joint name and a target name."""
 
 
 @pytest.mark.parametrize(("joints", "places"), PAIRS)

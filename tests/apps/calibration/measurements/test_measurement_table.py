@@ -250,8 +250,7 @@ def test_tables_in_common_encodings_and_formats_are_read(arm, tmp_path, written,
         (TABLE.replace(",", "~"), "one column.*commas, semicolons or tabs"),
         (TABLE.replace(".", ","), "line 2: 18 cells, but 9 columns"),
         (TABLE.rpartition(",")[0], r"line 6: 'z' is empty"),
-        # Without a unit, the value 0.1 may be in mm or m. A single column without a unit is
-        # rejected.
+        # A single column without a unit is rejected.
         (TABLE.replace("z [mm]", "z"), "column 'z' has no unit"),
         ("\n".join([BARE, *(",".join(["0.5"] * 9) for _ in range(5))]), "'q1' has no unit"),
         (TABLE.replace("x [mm],y [mm],z [mm]", "x,y,z [mm],qw,qx,qy,qz"), "'x' has no unit"),

@@ -37,7 +37,7 @@ def drawn(count):
 
 
 def off(points, form):
-    """Returns distances of points from the implicit conic and from its plane."""
+    """Return distances of points from the implicit conic and from its plane."""
     R, middle, a, b, kind = form
     x, y, z = ((points - middle) @ R).T
     x, y = x / a, y / b
@@ -91,11 +91,7 @@ def test_points_without_conic_arc_are_rejected():
 
 
 def test_teaching_arm_follows_two_parabolas_of_paper():
-    """Each conic takes 50 steps of 0.01 s.
-
-    The points are raised by 0.05 m so that all of them are reachable. With the paper's base height
-    of 0.1 m, three points violate the limits.
-    """
+    """With the paper's base height of 0.1 m, three points violate the limits."""
     arm = chasles.load("lynxmotion")
     y = np.array([0.2, 0.15, 0.1, 0.05, 0.0])
     points = np.column_stack([np.full(5, 0.2), y, [0.15, 0.1, 0.15, 0.1, 0.15]])

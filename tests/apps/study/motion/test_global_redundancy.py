@@ -44,7 +44,7 @@ def motions(name, count, **options):
 
 
 def cost(robot, q):
-    """Returns the weighted sum of squared joint displacements."""
+    """Return the weighted sum of squared joint displacements."""
     units = np.array([robot.unit_length if c.unit == "m" else 1.0 for c in robot.coordinates])
     return (np.diff(q / units, axis=0) ** 2).sum() * (len(q) - 1)
 
@@ -132,11 +132,6 @@ def test_camera_looks_at_a_target_within_limits():
 
 
 def test_motion_that_must_follow_a_limit_is_found(monkeypatch):
-    """The carriage stays at its limit for a part of the path, where a spline would exceed the
-    limit.
-
-    Of all grid settings, only the last finds this motion.
-    """
     monkeypatch.setattr(global_redundancy, "_TRIES", global_redundancy._TRIES[-1:])
     outcome = redundancy.trial(77000106)
     assert outcome.counts == {"resolved": 1}

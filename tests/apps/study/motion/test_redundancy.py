@@ -24,7 +24,7 @@ def lines(robot, rng, count):
 
 
 def by_least_squares(robot, T, q):
-    """Repeats the iteration with LAPACK's minimum-norm least squares."""
+    """Repeat the iteration with LAPACK's minimum-norm least squares."""
     for _ in range(20):
         reached = robot.fk(q)
         turn = Rotation.from_matrix(T[:3, :3] @ reached[:3, :3].T).as_rotvec()
@@ -51,7 +51,6 @@ def test_minimum_norm_configuration_matches_scipy(name):
         for T, q in zip(poses[[4, 10]], found.q[[4, 10]], strict=True):
             np.testing.assert_allclose(q, by_least_squares(robot, T, q_0), atol=1e-9)
             checked += 1
-        # The configuration at a time does not depend on the number of sampled times.
         np.testing.assert_allclose(motion.at(found.t[[3, 9]]).q, found.q[[3, 9]], atol=1e-12)
     assert checked == 6
 
@@ -100,7 +99,8 @@ def test_minimum_norm_never_evaluates_curve_beyond_ends(name):
         s = curve.length * np.array([0, 1e-4, 2e-3, 3.9e-3, 0.5, 0.9961, 0.998, 0.9999, 1])
         one, other = (minimum_norm(robot, own, s, q_0) for own in (curve, Bounded(curve)))
         np.testing.assert_array_equal(one.q, other.q)
-        # Extending the curve allows central differences at both ends.
+        # With the extended curve, central differences are possible at both ends of the original
+        # curve.
         step = 1e-3 * curve.length
         nodes = s[:, None] + step * np.arange(-2, 3)
         wide = line(*curve.at(np.array([-0.1, 1.1]) * curve.length).T)

@@ -1,4 +1,4 @@
-"""The 49 s motion of the well manipulator and its stages."""
+"""The 49 s motion of the well manipulator, and the stages of this motion."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def robot():
 
 @pytest.fixture(scope="module")
 def process(robot):
-    """Returns the working process of the manipulator in section 5 of the paper.
+    """Return the process of section 5 of the paper.
 
     In the last stage, four joints satisfy three conditions. The paper does not state a fourth
     condition. Minimum-norm steps from the configuration at 37 s reproduce the printed amplitudes.
@@ -96,8 +96,8 @@ def test_process_amplitudes_match_paper(robot, process):
     np.testing.assert_allclose(np.ptp(theta, axis=0)[[0, 1, 2, 4, 6]], printed, atol=0.5)
     lengths = 1000 * np.ptp(found.q, axis=0)[[1, 2, 4, 6]]
     np.testing.assert_allclose(lengths, [348.9, 302.7, 318.9, 123.2], atol=0.05)
-    # The paper prints the amplitudes 345, 302, 319 and 123 mm. The first printed amplitude was
-    # computed with two swapped coordinates of B, as in equation (64).
+    # The first printed amplitude was computed with two swapped coordinates of B, as in equation
+    # (64).
     np.testing.assert_allclose(lengths[1:], [302, 319, 123], atol=1)
 
 

@@ -26,7 +26,7 @@ def test_time_scalings_respect_limits_and_end_at_rest():
         assert np.abs(a).max() <= limits["acceleration"] * (1 + 1e-9)
         assert np.abs(v[[0, -1]]).max() <= 1e-6 * np.abs(v).max()
         assert (np.diff(s) >= -1e-9 * length).all()
-        # The shortest motion reaches at least one limit.
+        # A time-optimal motion reaches at least one limit.
         jerk = found.coefficients[:, 3] * 6 if found.coefficients.shape[1] > 3 else np.zeros(1)
         peaks = [v.max() / limits["speed"], np.abs(a).max() / limits["acceleration"]]
         assert max(*peaks, np.abs(jerk).max() / limits["jerk"]) > 0.99

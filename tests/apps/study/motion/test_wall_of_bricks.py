@@ -15,7 +15,7 @@ ABOVE = 0.15
 
 
 def running_bond(courses, bricks):
-    """Returns the centers of bricks in running bond."""
+    """Return the centers of bricks in running bond."""
     for course in range(courses):
         for k in range(bricks - course % 2):
             aside = BRICK[0] * (k + course % 2 / 2)
@@ -55,7 +55,6 @@ def test_every_brick_is_released_at_its_position(laying):
     assert len(places) == 8
     released = [found.T[found.stage == 4 * k + 2][0, :3, 3] for k in range(len(places))]
     np.testing.assert_allclose(released, places, atol=1e-12)
-    # Every brick is supported, and no vertical joint crosses two rows.
     for k, place in enumerate(places):
         if place[2] > places[0][2]:
             below = [other for other in places[:k] if abs(place[2] - other[2] - BRICK[2]) < 1e-9]

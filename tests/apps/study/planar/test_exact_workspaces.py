@@ -42,7 +42,7 @@ def place(lengths, q):
 
 
 def sampled(lengths, lower, upper, rng, count=20_000):
-    """Samples configurations, half of them with joints at limits."""
+    """Sample configurations, half of them with joints at limits."""
     shape = (count, len(lengths))
     ends = np.where(rng.random(shape) < 0.5, lower, upper)
     at_end = (rng.random(shape) < 0.4) & (np.arange(count) % 2 == 0)[:, None]
@@ -50,7 +50,7 @@ def sampled(lengths, lower, upper, rng, count=20_000):
 
 
 def reached(chain, target, rng):
-    """Tests in closed form whether two joints reach a point."""
+    """Test in closed form whether two joints reach a point."""
     lengths, lower, upper = chain
     q = rng.uniform(lower[:-2], upper[:-2], (1 if len(lower) == 2 else 10_000, len(lower) - 2))
     if len(lower) == 3:
@@ -126,10 +126,7 @@ def body_of(chain, offset, turn):
 
 
 def test_revolved_workspace_volume_matches_monte_carlo():
-    """The section planes are offset to both sides of the axis of revolution.
-
-    Some regions revolve by more than a full turn.
-    """
+    """The section planes are offset to both sides of the axis of revolution."""
     rng, checked = np.random.default_rng(3), 0
     for k, chain in enumerate(chains(3, seed=5)):
         turn = np.array([0, rng.uniform(*[(0.5, 3), (3.3, 6.2), (6.3, 7)][k % 3])])
@@ -140,8 +137,6 @@ def test_revolved_workspace_volume_matches_monte_carlo():
         rho, angle = np.hypot(points[:, 0], points[:, 1]), np.arctan2(points[:, 1], points[:, 0])
         inside = np.zeros(len(points), dtype=bool)
         for sign in (1, -1):
-            # The normal of the plane is -y. At base angle 0, the plane contains the points (u,
-            # -offset, z).
             u = sign * np.sqrt(np.maximum(rho**2 - body.offset**2, 0))
             turned = (angle - np.arctan2(-body.offset, u) - turn[0]) % (2 * np.pi)
             there = (rho >= abs(body.offset)) & (turned <= np.ptp(turn))
@@ -152,7 +147,6 @@ def test_revolved_workspace_volume_matches_monte_carlo():
         found = points[inside]
         assert (found.min(0) >= low - 1e-12).all()
         assert (found.max(0) <= high + 1e-12).all()
-        # Samples may miss the corners of small workspaces, so 60 % of each side are enough.
         assert (np.ptp(found, 0) > 0.6 * (high - low)).all()
         section = body.meridian
         assert section.contains(np.column_stack([rho, points[:, 2]])[inside]).all()
@@ -186,7 +180,7 @@ def test_swept_disc_volume_matches_pappus_theorem():
 
 
 def meeting(robot, q, k):
-    """Fits a point that is fixed on both links k and k + 2."""
+    """Fit a point that is fixed on both link k and link k + 2, and return its positions."""
     poses = robot.link_poses(q)
     near, far = poses[:, k - 1], poses[:, k + 1]
     few = slice(0, 200)
@@ -206,7 +200,7 @@ def test_wrist_workspace_matches_samples(name):
 
 
 def check_wrist(robot, count):
-    """Compares the workspace with sampled configurations.
+    """Compare the workspace with sampled configurations.
 
     Returns:
         Largest distance of samples outside the workspace [m], and fraction of inner cells without a

@@ -32,10 +32,11 @@ def test_constant_orientation_area_matches_reference(name, degrees, square_milli
 
 
 def by_chords(centers, inner, outer):
-    """Integrates the lengths of horizontal chords inside annuli.
+    """Integrate the lengths of horizontal chords inside annuli.
 
-    The chord ends behave like a square root at heights where circles begin, end or intersect. Gauss
-    points that follow a sine remove the square-root singularity.
+    The chord length has square-root singularities at heights where circles begin, end or intersect.
+    The heights are the sines of Gauss points, scaled to each interval. This substitution removes
+    the square-root singularities.
     """
     heights = [c[1] + sign * r for c in centers for r in (inner, outer) for sign in (-1, 1)]
     for a, b in combinations([(c, r) for c in centers for r in (inner, outer)], 2):
@@ -66,7 +67,6 @@ def chord(centers, inner, outer, y):
 @pytest.mark.parametrize(("name", "coupler"), [("planar_3rrr", 130), ("planar_3rrr_170", 170)])
 @pytest.mark.parametrize("degrees", [15, 60])
 def test_constant_orientation_area_matches_chord_integration(name, coupler, degrees):
-    """The platform joints are at the corners and rotate with the platform."""
     corners = np.radians([210, 330, 90])
     base, turned = corners, corners + np.radians(degrees)
     centers = 290 * np.column_stack([np.cos(base), np.sin(base)])
@@ -129,7 +129,7 @@ def test_region_contains_exactly_poses_with_valid_inverse():
 
 @pytest.fixture(scope="module")
 def dexterous_platform(tmp_path_factory):
-    """Returns a planar robot whose small platform reaches every angle near the center of the
+    """Return a planar robot whose small platform reaches every angle near the center of the
     base."""
     folder = tmp_path_factory.mktemp("small")
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "small"\n'
@@ -152,7 +152,7 @@ def test_dexterous_region_contains_all_orientations(dexterous_platform):
 
 @pytest.mark.parametrize(("crank", "coupler", "r_p"), [(300, 350, 60)])
 def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler, r_p, tmp_path):
-    """Unequal links leave an unreachable disc at each pivot.
+    """A leg with two links of unequal length cannot reach a disc around its pivot.
 
     The disc may move around the tool while the platform rotates.
     """
@@ -179,8 +179,7 @@ def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler,
     assert (always | ~inside).all()
     assert (inside != always).mean() < 5e-3
     assert 150 < inside.sum() < 1350
-    # Points inside the orbit of the disc are dexterous. Points that the disc sweeps are not
-    # dexterous.
+    # Points that the disc sweeps are not dexterous.
     away = np.linalg.norm(points[:, None] - pivots, axis=-1).min(1)
     assert (inside & (away < r - hole)).any() or hole > r
     assert not inside[(away > abs(r - hole)) & (away < r + hole)].any()

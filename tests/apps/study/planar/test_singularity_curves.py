@@ -20,7 +20,7 @@ def robot(tmp_path_factory):
 
 
 def determinant(pose, length=1.0):
-    """Returns the determinant of the rod lines, or NaN if the platform is out of reach."""
+    """Return the determinant of the rod lines, or NaN if the platform is out of reach."""
     pose = np.asarray(pose)
     q = planar.cranks(pose, ROD, 1.0)
     r = planar.pins(pose) - pose[..., None, :2]
@@ -32,13 +32,13 @@ def determinant(pose, length=1.0):
 
 
 def stretch(pose):
-    """Returns the distance (..., 3) of each leg from its nearest limit."""
+    """Return the distance (..., 3) of each leg from its nearest limit."""
     reach = reaches(pose)
     return np.minimum(abs(reach - LONG), abs(reach - SHORT))
 
 
 def reaches(pose):
-    """Returns the distances (..., 3) of the pins from the base joints."""
+    """Return the distances (..., 3) of the pins from the base joints."""
     d = planar.pins(np.asarray(pose)) - planar.BASE * planar.DIRECTIONS
     return np.hypot(d[..., 0], d[..., 1])
 
@@ -70,8 +70,7 @@ def test_singularity_curves_are_singular_and_complete(robot, phi):
         known = np.isfinite(values[1:]) & np.isfinite(values[:-1])
         for k in np.flatnonzero(known & ((values[1:] > 0) != (values[:-1] > 0))):
             distance = min(np.hypot(*(curve - row[k]).T).min() for curve in found.type_2)
-            # A singularity curve ends where a leg reaches its limit. A grid cell at the end of a
-            # curve may have no complete edge.
+            # A singularity curve ends where a leg reaches its limit.
             near = np.minimum(
                 abs(reaches(posed(row[k])) - LONG), abs(reaches(posed(row[k])) - SHORT)
             )
@@ -135,6 +134,9 @@ def test_singularity_curves_are_saved_plotted_and_refused_for_arms(tmp_path):
     for one, other in zip(found.type_1 + found.type_2, again.type_1 + again.type_2, strict=True):
         np.testing.assert_array_equal(one, other)
     names = [text.get_text() for text in found.plot().get_legend().get_texts()]
-    assert names == ["type 1: a leg is stretched or folded", "type 2: the platform gains a freedom"]
+    assert names == [
+        "type 1: a leg is stretched or folded",
+        "type 2: the platform gains a degree of freedom",
+    ]
     with pytest.raises(chasles.MissingFunctionError, match="'ur5e' has no 'ik_planar'"):
         singularity_curves(chasles.load("ur5e"), 0.1)

@@ -34,7 +34,7 @@ def legs(rng, width):
 
 
 def at_angles(own, points, count):
-    """Returns for each of m points and each of `count` platform angles whether the platform reaches
+    """Return for each of m points and each of `count` platform angles whether the platform reaches
     the point at this angle."""
     angles = np.linspace(0, own[0].width, count)
     found = []
@@ -53,7 +53,6 @@ def test_orientation_range_areas_match_dense_angle_samples():
         possible = at_angles(own, points, 200)
         total, inclusive = _total(own), _inclusive(own, 5e-3)
         inside = total.contains(points)
-        # The boundary moves little between two sampled angles, so the results differ at few points.
         assert not (inside & ~possible.all(1)).any()
         assert (possible.all(1) & ~inside).mean() < 0.005
         deviation = 5 / math.sqrt(count) * inside.std() + 5 / count
@@ -135,7 +134,7 @@ def test_plot_legend_names_singular_curves():
     axes = constant_orientation_workspace(platform, 0.5).plot(
         singular=singularity_curves(platform, 0.5, resolution=31)
     )
-    assert axes.get_legend().get_texts()[0].get_text() == "platform gains a freedom"
+    assert axes.get_legend().get_texts()[0].get_text() == "platform gains a degree of freedom"
 
 
 def test_invalid_orientation_range_arguments_are_rejected():

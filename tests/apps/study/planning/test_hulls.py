@@ -16,7 +16,7 @@ DRAWN = ("link", "plate", "guide", "ram", "carriage", "rod")
 
 
 def closed(robot, rng, count):
-    """Returns configurations (count, n) and all their joint variables."""
+    """Return configurations (count, n) and all their joint variables."""
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
     q = rng.uniform(lower, upper, (60 * count, robot.n))
@@ -55,7 +55,6 @@ def test_collision_shapes_match_drawn_skeleton(name):
                     assert apart.max() < 1e-5 * bones.size
                     checked += 1
                 elif shape.kind in ("barrel", "piston"):
-                    # Barrel and piston extend from opposite ends of the capsule.
                     ends = own[body.span.name][0]
                     end = drawn[0] if shape.kind == "barrel" else drawn[1]
                     assert np.linalg.norm(end - ends[int(shape.kind == "piston")]) < 1e-9
@@ -121,7 +120,6 @@ def test_corner_motion_stays_within_bound(name):
     tight = []
     for size in (0.01, 0.1, 0.5):
         for _, z in zip(*closed(robot, rng, 4), strict=True):
-            # The joints move independently, because the bound does not require closed loops.
             w = rng.uniform(0, size, len(z))
             here, most = hulls.corners(z), hulls.moves(z, w)[0]
             far = np.zeros(len(here))

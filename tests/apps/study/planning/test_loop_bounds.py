@@ -45,7 +45,10 @@ def made(name):
 
 
 def around(values, turns):
-    """Returns distances from the middle value, modulo full turns."""
+    """Return the largest distance of each coordinate from its value at the middle sample.
+
+    Full turns are ignored.
+    """
     away = values - values[PLACES // 2]
     return np.abs(np.where(turns, (away + np.pi) % (2 * np.pi) - np.pi, away)).max(0)
 
@@ -65,7 +68,6 @@ def test_loop_motion_stays_within_bounds(name):
         joints = bounds.joints(a, b)
         if joints is None:
             continue
-        # If the joint motion has bounds, the loops close along the entire segment.
         assert np.isfinite(z).all()
         moved = around(z, bounds.turns)
         assert (moved <= joints + 1e-9).all()
@@ -123,7 +125,6 @@ def test_curvature_bounds_exceed_second_derivatives(name):
         )
         most[:, :, k] = np.abs(np.where(rows[:, None], squared, second)).max(0)
     assert (most <= bounds.curvature * (1 + 1e-9) + 1e-9).all()
-    # The bounds are not much larger than the motion.
     there = bounds.curvature > 1e-9
     assert (most[there] > 0.15 * bounds.curvature[there]).all()
 
@@ -156,14 +157,14 @@ class Changed(RobotStandIn):
 
 
 def on_another_branch(robot, q):
-    """Returns joint values of a wrong branch at the end of the segment."""
+    """Return joint values of a wrong branch at the end of the segment."""
     z = robot.configuration(q)
     z[-1, 1] += 0.5
     return z
 
 
 def of_third_degree(robot, z):
-    """Replaces the first equation by an equation of an unsupported type."""
+    """Replace the first equation by an equation of an unsupported type."""
     found = robot.constraint(z)
     found[..., 0] = np.sin(z[..., 0]) ** 3
     return found
@@ -205,8 +206,6 @@ def test_no_bound_exists_at_singular_configuration():
 
 
 def test_bounded_boxes_contain_no_singular_configuration():
-    """If motion bounds exist for a box of coordinates, the determinant keeps its sign in the
-    box."""
     checked = 0
     for name in ("planar_3rrr", "stewart_gough", "delta", "excavator"):
         robot, bounds, lower, upper = made(name)
@@ -215,7 +214,7 @@ def test_bounded_boxes_contain_no_singular_configuration():
         rng = np.random.default_rng(7)
         for k in range(30):
             a = q[k]
-            # The longest segment with a bound is used. Its end is far inside the joint limits.
+            # The longest segment with a bound is used.
             for size in (0.1, 0.03, 0.01, 0.003):
                 b = a + rng.normal(size=robot.n) * size * (upper - lower) / 3
                 w = bounds.joints(a, b)
@@ -232,7 +231,7 @@ def test_bounded_boxes_contain_no_singular_configuration():
 
 
 def in_other_mode(robot, z):
-    """Returns the joints in another assembly mode."""
+    """Return the joints in another assembly mode."""
     actuated = [item.index for item in robot.manifest.loops.actuated_in_z]
     poses = robot.functions["modes"](z[actuated])[0]
     poses = poses[np.isfinite(poses).all(1)]

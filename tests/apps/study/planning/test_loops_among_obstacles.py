@@ -50,7 +50,7 @@ def test_approach_bound_limits_distance_change(name):
 
 
 def around(radius, angles, size, z=0.0):
-    """Returns spheres on a circle around the origin."""
+    """Return spheres on a circle around the origin."""
     return [
         sphere([radius * np.cos(angle), radius * np.sin(angle), z], size, f"ball at {angle:g}")
         for angle in angles

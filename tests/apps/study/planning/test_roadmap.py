@@ -18,7 +18,7 @@ SIDE = 0.1
 
 
 def passage(width=2):
-    """Returns two rooms of 20 by 40 cells that a passage connects."""
+    """Return two rooms of 20 by 40 cells that a passage connects."""
     occupied = np.zeros((41, 40), dtype=bool)
     occupied[20] = True
     occupied[20, 10 : 10 + width] = False
@@ -41,7 +41,6 @@ def test_free_segment_check_agrees_with_fine_sampling():
         points = a + np.linspace(0, 1, 5001)[:, None] * (b - a)
         sampled = space.is_free(points).all()
         found = space.is_free_segment(a, b)
-        # The sampled test may miss an obstacle corner, but never reports a free cell as blocked.
         assert sampled or not found
         free += found
         if sampled and not found:
@@ -115,7 +114,7 @@ def test_occupied_start_or_goal_is_explained(start, goal, reason):
 
 def test_disconnected_roadmap_is_explained():
     plan = prm(passage(0), 300).plan(START, GOAL)
-    assert plan.reason == "start and goal lie in different ones of the 2 parts of the roadmap"
+    assert plan.reason == "start and goal lie in different parts of the roadmap, which has 2 parts"
 
 
 def test_success_rate_grows_with_samples_and_step():
