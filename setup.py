@@ -38,13 +38,13 @@ APPS = ("autodiff", "calibration", "cli", "cuda", "drawing", "study", "summaries
 
 
 def packages_under(folder):
-    """Returns the installed names of the packages in a folder."""
+    """Return the installed names of the packages in a folder."""
     prefix = f"chasles.{Path(folder).name}"
     return [prefix, *(f"{prefix}.{name}" for name in find_packages(folder))]
 
 
 def extension(name, patterns):
-    """Returns the build settings of a module written in C."""
+    """Return the build settings of a module written in C."""
     runtime = Path("runtime")
     return Extension(
         f"chasles.{name}",

@@ -12,7 +12,7 @@ README = Path(__file__).parent.parent / "README.md"
 
 
 def absolute(text: str, repository: str, tag: str) -> str:
-    """Returns the text of a page with absolute links to the files of a Git tag."""
+    """Return the text of a page with absolute links to the files of a Git tag."""
 
     def link(found: re.Match[str]) -> str:
         kind = "raw" if found[1] else "blob"

@@ -1,7 +1,7 @@
 """Writes a page with sliders for every robot to build/gallery/<robot>.html, and an index page.
 
-The index shows a drawing of each robot, its axes and the structure that its inverse uses. With the
-argument "shelf", the script also writes the arms that are derived on first use.
+The index shows a drawing of each robot, its axes and the structure that its inverse uses. `python
+docs/gallery.py shelf` also writes the robots that are derived on first use.
 """
 
 import html
@@ -46,7 +46,7 @@ CARD = """\
 
 
 def main() -> int:
-    """Writes the pages of all robots; returns 0."""
+    """Write the pages of all robots; returns 0."""
     OUTPUT.mkdir(parents=True, exist_ok=True)
     names = chasles.robots() + (chasles.shelf_robots() if "shelf" in sys.argv[1:] else [])
     cards: dict[str, list[str]] = {"Arms": [], "Robots with loops": []}
@@ -69,7 +69,7 @@ def main() -> int:
 
 
 def _draw(robot: chasles.Robot, file: Path) -> None:
-    """Draws a planar robot in its plane, and any other robot obliquely from above."""
+    """Draw a planar robot in its plane, and any other robot obliquely from above."""
     try:
         figure = chasles.draw(robot, views=("plane",), file=file)
     except chasles.InputValueError:
@@ -78,7 +78,7 @@ def _draw(robot: chasles.Robot, file: Path) -> None:
 
 
 def _card(robot: chasles.Robot) -> str:
-    """Returns the entry of the robot in the index."""
+    """Return the entry of the robot in the index."""
     own = ROBOTS / f"{robot.name}.toml"
     found = explain(read(own if own.is_file() else ROBOTS / "shelf" / own.name))
     structure = found.line.removeprefix("inverse: ") if found.max_solutions else "iterated inverse"

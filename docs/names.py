@@ -35,7 +35,7 @@ WIDTH = 118
 
 
 def names_of(module: ModuleType) -> list[str]:
-    """Returns the public names of a module: its ``__all__``, otherwise the names it defines."""
+    """Return the public names of a module: its ``__all__``, otherwise the names it defines."""
     if hasattr(module, "__all__"):
         return sorted(module.__all__)
     defined = vars(module).items()
@@ -44,7 +44,7 @@ def names_of(module: ModuleType) -> list[str]:
 
 
 def members_of(kind: type) -> list[str]:
-    """Returns the public attributes of a class of chasles, also inherited attributes.
+    """Return the public attributes of a chasles class, including inherited attributes.
 
     Names that exist only for the hint in their error message, such as `fkine`, are omitted.
     """
@@ -72,7 +72,7 @@ def _listed(names: list[str]) -> str:
 
 
 def page() -> str:
-    """Returns the text of the page."""
+    """Return the text of the page."""
     lines = [line for name in MODULES for line in _lines(import_module(name))]
     return "\n".join([HEAD.rstrip(), *lines, ""])
 

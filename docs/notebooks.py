@@ -11,24 +11,24 @@ FOLDER = Path(__file__).with_suffix("")
 
 
 def main() -> None:
-    """Runs every notebook and writes it with its output."""
+    """Run every notebook and save the notebook with its output."""
     for path in sorted(FOLDER.glob("*.ipynb")):
         path.write_text(written(executed(read(path))), encoding="utf-8")
 
 
 def read(path: Path) -> dict[str, Any]:
-    """Reads a notebook."""
+    """Read a notebook."""
     found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return found
 
 
 def written(notebook: dict[str, Any]) -> str:
-    """Formats a notebook as Jupyter does."""
+    """Format a notebook as Jupyter does."""
     return json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"
 
 
 def executed(notebook: dict[str, Any]) -> dict[str, Any]:
-    """Returns a notebook with the output of its code cells, which run in order."""
+    """Return a notebook with the output of its code cells, which run in order."""
     names: dict[str, Any] = {"__name__": "__main__"}
     cells, count = [], 0
     for cell in notebook["cells"]:
@@ -42,7 +42,7 @@ def executed(notebook: dict[str, Any]) -> dict[str, Any]:
 
 
 def _outputs(source: str, names: dict[str, Any], count: int) -> list[dict[str, Any]]:
-    """Runs a cell; returns its printed text and the value of its last expression."""
+    """Run a cell, and return its printed text and the value of its last expression."""
     tree, printed = ast.parse(source), io.StringIO()
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
     value = None

@@ -16,10 +16,10 @@ and [refines its solutions](how-to/calibrated-arms.md). Robots without an invers
 
 ## The shelf
 
-The shelf is a collection of well-known arms. On first use, `chasles.load("ur10e")` derives an arm
-of the shelf in seconds, and stores the derived code in the cache. The package `chasles-robots`
-contains the compiled code of these arms, for machines without a C compiler.
-Each file in `derive/robots/shelf` names the source of its numbers.
+The shelf is a collection of well-known arms. On first use, `chasles.load("ur10e")` derives the code
+of the arm in seconds, and stores the code in the cache. The package `chasles-robots` contains the
+compiled code of these arms, for machines without a C compiler. Each file in `derive/robots/shelf`
+names the source of its numbers.
 
 {shelf}
 
@@ -34,7 +34,7 @@ Each file in `derive/robots/shelf` names the source of its numbers.
 
 
 def page() -> str:
-    """Returns the text of the page."""
+    """Return the text of the page."""
     return TEXT.format(shelf=_table(ROBOTS / "shelf"), generated=_table(ROBOTS))
 
 

@@ -21,19 +21,19 @@ ZOOM = 0.95
 
 
 def points(robot: Any, q: Any) -> Any:
-    """Returns the positions of base, link origins and tool (..., links + 2, 3) [m]."""
+    """Return the positions of base, link origins and tool (..., links + 2, 3) [m]."""
     links, tool = robot.link_poses(q)[..., :3, 3], robot.fk(q)[..., None, :3, 3]
     return np.concatenate([np.zeros_like(tool), links, tool], axis=-2)
 
 
 def drawn(axes: Any, line: Any, colour: str = COLOURS[0], **style: Any) -> Any:
-    """Draws one arm (k, 3) with a mark on each joint; returns the line."""
+    """Draw one arm (k, 3) with a mark on each joint; returns the line."""
     given = {"marker": "o", "markersize": 2.5, "linewidth": 1.8} | style
     return axes.plot(*np.asarray(line).T, color=colour, **given)[0]
 
 
 def boxed(axes: Any, cloud: Any, margin: float = 0.05) -> None:
-    """Sets equal scales around all points (..., 3), and labels in meters."""
+    """Set equal scales around all points (..., 3), and labels in meters."""
     flat = np.asarray(cloud).reshape(-1, 3)
     low, high = flat.min(0), flat.max(0)
     pad = margin * (high - low).max()
@@ -48,7 +48,7 @@ def boxed(axes: Any, cloud: Any, margin: float = 0.05) -> None:
 
 
 def in_space(figure: Any, place: Any) -> Any:
-    """Returns perspective axes in a cell of a figure's grid, labeled like the other panels."""
+    """Return perspective axes in a cell of a figure's grid, labeled like the other panels."""
     import matplotlib.pyplot as plt  # noqa: PLC0415
 
     with plt.rc_context(FONT):
@@ -60,7 +60,7 @@ def in_space(figure: Any, place: Any) -> Any:
 
 
 def frame(axes: Any, T: Any, length: float, **style: Any) -> None:
-    """Draws the axes of a pose (4, 4), with x, y and z in three colors."""
+    """Draw the axes of a pose (4, 4), with x, y and z in three colors."""
     for k, colour in enumerate((COLOURS[3], COLOURS[2], COLOURS[0])):
         ends = np.array([T[:3, 3], T[:3, 3] + length * T[:3, k]])
         axes.plot(*ends.T, color=colour, **({"linewidth": 1.2} | style))
@@ -74,7 +74,7 @@ def animation(
     view: tuple[float, float],
     count: int = FRAMES,
 ) -> Callable[[Path], None]:
-    """Returns a function that writes the arm's motion as GIF.
+    """Return a function that writes the arm's motion as GIF.
 
     Args:
         robot: The arm.

@@ -2,7 +2,7 @@
 
 The paper derives the kinematics of a hybrid robot for board installation at height by screw theory.
 The lengths, equations and figures of the paper are lost. The robot `board_installer` has
-reconstructed lengths. They agree with all sentences of the paper that are not lost.
+reconstructed lengths.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ CASES = {
 BOX = np.array([[1.2, -0.715, 0.93], [1.55, 0.715, 1.55]])
 """Lower and upper corner of the required box [m]; the paper does not state the x coordinates."""
 LABOUR = np.array([1.0, 1.5])
-"""Heights between which, according to the paper, the robot installs boards with less labor [m]."""
+"""According to the paper, the robot saves labor at installation heights in this range [m]."""
 SAMPLES = 1_000_000
 LONGER = 1e-4
 """Length error in the study of table 2 [m]."""
@@ -73,7 +73,7 @@ LENGTHS = (
 
 
 def rows() -> list[Row]:
-    """Compares every printed value with the value of chasles."""
+    """Compare every printed value with the value of chasles."""
     printed = read("board_installer")
     return [
         *mobility_rows(printed),
@@ -87,17 +87,17 @@ def rows() -> list[Row]:
 
 @cache
 def robot() -> Any:
-    """Loads the robot; its coordinates are the active joints."""
+    """Load the robot; its coordinates are the active joints."""
     return chasles.load("board_installer")
 
 
 def parameters() -> dict[str, float]:
-    """Returns the lengths [m] and the angle [rad] of the robot."""
+    """Return the lengths [m] and the angle [rad] of the robot."""
     return {name: parameter.value for name, parameter in robot().parameters.items()}
 
 
 def configurations(count: int) -> FloatArray:
-    """Returns random coordinates (count, 6) within the limits."""
+    """Return random coordinates (count, 6) within the limits."""
     found = np.random.default_rng(0).uniform(robot().lower, robot().upper, (count, 6))
     return np.asarray(found)
 
@@ -106,7 +106,7 @@ def configurations(count: int) -> FloatArray:
 
 
 def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares the mobility, which is six. The counting formula is wrong for planar loops."""
+    """Compare the mobility, which is six. The counting formula is wrong for planar loops."""
     mechanism = chasles.derive.read(ROBOT_FILES / "board_installer.toml")
     if not isinstance(mechanism, Mechanism):
         raise TypeError("expected a board installer with loops")
@@ -129,7 +129,7 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def length_rows(printed: dict[str, Printed]) -> list[Row]:
-    """States the lengths and limits of the robot, which are all assumed."""
+    """State the lengths and limits of the robot, which are all assumed."""
     value = parameters()
     reason = "the value is chosen so that all loops close and the tool reaches the required box"
     push_rod = np.linalg.norm(triangle(0.0)[1] - triangle(0.0)[0])
@@ -145,7 +145,7 @@ def length_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def triangle(extension: float) -> tuple[FloatArray, FloatArray]:
-    """Returns both pins M and N of the push rod in the base frame [m] for an extension [m]."""
+    """Return both pins M and N of the push rod in the base frame [m] for an extension [m]."""
     value = parameters()
     q = np.zeros(6)
     q[4] = extension
@@ -160,7 +160,7 @@ def triangle(extension: float) -> tuple[FloatArray, FloatArray]:
 
 
 def case_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares joints, poses and derivatives at three configurations."""
+    """Compare printed joint values, poses and derivatives at three configurations."""
     found = []
     for name, q in CASES.items():
         theta = robot().chain(q)
@@ -178,7 +178,7 @@ def case_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def screw_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Checks that the arm only translates, and equation (27) for the tool position."""
+    """Check that the arm does not rotate, and check equation (27) for the tool position."""
     q = configurations(300)
     arm, shift = arm_exponentials(q), arm_shift(q)
     turned = np.abs(arm[:, :3, :3] - np.eye(3)).max()
@@ -200,7 +200,7 @@ def screw_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def arm_exponentials(q: FloatArray) -> FloatArray:
-    """Returns the product (m, 4, 4) of the exponentials of the slider and the three arm joints."""
+    """Return the product (m, 4, 4) of the exponentials of the slider and the three arm joints."""
     value = parameters()
     z_G, g0 = value["z_G"], value["g0"]
     z_W, x_W = z_G + value["L1"], g0 + value["L2"]
@@ -218,7 +218,7 @@ def arm_exponentials(q: FloatArray) -> FloatArray:
 
 
 def arm_shift(q: FloatArray) -> FloatArray:
-    """Returns the translation (m, 3) [m] that equals the product of the exponentials."""
+    """Return the translation (m, 3) [m] of the product of the exponentials."""
     value = parameters()
     k, r = value["k"], value["r"]
     along = k * r * (np.cos(q[:, 2]) - 1) - (k - 1) * q[:, 1]
@@ -226,7 +226,7 @@ def arm_shift(q: FloatArray) -> FloatArray:
 
 
 def equation_27(q: FloatArray) -> FloatArray:
-    """Returns the tool position (m, 3) [m] by equation (27)."""
+    """Return the tool position (m, 3) [m] by equation (27)."""
     value = parameters()
     a, b, gamma0, t = (value[name] for name in ("a", "b", "gamma0", "t"))
     l0 = np.sqrt(a**2 + b**2 - 2 * a * b * np.cos(gamma0))
@@ -251,12 +251,12 @@ def equation_27(q: FloatArray) -> FloatArray:
 
 @cache
 def cloud() -> Any:
-    """Samples the workspace in figure 5 with a million configurations."""
+    """Sample the workspace in figure 5 with a million configurations."""
     return workspace(robot(), samples=SAMPLES, resolution=40)
 
 
 def box_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Checks that the tool, facing the wall, reaches the whole required box within all limits."""
+    """Check that the tool, facing the wall, reach the whole required box within all limits."""
     T = box_poses()
     reached = robot().ik(T).within_limits().count > 0
     inside = T[reached, :3, 3]
@@ -283,7 +283,7 @@ def box_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def box_poses() -> FloatArray:
-    """Returns tool poses (m, 4, 4) on a grid in the required box, including its boundary."""
+    """Return tool poses (m, 4, 4) on a grid in the required box, including its boundary."""
     x, y, z = (np.linspace(*BOX[:, k], count) for k, count in enumerate((8, 15, 8)))
     places = np.array(list(product(x, y, np.union1d(z, LABOUR))))
     T = np.tile(np.eye(4), (len(places), 1, 1))
@@ -291,7 +291,7 @@ def box_poses() -> FloatArray:
     return T
 
 
-# Table 2 as a study of errors
+# Table 2 as an error analysis
 
 
 @dataclass(frozen=True)
@@ -299,7 +299,7 @@ class Errors:
     """The tool errors that one wrong length of a link or rod causes.
 
     Attributes:
-        name: Name of the wrong length, one of `LENGTHS`.
+        name: Name of the link or rod length that has an error, one of `LENGTHS`.
         largest: (3,) largest tool errors along x, y and z [m].
         distance: Largest distance from the correct tool position [m].
     """
@@ -310,7 +310,7 @@ class Errors:
 
 
 def grid(built: Any) -> FloatArray:
-    """Returns coordinates (m, 6) on a grid within the limits, finest for the pantograph."""
+    """Return coordinates (m, 6) on a grid within the limits."""
     counts = (3, 7, 7, 3, 3, 3)
     sides = [np.linspace(*ends) for ends in zip(built.lower, built.upper, counts, strict=True)]
     return np.array(list(product(*sides)))
@@ -318,7 +318,7 @@ def grid(built: Any) -> FloatArray:
 
 @cache
 def errors() -> tuple[Errors, ...]:
-    """Computes tool errors for each length 0.1 mm too long, on a grid of 3969 configurations."""
+    """Compute the tool errors due to a 0.1 mm error of each length, at 3969 configurations."""
     built = chasles.load("board_installer", parametric=True)
     p = np.array([number.value for number in built.geometry])
     names = [number.name for number in built.geometry]
@@ -334,7 +334,11 @@ def errors() -> tuple[Errors, ...]:
 
 
 def error_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Table 2 is lost; its printed summary, 0.5 mm, follows from an error of one pantograph rod."""
+    """Table 2 is lost.
+
+    The paper prints 0.5 mm, the summary of this table. An error of one pantograph rod gives this
+    value.
+    """
     worst = max(errors(), key=lambda own: own.distance)
     least = LONGER * 0.5e-3 / worst.distance
     return [
@@ -362,7 +366,7 @@ def error_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def figures() -> Figures:
-    """Draws figures 2, 3 and 5, equation (27), and the error study."""
+    """Draw figures 2, 3 and 5, equation (27), and the error study."""
     return board_pictures.drawn(cloud(), BOX, errors())
 
 

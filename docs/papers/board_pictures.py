@@ -40,7 +40,7 @@ SHORT = {
 
 
 def drawn(found: Any, box: FloatArray, errors: Sequence[Errors]) -> dict[str, Any]:
-    """Returns all pictures of the paper, keyed by caption."""
+    """Return all pictures of the paper, keyed by caption."""
     return {
         "Figure 2: the robot at the reference (pale) and in another configuration": in_space(),
         "Figure 3: structure and reference configuration, seen from the side": structure(),
@@ -60,12 +60,12 @@ class Skeleton:
     pins: dict[str, FloatArray]
 
     def line(self, letters: str | Sequence[str]) -> FloatArray:
-        """Returns the positions of pins (m, 3), in the order of `letters`."""
+        """Return the positions of pins (m, 3), in the order of `letters`."""
         return np.array([self.pins[letter] for letter in letters])
 
 
 def skeleton(q: FloatArray) -> Skeleton:
-    """Computes pin positions: chain pins from link poses, crank and plate pins from lengths."""
+    """Compute pin positions: chain pins from link poses, crank and plate pins from lengths."""
     robot = chasles.load("board_installer")
     size = {name: parameter.value for name, parameter in robot.parameters.items()}
     T = dict(zip(robot.link_names, robot.link_poses(q), strict=True))
@@ -120,7 +120,7 @@ MEMBERS = (
 
 
 def structure() -> Any:
-    """Draws the reference from the side: parallel links, and the wrist that follows pin H."""
+    """Draw the reference from the side: parallel links, and the wrist that follows pin H."""
     found = skeleton(np.zeros(6))
     figure, axes = panels(3.5)
     for name, letters, k, width in MEMBERS:
@@ -159,7 +159,7 @@ NUDGES = {
 
 
 def in_space() -> Any:
-    """Draws the robot at the reference, in a pale color, and in another configuration."""
+    """Draw the robot at the reference, in a pale color, and in another configuration."""
     figure, axes = solid(3.2)
     for q, alpha in ((np.zeros(6), 0.3), (MOVED, 1.0)):
         found = skeleton(q)
@@ -177,7 +177,7 @@ def in_space() -> Any:
 
 
 def equation() -> Any:
-    """Draws the equations as text."""
+    """Draw the equations as text."""
     figure, axes = panels(0.21 * len(EQUATION))
     axes.axis("off")
     for k, words in enumerate(EQUATION):
@@ -187,7 +187,7 @@ def equation() -> Any:
 
 
 def cloud(found: Any, box: FloatArray) -> Any:
-    """Draws figure 5 (a): cells that the tool reaches, colored by height."""
+    """Draw figure 5 (a): cells that the tool reaches, colored by height."""
     figure, axes = solid(3.0)
     cells = np.argwhere(found.hits > 0)
     centers = np.stack([own[cells[:, k]] for k, own in enumerate(found.grid.centers())], axis=1)
@@ -204,7 +204,7 @@ def cloud(found: Any, box: FloatArray) -> Any:
 
 
 def view(found: Any, box: FloatArray, normal: int) -> Any:
-    """Draws figure 5 (b) to (d): sample density in columns of cells, and the required box."""
+    """Draw figure 5 (b) to (d): sample density in columns of cells, and the required box."""
     across, up = {2: (0, 1), 1: (0, 2), 0: (1, 2)}[normal]
     shares = 1000 * found.hits.sum(normal) / found.hits.sum()
     lower, upper = found.grid.lower, found.grid.upper
@@ -228,7 +228,7 @@ def view(found: Any, box: FloatArray, normal: int) -> Any:
 
 
 def bars(errors: Sequence[Errors]) -> Any:
-    """Draws the largest errors along x, y and z as bars for each length, and a line at 0.5 mm."""
+    """Draw the largest errors along x, y and z as bars for each length, and a line at 0.5 mm."""
     figure, axes = panels(2.6)
     place = np.arange(len(errors))
     for k in range(3):

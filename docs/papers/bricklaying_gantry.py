@@ -3,9 +3,7 @@
 Ibrahim, Umar and Olatunde, Forward and inverse kinematic analyses of a developed and evaluated
 bricklaying gantry-based parallel robot manipulator. The robot `bricklaying_gantry` is the gantry.
 In equations (3) to (6), a polar arm replaces the gantry; the file `robots/bricklaying_polar.toml`
-in this folder describes this arm. The chain of
-section 2.3 is
-the robot `bricklaying_planar`.
+in this folder describes this arm.
 """
 
 from __future__ import annotations
@@ -49,18 +47,18 @@ TARGET = np.array([11.0, 8.0]) * INCH
 
 
 def deg(angle: float) -> float:
-    """Converts an angle in degrees to radians."""
+    """Convert an angle in degrees to radians."""
     return float(np.radians(angle))
 
 
 def exchanged(value: float) -> str:
-    """Formats a number to two decimals, with both decimals swapped."""
+    """Format a number to two decimals and exchange the two decimal digits."""
     text = f"{value:.2f}"
     return text[:-2] + text[:-3:-1]
 
 
 def rounded_twice(value: float, digits: int) -> float:
-    """Rounds a number twice: to one extra digit, then to the requested digits.
+    """Round a number twice: to one extra digit, then to the requested digits.
 
     If the extra digit is 5, the number is rounded up.
     """
@@ -141,14 +139,15 @@ NUMERATOR = "the paper prints 45.02/2.04 for 5.02/2.04"
 
 
 INPUTS = ("_x", "_y", "_time", "target", "lengths")
-"""Items whose keys end with one of these words are inputs of chasles, not results."""
+"""A key that ends with one of these words belongs to an input of chasles, not to a result."""
 PARTS = "the value is counted in our parts list, which follows the paper"
 IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
-"""For each set-up, the numbers of the drop spots whose printed r is correct except for its unit."""
+"""Numbers of the drop spots whose printed r is correct in inches, keyed by the number of the
+set-up."""
 
 
 def rows() -> list[Row]:
-    """Compares every printed value with the value of chasles."""
+    """Compare every printed value with the value of chasles."""
     printed = read("bricklaying_gantry")
     return [
         *mobility_rows(printed),
@@ -161,7 +160,7 @@ def rows() -> list[Row]:
 
 
 def judged(printed: dict[str, Printed], key: str, ours: Any) -> Row:
-    """Returns the row of a printed value.
+    """Compare a printed value with our value and return the table row.
 
     If `CORRECTED` contains the key, the row is an erratum. If `CORRECTED` does not contain the key,
     the printed value must agree with our value.
@@ -180,7 +179,7 @@ def judged(printed: dict[str, Printed], key: str, ours: Any) -> Row:
 
 
 def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares section 2.1: the mobility formula, and the printed numbers of links and joints."""
+    """Compare section 2.1: the mobility formula, and the printed numbers of links and joints."""
     mechanism = chasles.derive.read(ROBOT_FILES / "bricklaying_gantry.toml")
     if not isinstance(mechanism, Mechanism):
         raise TypeError("expected a gantry with loops")
@@ -231,13 +230,13 @@ class Spot:
 
 @cache
 def polar_arm() -> Any:
-    """Loads the arm with a link of length r at the angle theta."""
+    """Load the arm with a link of length r at the angle theta."""
     return chasles.load(Path(__file__).parent / "robots" / "bricklaying_polar.toml")
 
 
 @cache
 def spots(setup: int) -> tuple[Spot, ...]:
-    """Returns the five drop spots of a set-up."""
+    """Return the five spots at which bricks are dropped in a set-up of the paper."""
     printed = read("bricklaying_gantry")
     keys = [(f"setup_{setup}_row_{k}_x", f"setup_{setup}_row_{k}_y") for k in range(1, 6)]
     return tuple(
@@ -247,7 +246,7 @@ def spots(setup: int) -> tuple[Spot, ...]:
 
 
 def spot(xy: FloatArray) -> Spot:
-    """Returns the guide position of the gantry, and the motion of the polar arm, at a drop spot.
+    """Return the gantry's guide position and the polar arm's motion for a drop spot.
 
     The polar arm reaches the drop spot in 20 s at constant rates.
     """
@@ -263,7 +262,7 @@ def spot(xy: FloatArray) -> Spot:
 
 
 def equation_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Evaluates equations (3) to (6) of the paper at the first drop spot.
+    """Evaluate equations (3) to (6) of the paper for the first drop position.
 
     The results are compared with the gantry and the polar arm.
     """
@@ -281,7 +280,7 @@ def equation_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def drop_spot_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares tables 1, 2, 4 and 5, the text of section 2.2, and the ranges in the abstract."""
+    """Compare tables 1, 2, 4 and 5, the text of section 2.2, and the ranges in the abstract."""
     found = []
     for setup in (1, 2):
         for k, own in enumerate(spots(setup), 1):
@@ -308,7 +307,7 @@ def drop_spot_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def positions(item: Printed, own: tuple[Spot, ...]) -> Row:
-    """Compares the matrix X_wi of section 3.1 with the polar coordinates of a set-up."""
+    """Compare the matrix X_wi of section 3.1 with the polar coordinates of a set-up."""
     values = {f"r{k}": spot.r for k, spot in enumerate(own, 1)}
     values |= {f"t{k}": spot.theta for k, spot in enumerate(own, 1)}
     guide = np.array([[*spot.xy, 0] for spot in own])
@@ -317,7 +316,7 @@ def positions(item: Printed, own: tuple[Spot, ...]) -> Row:
 
 
 def unit_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Shows that tables 4 and 5 and the abstract label inches as mm."""
+    """Show that tables 4 and 5 and the abstract label inches as mm."""
     chain = chasles.load("bricklaying_planar")
     lengths = {"lengths_mm": [chain.parameters[name].value for name in ("l3", "l1")]}
     for setup, right in IN_INCHES.items():
@@ -329,7 +328,7 @@ def unit_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def in_inches(item: Printed, ours: FloatArray) -> Row:
-    """Compares lengths that agree in inches, but not in the printed unit."""
+    """Compare lengths that the paper prints in mm, although the printed values are in inches."""
     cause = ("values in inches, as in section 2.2", ours / INCH * MM)
     return erratum(item, ours, ours, "correction: the unit is inch, not mm", cause=cause)
 
@@ -354,7 +353,7 @@ class Triangle:
 
 @cache
 def triangle() -> Triangle:
-    """Solves both elbow configurations, and the triangle of shoulder, elbow and wrist."""
+    """Solve both elbow configurations, and the triangle of shoulder, elbow and wrist."""
     (on_line,) = polar_arm().ik_position([*TARGET, 0]).within_limits().valid_q()
     chain = chasles.load("bricklaying_planar")
     q = chain.ik_planar([*TARGET, on_line[0]]).valid_q()
@@ -363,7 +362,7 @@ def triangle() -> Triangle:
 
 
 def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares the values of section 2.3."""
+    """Compare the values of section 2.3."""
     found = triangle()
     chain, arm = chasles.load("bricklaying_planar"), polar_arm()
     shoulder, elbow, wrist = found.q[0]
@@ -397,7 +396,7 @@ def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) -> list[Row]:
-    """Compares equations (12) to (17), which intersect a line with a circle around the target [in].
+    """Compare equations (12) to (17): a line intersects a circle around the target (inches).
 
     The x coordinates computed by chasles are the roots of the printed quadratic equation.
     """
@@ -442,7 +441,7 @@ def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) 
 
 
 def figures() -> Figures:
-    """Draws the figures of the paper, and the wall of bricks."""
+    """Draw the figures of the paper, and the wall of bricks."""
     return bricklaying_pictures.drawn({setup: spots(setup) for setup in (1, 2)}, triangle(), wall())
 
 

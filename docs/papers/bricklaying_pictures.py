@@ -27,7 +27,7 @@ STAGES = 8
 
 
 def drawn(spots: dict[int, Sequence[Spot]], found: Triangle, built: Wall) -> dict[str, Any]:
-    """Returns all pictures of the paper, keyed by caption."""
+    """Return all pictures of the paper, keyed by caption."""
     return {
         "Figure 1: frame, platforms and guide of the gantry, from its link poses": gantry(),
         "Figure 3: drop spots of both set-ups in polar coordinates": drop_spots(spots),
@@ -42,7 +42,7 @@ def drawn(spots: dict[int, Sequence[Spot]], found: Triangle, built: Wall) -> dic
 
 
 def box(axes: Any, lower: Any, upper: Any, **style: Any) -> None:
-    """Draws the edges of an axis-aligned box, or its faces if a face color is given."""
+    """Draw the edges of an axis-aligned box, or its faces if a face color is given."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # noqa: PLC0415
 
     corner = np.array([lower, upper], dtype=float)
@@ -59,7 +59,7 @@ def box(axes: Any, lower: Any, upper: Any, **style: Any) -> None:
 
 
 def gantry() -> Any:
-    """Draws the frame, the platforms and the guide at the poses of their links."""
+    """Draw the frame, the platforms and the guide at the poses of their links."""
     robot = chasles.load("bricklaying_gantry")
     at = dict(zip("xyz", CONFIGURATION, strict=True))
     q = robot.actuators([at[joint.name] for joint in robot.chain_joints])
@@ -90,7 +90,7 @@ def gantry() -> Any:
 
 
 def inches(height: float, width: float, up: float, **given: Any) -> tuple[Any, Any]:
-    """Returns a figure of planar plots in inches, and the axes of the plots."""
+    """Return a figure of planar plots in inches, and the axes of the plots."""
     figure, axes = panels(height, **given)
     for own in np.atleast_1d(axes).ravel():
         plane(own, "x [inch]", "y [inch]")
@@ -99,7 +99,7 @@ def inches(height: float, width: float, up: float, **given: Any) -> tuple[Any, A
 
 
 def drop_spots(spots: dict[int, Sequence[Spot]]) -> Any:
-    """Draws both set-ups with a ray to each spot."""
+    """Draw the two set-ups of the gantry, with a line from the base to each drop spot."""
     figure, both = inches(2.2, 6.4, 6.9, columns=2, sharey=True)
     for (setup, own), axes in zip(spots.items(), both, strict=True):
         for spot in own:
@@ -116,14 +116,14 @@ def drop_spots(spots: dict[int, Sequence[Spot]]) -> Any:
 
 
 def target() -> Any:
-    """Draws figure 4: the plane with the target."""
+    """Draw figure 4: the plane with the target."""
     figure, axes = inches(2.2, 14, 9.5)
     goal(axes)
     return figure
 
 
 def goal(axes: Any) -> None:
-    """Draws the pick-up spot and the target."""
+    """Draw the pick-up spot and the target."""
     axes.plot(0, 0, "s", color="#000000", markersize=4, clip_on=False)
     axes.plot(11, 8, "*", color=COLOURS[3], markersize=8)
     axes.annotate("target (11, 8)", (11, 8), (9.6, 8.7), fontsize=7)
@@ -131,7 +131,7 @@ def goal(axes: Any) -> None:
 
 
 def line_to(axes: Any, found: Triangle) -> None:
-    """Draws the line from the origin to the target."""
+    """Draw the line from the origin to the target."""
     axes.plot([0, 11], [0, 8], color=GREY, linewidth=0.8, linestyle="--")
     axes.annotate(f"P = {np.degrees(found.line):.2f}°", (2.6, 0.55), fontsize=7, color="#404040")
     angle = np.linspace(0, found.line, 40)
@@ -139,7 +139,7 @@ def line_to(axes: Any, found: Triangle) -> None:
 
 
 def chain_length(found: Triangle) -> Any:
-    """Draws figure 5: the hypotenuse between origin and target."""
+    """Draw figure 5: the hypotenuse between origin and target."""
     figure, axes = inches(2.2, 14, 9.5)
     line_to(axes, found)
     goal(axes)
@@ -150,7 +150,7 @@ def chain_length(found: Triangle) -> Any:
 
 
 def perimeters(found: Triangle) -> Any:
-    """Draws figure 6: circles around the origin, the wrist center and the target."""
+    """Draw figure 6: circles around the origin, the wrist center and the target."""
     from matplotlib.patches import Circle  # noqa: PLC0415
 
     figure, axes = inches(2.9, 17, 13.9)
@@ -175,7 +175,7 @@ def perimeters(found: Triangle) -> Any:
 
 
 def arm(axes: Any, q: FloatArray, colour: str, style: str, name: str) -> FloatArray:
-    """Draws the 7-5-5 chain, and returns its four points [inch]."""
+    """Draw the 7-5-5 chain, and return its four points [inch]."""
     poses = chasles.load("bricklaying_planar").link_poses(q)
     points = np.vstack([[0, 0], poses[:, :2, 3] / INCH])
     axes.plot(*points.T, style, color=colour, marker="o", markersize=3.5, label=name)
@@ -183,7 +183,7 @@ def arm(axes: Any, q: FloatArray, colour: str, style: str, name: str) -> FloatAr
 
 
 def angles(found: Triangle) -> Any:
-    """Draws figure 7: sides and angles of the triangle."""
+    """Draw figure 7: sides and angles of the triangle."""
     figure, axes = inches(2.6, 14, 10.5)
     line_to(axes, found)
     points = arm(axes, found.q[0], COLOURS[0], "-", "")
@@ -202,7 +202,7 @@ def angles(found: Triangle) -> Any:
 
 
 def both_elbows(found: Triangle) -> Any:
-    """Draws figure 8: both solutions with their joint angles."""
+    """Draw figure 8: both solutions with their joint angles."""
     figure, axes = inches(2.9, 14, 10.5)
     for k, (q, side) in enumerate(zip(found.q, ("above", "below"), strict=True)):
         words = ", ".join(f"{value:.2f}°" for value in np.degrees(q))
@@ -213,7 +213,7 @@ def both_elbows(found: Triangle) -> Any:
 
 
 def wall_of_bricks(built: Wall) -> Any:
-    """Draws the wall, the pick-up spot and the path of the guide."""
+    """Draw the wall, the pick-up spot and the path of the guide."""
     from bricklaying_wall import BRICK  # noqa: PLC0415
 
     figure, axes = solid(2.9)
@@ -238,7 +238,7 @@ def wall_of_bricks(built: Wall) -> Any:
 
 
 def motor_rates(built: Wall) -> Any:
-    """Draws the rates of the three motors until the guide returns to the pick-up spot."""
+    """Draw the rates of the three motors until the guide returns to the pick-up spot."""
     sampled = built.sampled
     first = sampled.stage < STAGES
     figure, axes = panels(2.2)

@@ -28,17 +28,17 @@ GRIP = 0.4
 
 
 def chain_of(gantry: Any, xyz: Any) -> FloatArray:
-    """Returns the prismatic joints for a position [m], in the order of the main chain."""
+    """Return the prismatic joints for a position [m], in the order of the main chain."""
     return np.array([xyz["xyz".index(joint.name)] for joint in gantry.chain_joints])
 
 
 @dataclass(frozen=True)
 class Wall:
-    """The motion that lays a wall with the gantry.
+    """The motion with which the gantry builds a wall.
 
     Attributes:
         places: (m, 3) planned guide positions at which bricks are released [m].
-        released: (m, 3) guide positions that `fk` computes from the motor angles at the releases
+        released: (m, 3) guide positions of `fk` for the motor angles at which bricks are released
             [m].
         sampled: The planned motion of the motors.
     """
@@ -49,7 +49,7 @@ class Wall:
 
 
 def bond() -> FloatArray:
-    """Returns guide positions for rows of 4, 3 and 2 bricks; each brick rests on two bricks."""
+    """Return guide positions for rows of 4, 3 and 2 bricks; each brick rests on two bricks."""
     length, _, height = BRICK
     return np.array(
         [
@@ -62,7 +62,7 @@ def bond() -> FloatArray:
 
 @cache
 def wall() -> Wall:
-    """The motion for every brick: pick, lift, travel, lower, release, and return."""
+    """Return the motion for every brick: pick, lift, travel, lower, release, and return."""
     gantry = chasles.load("bricklaying_gantry")
     laying = MotionSequence(gantry, gantry.actuators(chain_of(gantry, PICK_SPOT)))
     released = []
@@ -76,7 +76,7 @@ def wall() -> Wall:
 
 
 def over(laying: MotionSequence, place: FloatArray, height: float, name: str) -> MotionSequence:
-    """Adds a motion of the guide along three straight lines: up, horizontally, and down."""
+    """Add a motion of the guide along three straight lines: up, horizontally, and down."""
     for stop in ([None, None, height], [place[0], place[1], height], place):
         start = laying.robot.fk(laying.q_end)
         end = start.copy()
@@ -88,7 +88,7 @@ def over(laying: MotionSequence, place: FloatArray, height: float, name: str) ->
 
 
 def wall_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Lists the bricks and the speeds that we chose for the wall, and the errors of the motion."""
+    """List the bricks and the speeds that we chose for the wall, and the errors of the motion."""
     built = wall()
     beyond = limit_violations(chasles.load("bricklaying_gantry"), built.sampled)
     if beyond:

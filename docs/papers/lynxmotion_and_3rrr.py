@@ -20,7 +20,7 @@ from report import Figures, Row, read, show
 
 
 def rows() -> list[Row]:
-    """Compares every number of the report with the value of chasles."""
+    """Compare every number of the report with the value of chasles."""
     printed = read("lynxmotion_and_3rrr")
     return [
         *lynxmotion_arm.rows(printed),
@@ -30,7 +30,7 @@ def rows() -> list[Row]:
 
 
 def figures() -> Figures:
-    """Draws figures 1.1 to 3.4, and animates the motions."""
+    """Draw figures 1.1 to 3.4, and animate the motions."""
     return {**lynxmotion_pictures.figures(), **platform_pictures.figures()}
 
 

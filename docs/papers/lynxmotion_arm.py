@@ -49,8 +49,7 @@ because figure 1.10 is lost."""
 DETOUR = np.array([0.2, 0.075, 0.14])
 """The via point above the sphere [m]."""
 THIN, THICK = 1e-4, 0.012
-"""Two radii of the links for obstacle distances [m]. The second is the radius in part 3 of the
-paper."""
+"""Two link radii [m] for the distances to obstacles."""
 RATE = 100.0
 """Samples per second; the paper's interval is 0.01 s."""
 FINE = 600.0
@@ -66,24 +65,24 @@ BISECTIONS = 40
 
 @cache
 def arm() -> Any:
-    """Loads the arm with all lengths 0.1 m."""
+    """Load the arm with all lengths 0.1 m."""
     return chasles.load("lynxmotion")
 
 
 @cache
 def generic() -> Any:
-    """Loads the arm with four different lengths, for tests of equations."""
+    """Load a variant of the arm with four different lengths, to test equations."""
     return chasles.load(HERE / "robots" / "lynxmotion_generic.toml")
 
 
 @cache
 def low() -> Any:
-    """Loads the arm with a lower shoulder, so that all via points are within its limits."""
+    """Load the arm with a lower shoulder, so that all via points are within its limits."""
     return chasles.load(HERE / "robots" / "lynxmotion_low.toml")
 
 
 def rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares every number of part 1 with the value of chasles."""
+    """Compare every number of part 1 with the value of chasles."""
     return [
         *model(printed),
         *forward(printed),
@@ -98,7 +97,7 @@ def rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def model(printed: dict[str, Printed]) -> list[Row]:
-    """Compares equation (1.2) at generic values, the rows of table 1.1, and the lengths."""
+    """Compare equation (1.2) at generic values, the rows of table 1.1, and the lengths."""
     robot, q = arm(), np.array([0.3, 0.7, -0.4, 0.5, -0.6])
     joint = chasles.load(HERE / "robots" / "mdh_row.toml")
     row = {name: own.value for name, own in joint.parameters.items()} | {"theta": 0.7}
@@ -138,7 +137,7 @@ def model(printed: dict[str, Printed]) -> list[Row]:
 
 
 def forward(printed: dict[str, Printed]) -> list[Row]:
-    """Compares the tool poses of table 1.2, and checks the limits of table 1.3."""
+    """Compare the tool poses of table 1.2, and check the limits of table 1.3."""
     robot = arm()
     T = robot.fk(CONFIGURATIONS)
     pitch = np.arctan2(T[:, 2, 2], np.hypot(T[:, 0, 2], T[:, 1, 2]))
@@ -169,19 +168,19 @@ def forward(printed: dict[str, Printed]) -> list[Row]:
 
 
 def within(q: Any) -> int:
-    """Counts configurations within the limits of the arm."""
+    """Count configurations within the limits of the arm."""
     robot = arm()
     return int(((q > robot.lower) & (q < robot.upper)).all(-1).sum())
 
 
 @cache
 def found_workspace() -> Workspace:
-    """Computes the workspace within the limits of table 1.3."""
+    """Compute the workspace within the limits of table 1.3."""
     return workspace(arm(), SAMPLES, resolution=FINEST, threads=2, progress=False)
 
 
 def few_samples() -> Any:
-    """Returns tool positions (5000, 3) at as many random configurations as in the paper [m]."""
+    """Return tool positions (5000, 3) at as many random configurations as in the paper [m]."""
     robot = arm()
     some = samples_of(robot, 5000, "uniform", key=0)
     q = np.concatenate([block.copy() for block in some.blocks(0)])
@@ -189,7 +188,7 @@ def few_samples() -> Any:
 
 
 def reach(printed: dict[str, Printed]) -> list[Row]:
-    """Compares the extents and volume of the workspace, and the fraction that samples cover."""
+    """Compare the extents and volume of the workspace, and the fraction that samples cover."""
     robot, whole, p = arm(), found_workspace(), few_samples()
     cells = np.unique(indices(whole.grid, p))
     share = len(cells) / np.count_nonzero(whole.hits)
@@ -217,7 +216,7 @@ def reach(printed: dict[str, Printed]) -> list[Row]:
 
 
 def solutions(robot: Any, points: Any) -> Any:
-    """Returns both configurations (m, 2, 5) with a level tool, elbow up first."""
+    """Return both configurations (m, 2, 5) with a level tool, elbow up first."""
     x = np.column_stack([points, np.zeros(len(points))])
     found = robot.ik_position_pitch(x)
     facing = np.abs(found.q[..., 0]) <= np.pi / 2
@@ -226,7 +225,7 @@ def solutions(robot: Any, points: Any) -> Any:
 
 
 def inverse(printed: dict[str, Printed]) -> list[Row]:
-    """Compares equations (1.11) to (1.14), and the configurations at the via points."""
+    """Compare equations (1.11) to (1.14), and the configurations at the via points."""
     q = solutions(arm(), VIA)
     found = []
     for name, k in {1: 0, 3: 2, 5: 4}.items():
@@ -252,7 +251,7 @@ def inverse(printed: dict[str, Printed]) -> list[Row]:
 
 
 def inverse_equations(printed: dict[str, Printed]) -> list[Row]:
-    """Evaluates equations (1.11) to (1.14) with four different lengths at point 2."""
+    """Evaluate equations (1.11) to (1.14) with four different lengths at point 2."""
     robot = generic()
     q = solutions(robot, VIA[1:2])[0]
     T = robot.link_poses(q[0])
@@ -288,7 +287,7 @@ def inverse_equations(printed: dict[str, Printed]) -> list[Row]:
 
 
 def limits(printed: dict[str, Printed]) -> list[Row]:
-    """Finds the range of shoulder heights for which all via points are within the limits."""
+    """Find the range of shoulder heights for which all via points are within the limits."""
     count = reached(0.1).sum()
     numbers = [f"{k + 1}" for k in np.flatnonzero(reached(0.1))]
     least, largest = (bisected(D1, end) for end in (0.0, 0.1))
@@ -309,7 +308,7 @@ def limits(printed: dict[str, Printed]) -> list[Row]:
 
 
 def reached(d1: float) -> Any:
-    """Tests (5,) whether the arm reaches each via point within its limits.
+    """Test (5,) whether the arm reaches each via point within its limits.
 
     Lowering the shoulder is equivalent to raising the points.
     """
@@ -319,7 +318,7 @@ def reached(d1: float) -> Any:
 
 
 def bisected(inside: float, outside: float) -> float:
-    """Finds by bisection the height at which the first via point violates the limits [m]."""
+    """Find by bisection the height at which the first via point violates the limits [m]."""
     for _ in range(BISECTIONS):
         middle = (inside + outside) / 2
         inside, outside = (middle, outside) if reached(middle).all() else (inside, middle)
@@ -327,18 +326,18 @@ def bisected(inside: float, outside: float) -> float:
 
 
 def start() -> MotionSequence:
-    """Starts a motion at the first via point, elbow up."""
+    """Start a motion at the first via point, elbow up."""
     return MotionSequence(low(), solutions(low(), VIA[:1])[0, 0])
 
 
 def task(point: Any) -> Any:
-    """Returns the input of the inverse for a point and a horizontal tool."""
+    """Return the input of the inverse for a point and a horizontal tool."""
     return np.r_[point, 0.0]
 
 
 @cache
 def free() -> Trajectory:
-    """Returns the motion of figure 1.6: two parabolas through points 1-2-3 and 3-4-5."""
+    """Return the motion of figure 1.6: two parabolas through points 1-2-3 and 3-4-5."""
     found = start()
     for k in (0, 2):
         curve = task_curve("position_pitch", parabola(VIA[k : k + 3]))
@@ -348,18 +347,18 @@ def free() -> Trajectory:
 
 @cache
 def lines(rate: float = RATE) -> Trajectory:
-    """Returns the motion of figures 1.7 to 1.9: straight lines, trapezoidal speed, 1 s each."""
+    """Return the motion of figures 1.7 to 1.9: straight lines, trapezoidal speed, 1 s each."""
     return along(VIA, rate)
 
 
 @cache
 def around(rate: float = RATE) -> Trajectory:
-    """Returns the motion of figure 1.10; the third line passes a point above the sphere."""
+    """Return the motion of figure 1.10; the third line passes a point above the sphere."""
     return along(np.vstack([VIA[:3], DETOUR, VIA[3:]]), rate)
 
 
 def along(points: Any, rate: float) -> Trajectory:
-    """Returns the motion along straight lines between points, 1 s each."""
+    """Return the motion along straight lines between points, 1 s each."""
     found = start()
     for a, b in pairwise(points):
         curve = task_line("position_pitch", task(a), task(b))
@@ -369,7 +368,7 @@ def along(points: Any, rate: float) -> Trajectory:
 
 @cache
 def polynomials() -> Trajectory:
-    """Returns the motion of figure 1.11: quintic joint polynomials, 1 s between via points."""
+    """Return the motion of figure 1.11: quintic joint polynomials, 1 s between via points."""
     found = start()
     for q in solutions(low(), VIA)[1:, 0]:
         found = found.move(q, "quintic", duration=1.0)
@@ -377,7 +376,7 @@ def polynomials() -> Trajectory:
 
 
 def free_motion(printed: dict[str, Printed]) -> list[Row]:
-    """Compares the free motion's time steps and its distances from the via points."""
+    """Compare the free motion's time steps and its distances from the via points."""
     made = free()
     p = made.T[:, :3, 3]
     miss = np.linalg.norm(p[None] - VIA[:, None], axis=-1).min(1).max()
@@ -405,7 +404,7 @@ def free_motion(printed: dict[str, Printed]) -> list[Row]:
 
 
 def straight_lines(printed: dict[str, Printed]) -> list[Row]:
-    """Compares the straight lines in three phases: tool speeds, joint rates and straightness."""
+    """Compare the straight lines in three phases: tool speeds, joint rates and straightness."""
     made = lines()
     speed = np.linalg.norm(made.V[:, :3], axis=1)
     peaks = [speed[made.stage == k].max() for k in range(4)]
@@ -440,7 +439,7 @@ def straight_lines(printed: dict[str, Printed]) -> list[Row]:
 
 
 def off_lines(made: Trajectory) -> float:
-    """Returns the largest distance of the tool from its straight lines [m]."""
+    """Return the largest distance [m] of the tool from the lines between the via points."""
     a, b = VIA[made.stage], VIA[made.stage + 1]
     along = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
     p = made.T[:, :3, 3] - a
@@ -448,7 +447,7 @@ def off_lines(made: Trajectory) -> float:
 
 
 def detour(printed: dict[str, Printed]) -> list[Row]:
-    """States the sphere between points 3 and 4, and the clearance of the motion around it."""
+    """Return table rows for the sphere between points 3 and 4, and for the clearance around it."""
     reason = "the figure is lost. Our choice is a sphere midway between points 3 and 4"
     clear = clearance(around(FINE))
     return [
@@ -470,14 +469,14 @@ def detour(printed: dict[str, Printed]) -> list[Row]:
 
 
 def clearance(made: Trajectory) -> float:
-    """Returns the smallest distance of the arm's axes from the sphere [m]."""
+    """Return the minimum distance [m] between link center lines and the sphere obstacle."""
     space = configuration_space(low(), [sphere(BALL, RADIUS)], radius=THIN)
     own = [k for k, (_, other) in enumerate(space.checks) if other == 0]
     return float(min(space.distances(q)[own].min() for q in made.q)) + THIN
 
 
 def quintics(printed: dict[str, Printed]) -> list[Row]:
-    """Compares the quintic polynomials: durations, rates at the ends, and peak rates."""
+    """Compare the quintic polynomials: durations, rates at the ends, and peak rates."""
     made = polynomials()
     ends = np.isin(made.t.round(6), range(5))
     step = np.abs(np.diff(made.q[ends], axis=0))[:, :4]

@@ -21,7 +21,10 @@ VIEW = (22.0, -60.0)
 
 
 def figures() -> Figures:
-    """Returns figures 1.1 to 1.11, keyed by caption; the report's own figures are lost."""
+    """Return figures 1.1 to 1.11, keyed by caption.
+
+    The original figures of the report are lost.
+    """
     horizontal = arm.solutions(arm.arm(), arm.VIA[:1])[0, 0]
     found: Figures = {
         "figure 1.1 drawn: the arm at point 1": chasles.draw(arm.arm(), horizontal),
@@ -47,7 +50,7 @@ def figures() -> Figures:
 
 
 def frames() -> Any:
-    """Draws the frames of table 1.1 in a configuration."""
+    """Draw the frames of table 1.1 in a configuration."""
     figure, axes = solid(2.9)
     q = np.array([0.4, 1.0, -0.8, -0.6, 0.0])
     line, T = points(arm.arm(), q), arm.arm().link_poses(q)
@@ -65,7 +68,7 @@ def frames() -> Any:
 
 
 def configurations() -> Any:
-    """Draws the arm in the configurations of table 1.2."""
+    """Draw the arm in the configurations of table 1.2."""
     figure, axes = solid(3.1)
     lines = points(arm.arm(), arm.CONFIGURATIONS)
     for k, line in enumerate(lines):
@@ -77,7 +80,7 @@ def configurations() -> Any:
 
 
 def workspace() -> Any:
-    """Draws the cells that the tool reaches, in space and seen along z and y."""
+    """Draw the cells that the tool reaches, in space and seen along z and y."""
     found = arm.found_workspace()
     figure, axes = panels(5.0, 2, 2, height_ratios=[1.7, 1])
     for own in axes[0]:
@@ -102,7 +105,7 @@ def workspace() -> Any:
 
 
 def triangle() -> Any:
-    """Draws both elbow configurations at point 1, and the angles of (1.11) to (1.13)."""
+    """Draw both elbow configurations at point 1, and the angles of (1.11) to (1.13)."""
     figure, axes = panels(2.6)
     robot = arm.arm()
     q = arm.solutions(robot, arm.VIA[:1])[0]
@@ -122,7 +125,7 @@ def triangle() -> Any:
 
 
 def via_points() -> Any:
-    """Draws the arm at the via points."""
+    """Draw the arm at the via points."""
     figure, axes = solid(3.2)
     q = arm.solutions(arm.low(), arm.VIA)
     lines = points(arm.low(), q)
@@ -137,14 +140,14 @@ def via_points() -> Any:
 
 
 def marks(axes: Any) -> None:
-    """Draws the via points with their numbers."""
+    """Draw the via points with their numbers."""
     axes.scatter(*arm.VIA.T, color=COLOURS[5], s=9, depthshade=False, label="via points")
     for k, p in enumerate(arm.VIA):
         axes.text(*(p + np.array([0.004, -0.006, 0.008])), str(k + 1), fontsize=7)
 
 
 def around_ball(axes: Any) -> None:
-    """Draws the via points, the sphere and the point above it."""
+    """Draw the via points, the sphere and the point above it."""
     marks(axes)
     u, v = np.meshgrid(np.linspace(0, 2 * np.pi, 19), np.linspace(0, np.pi, 10))
     ball = np.array([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)]) * arm.RADIUS
@@ -153,7 +156,7 @@ def around_ball(axes: Any) -> None:
 
 
 def path(made: Trajectory, extra: Callable[[Any], None]) -> Any:
-    """Draws the tool path with six configurations along it."""
+    """Draw the tool path with six configurations along it."""
     figure, axes = solid(3.0)
     chosen = np.linspace(0, len(made.q) - 1, 6).astype(int)
     lines = points(arm.low(), made.q)
@@ -171,7 +174,7 @@ def path(made: Trajectory, extra: Callable[[Any], None]) -> Any:
 
 
 def speeds() -> Any:
-    """Plots the tool speed over time."""
+    """Plot the tool speed over time."""
     figure, axes = panels(1.9)
     made = arm.lines()
     speed = np.linalg.norm(made.V[:, :3], axis=1)
@@ -180,7 +183,7 @@ def speeds() -> Any:
 
 
 def joint_curves(made: Trajectory) -> Any:
-    """Plots joint angles and their rates over time."""
+    """Plot joint angles and their rates over time."""
     figure, axes = panels(3.4, 2, 1, sharex=True)
     curves(axes[0], made.t, np.degrees(made.q[:, :4]), JOINTS, "angle [deg]")
     curves(axes[1], made.t, np.degrees(made.qd[:, :4]), JOINTS, "rate [deg/s]")

@@ -28,8 +28,7 @@ class Digit:
     """A digit of a printed value.
 
     Attributes:
-        path: Indices in the nested lists of the value. They select the number that contains the
-            digit.
+        path: Indices into the nested lists of the printed value.
         index: Position of the digit within the text of the number.
     """
 
@@ -38,9 +37,9 @@ class Digit:
 
 
 def exemption(row: Row) -> str:
-    """Returns why a changed digit of a row cannot change its verdict.
+    """Return why the verdict of a row cannot depend on one of its digits.
 
-    The result is "" if the row has no exemption: every changed digit must then change the verdict.
+    The result is "" if the row has no exemption.
     """
     if row.source is None or row.source.value is None:
         return NOTHING
@@ -52,17 +51,17 @@ def exemption(row: Row) -> str:
 
 
 def has_cause(row: Row) -> bool:
-    """Tests whether the note of a row states the cause of a wrong printed value."""
+    """Test whether the note of a row states the cause of a wrong printed value."""
     return "cause: " in row.note
 
 
 def exempt(rows: Sequence[Row]) -> Counter[str]:
-    """Counts the table rows that each exception covers."""
+    """Count the table rows that each exception covers."""
     return Counter(reason for row in rows if (reason := exemption(row)))
 
 
 def digits(row: Row) -> list[Digit]:
-    """Lists all digits of the numbers in the printed value of a row."""
+    """List the digits in the printed value of a row."""
     value = row.source.value if row.source else None
     return [] if value is None else list(_digits(value, ()))
 
@@ -79,7 +78,7 @@ def _digits(value: Text, path: tuple[int, ...]) -> Iterator[Digit]:
 
 
 def is_expression(text: str) -> bool:
-    """Tests whether a text is a number or an equation; words are neither."""
+    """Test whether a text is a number or an equation; words are neither."""
     try:
         ast.parse(text.strip(), mode="eval")
     except SyntaxError:
@@ -88,14 +87,14 @@ def is_expression(text: str) -> bool:
 
 
 def survives(row: Row, digit: Digit) -> bool:
-    """Tests whether the verdict of a row stays the same for a changed digit.
+    """Test whether the verdict of a row stays the same for a changed digit.
 
-    The changed digit increases or decreases the printed number by a multiple of its unit. The
-    verdict must change for an upward or a downward change of just above the tolerance. For changes
-    of just above twice the tolerance, upward and downward, the verdict must change both times.
+    The printed value is increased and decreased. If the change is just over the tolerance, at least
+    one of the two changed values must alter the verdict. If the change is just over twice the
+    tolerance, both changed values must alter the verdict.
     """
     if row.source is None or row.judge is None:
-        raise ValueError(f"item {row.item} stores no verdict function")
+        raise ValueError(f"item {row.item} has no function that judges its value")
     near, far = _changes(row.source, digit)
     return all(_holds(row, change) for change in near) or any(_holds(row, c) for c in far)
 
@@ -106,15 +105,11 @@ def _holds(row: Row, changed: Printed) -> bool:
     try:
         return row.judge(changed).verdict == row.verdict
     except (AssertionError, ArithmeticError, ValueError):
-        return False  # with the changed digit, the comparison fails or the equation has no value
+        return False
 
 
 def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printed]]:
-    """Returns items changed by just over the tolerance, and by just over twice the tolerance.
-
-    For a decimal number, each list contains an item with a larger number and an item with a smaller
-    number. For an equation, both lists contain the items with the digit increased by 1 and by 2.
-    """
+    """Return items that differ by just over one tolerance, and by just over two tolerances."""
     text = _text(printed.value, digit.path)
     number = decimal(text)
     if number is None:
@@ -132,7 +127,7 @@ def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printe
 
 
 def _exponent(text: str, index: int) -> int:
-    """Returns k, where 10^k is the place value of the digit at an index of a decimal number."""
+    """Return k, where 10^k is the place value of the digit at an index of a decimal number."""
     point = text.find(".")
     if point < 0:
         return len(text) - 1 - index

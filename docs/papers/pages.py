@@ -118,7 +118,7 @@ class Chapter:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Writes the report; returns 1 if a page in docs is out of date."""
+    """Write the report; returns 1 if a page in docs is out of date."""
     with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
         chapters = list(pool.map(reproduced, present()))
     BUILD.mkdir(parents=True, exist_ok=True)
@@ -147,29 +147,29 @@ def _holds(path: Path, text: str) -> bool:
 
 
 def page_of(paper: str) -> Path:
-    """Returns the page of a paper."""
+    """Return the page of a paper."""
     return HERE / f"{paper}.md"
 
 
 def present() -> list[str]:
-    """Lists the papers with a script in this folder, in the order of the report."""
+    """List the papers with a script in this folder, in the order of the report."""
     return [paper for paper in PAPERS if (HERE / f"{paper}.py").exists()]
 
 
 def reproduced(paper: str) -> Chapter:
-    """Runs the script of a paper, and writes its pictures to the build folder."""
+    """Run the script of a paper, and write its pictures to the build folder."""
     import matplotlib as mpl  # noqa: PLC0415
 
     mpl.use("Agg")
     mpl.rcParams["figure.max_open_warning"] = 0  # each figure is closed after it is written
     start = time.perf_counter()
     script = importlib.import_module(paper)
-    rows = tuple(replace(row, judge=None) for row in script.rows())  # functions cannot be pickled
+    rows = tuple(replace(row, judge=None) for row in script.rows())
     folder = BUILD / paper
     folder.mkdir(parents=True, exist_ok=True)
     drawn = script.figures()
     if len({slug(caption) for caption in drawn}) < len(drawn):
-        raise ValueError(f"{paper}: two captions begin alike: {', '.join(drawn)}")
+        raise ValueError(f"{paper}: two captions begin with the same words: {', '.join(drawn)}")
     pictures = {
         caption: written(folder / slug(caption), picture) for caption, picture in drawn.items()
     }
@@ -178,18 +178,18 @@ def reproduced(paper: str) -> Chapter:
 
 
 def words(script: Any) -> tuple[str, str]:
-    """Returns the first line of a script's docstring, and the next paragraph."""
+    """Return the first line of a script's docstring, and the next paragraph."""
     title, _, rest = script.__doc__.partition("\n\n")
     return title.strip().removesuffix("."), " ".join(rest.split("\n\n")[0].split())
 
 
 def slug(caption: str) -> str:
-    """Returns the file name of a picture: the words before the colon of its caption."""
+    """Return the file name of a picture: the words before the colon of its caption."""
     return re.sub(r"\W+", "_", caption.partition(":")[0].lower()).strip("_")
 
 
 def written(stem: Path, picture: Any) -> Path:
-    """Writes a figure as PNG, or an animation as GIF; returns the file."""
+    """Write a figure as PNG, or an animation as GIF; returns the file."""
     if callable(picture):
         path = stem.with_suffix(".gif")
         picture(path)
@@ -203,7 +203,7 @@ def written(stem: Path, picture: Any) -> Path:
 
 
 def summary(rows: dict[str, Sequence[Row]]) -> str:
-    """Returns the text of docs/papers.md: tables of verdicts and of digits."""
+    """Return the text of docs/papers.md, with a table of verdicts and a table of digits."""
     pages = ", ".join(f"[{paper}](papers/{paper}.md)" for paper in rows)
     lines = [INTRODUCTION, f"Each paper has a page: {pages}.", ""]
     lines += [*_block(("paper", *VERDICTS), map(_counts, rows.items())), ""]
@@ -212,7 +212,7 @@ def summary(rows: dict[str, Sequence[Row]]) -> str:
 
 
 def section(paper: str, rows: Sequence[Row]) -> str:
-    """Returns the text of the page of a paper."""
+    """Return the text of the page of a paper."""
     title, source = words(importlib.import_module(paper))
     lines = [f"# {title}", "", source, ""]
     other = [row for row in rows if row.verdict != "consistency"]
@@ -222,7 +222,7 @@ def section(paper: str, rows: Sequence[Row]) -> str:
 
 
 def counted(paper: str, rows: Sequence[Row]) -> list[str]:
-    """Returns a table line with the verdicts of a paper, and a table line with its digits."""
+    """Return two table lines for a paper: counts of verdicts, and counts of digits."""
     own = (paper, rows)
     return [
         _block(("paper", *head), [found(own)])[2]
@@ -252,7 +252,7 @@ def _block(head: Sequence[str], rows: Any) -> list[str]:
 
 
 def cells(row: Row) -> tuple[str, ...]:
-    """Returns the cells of a row in the order of `HEAD`; each cell is a complete phrase."""
+    """Return the cells of a row in the order of `HEAD`; each cell is a complete phrase."""
     printed, ours = _values(row)
     source = "by the paper's equations" if printed.startswith("[") else "in the paper"
     value = row.source.value if row.source else None
@@ -264,7 +264,7 @@ def cells(row: Row) -> tuple[str, ...]:
 
 
 def _item(row: Row) -> str:
-    """Returns the item of a row and its place in the paper, such as "A5 (equation (8)):"."""
+    """Return the item of a row and its place in the paper, such as "A5 (equation (8)):"."""
     place = EQUATIONS.sub(lambda n: f"equation{'s' if n[1] else ''} {n[0]}", row.where)
     return f"{row.item} ({place}):"
 
@@ -285,13 +285,13 @@ def _values(row: Row) -> tuple[str, str]:
 
 
 def _phrase(note: str) -> str:
-    """Returns a note with a period, and with a capital unless it starts with a symbol."""
+    """Return a note with a period, and with a capital unless it starts with a symbol."""
     note = capitalized(note)
     return f"{note}." if note and not note.endswith((".", ":")) else note
 
 
 def table(head: Sequence[str], rows: Any) -> list[str]:
-    """Returns a table in Markdown."""
+    """Return a table in Markdown."""
     first, *others = [
         "| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |"
         for line in (head, *rows)
@@ -300,7 +300,7 @@ def table(head: Sequence[str], rows: Any) -> list[str]:
 
 
 def html_page(chapters: Sequence[Chapter]) -> str:
-    """Returns the report as one file that includes style and pictures."""
+    """Return the report as one file that includes style and pictures."""
     verdicts = _html_counts(chapters, VERDICTS, _counts)
     digits = _html_counts(chapters, DIGITS, _digit_counts)
     meanings = [

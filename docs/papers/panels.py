@@ -25,7 +25,7 @@ PALE = "#e8e8e8"
 
 
 def panels(height: float, rows: int = 1, columns: int = 1, **given: Any) -> tuple[Any, Any]:
-    """Returns a figure as wide as a text column, and its axes, in the style of this file.
+    """Return a figure as wide as a text column, and its axes, in the style of this file.
 
     Args:
         height: Height of the figure [inch].
@@ -40,7 +40,7 @@ def panels(height: float, rows: int = 1, columns: int = 1, **given: Any) -> tupl
 
 
 def solid(height: float) -> tuple[Any, Any]:
-    """Returns a figure of column width with axes in perspective."""
+    """Return a figure of column width with axes in perspective."""
     figure, axes = panels(height, subplot_kw={"projection": "3d"})
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_tick_params(pad=-2)
@@ -49,7 +49,7 @@ def solid(height: float) -> tuple[Any, Any]:
 
 
 def curves(axes: Any, t: Any, values: Any, names: Sequence[str], label: str) -> None:
-    """Plots columns of values over time, each with its own color and style.
+    """Plot columns of values over time, each with its own color and style.
 
     Args:
         axes: Axes of the plot.
@@ -67,7 +67,7 @@ def curves(axes: Any, t: Any, values: Any, names: Sequence[str], label: str) -> 
 
 
 def legend_below(figure: Any, axes: Any, columns: int) -> None:
-    """Places the legend of the axes under the figure."""
+    """Place the legend of the axes under the figure."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(
         handles, labels, loc="outside lower center", ncols=columns, fontsize=7, frameon=False
@@ -75,7 +75,7 @@ def legend_below(figure: Any, axes: Any, columns: int) -> None:
 
 
 def plane(axes: Any, across: str = "x [m]", up: str = "y [m]") -> None:
-    """Sets equal scales, a grid and labels."""
+    """Set equal scales, a grid and labels."""
     axes.set_aspect("equal")
     axes.set_xlabel(across)
     axes.set_ylabel(up)
@@ -84,7 +84,7 @@ def plane(axes: Any, across: str = "x [m]", up: str = "y [m]") -> None:
 
 
 def edges(axes: Any, lower: Any, upper: Any, **style: Any) -> None:
-    """Draws the twelve edges of an axis-aligned box as lines."""
+    """Draw the twelve edges of an axis-aligned box as lines."""
     corners = np.array(list(product(*zip(lower, upper, strict=True))))
     for a, b in combinations(corners, 2):
         if np.count_nonzero(a != b) == 1:

@@ -43,14 +43,14 @@ ENDS = {"a": 1.0, "b": np.pi / 2, "c": np.pi / 2, "d": 0.5} | dict.fromkeys("efg
 """Final joint values of figure 3 [m, rad]. The paper moves each axis "as much as possible", and
 prints no limits."""
 AXES = dict(zip("abcdefgh", (0, 2, 1, 3, 4, 5, 6, 7), strict=True))
-"""The moving axis of each panel of figure 3; the caption lists the ring top first."""
+"""Index of the joint that moves in each panel of figure 3."""
 SLIDES = (0, 3)
 ROUNDING = 1e-12
 """Points coincide if their distance is smaller than this length [m]."""
 
 
 def rows() -> list[Row]:
-    """Compares every number of the paper with the value of chasles."""
+    """Compare every number of the paper with the value of chasles."""
     printed, robot = read("photo_robot"), chasles.load("photo_robot")
     return [
         *structure(printed, robot),
@@ -64,7 +64,7 @@ def rows() -> list[Row]:
 
 
 def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Compares the number and the types of the axes, where S means three axes through one point."""
+    """Compare the number and the types of the axes, where S means three axes through one point."""
     letters = "".join("P" if axis.unit == "m" else "R" for axis in robot.coordinates)
     wrist = robot.link_poses(CONFIGURATION)[6:, :3, 3]
     meet = "S" if np.ptp(wrist, axis=0).max() < ROUNDING else "RRR"
@@ -91,7 +91,7 @@ def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
 
 
 def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Compares the lengths that the paper prints below equation (12); r1 = 0 occurs twice there."""
+    """Compare the lengths that the paper prints below equation (12); r1 = 0 occurs twice there."""
     names = ("r10", "r2", "l3", "r40", "r6")
     ring_top = robot.link_poses(np.zeros(8))[2, 2, 3]
     below = evaluated(printed["r20"]) - 1e3 * ring_top
@@ -109,7 +109,7 @@ def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
 
 
 def matrices(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Compares table 1 and equations (1) and (3) to (11) with chasles.
+    """Compare table 1 and equations (1) and (3) to (11) with chasles.
 
     Equation (1) is evaluated at arbitrary values.
     """
@@ -146,12 +146,12 @@ def matrices(printed: dict[str, Printed], robot: Any) -> list[Row]:
 
 
 def by_corrected_dh(table: Printed, symbols: dict[str, float]) -> Any:
-    """Returns the rows of table 1 as matrices (8, 4, 4)."""
+    """Return the rows of table 1 as matrices (8, 4, 4)."""
     return np.array([dh_matrix(*row) for row in evaluated(table, **symbols)])
 
 
 def dh_matrix(theta: float, r: float, length: float, alpha: float) -> Any:
-    """Returns the matrix of equation (1), with the erratum of the paper corrected."""
+    """Return the matrix of equation (1), with the erratum of the paper corrected."""
     c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
     return [
         [c, -ca * s, s * sa, length * c],
@@ -162,24 +162,24 @@ def dh_matrix(theta: float, r: float, length: float, alpha: float) -> Any:
 
 
 def lengths(robot: Any) -> dict[str, float]:
-    """Returns the parameters of the robot, keyed by name [m]."""
+    """Return the parameters of the robot, keyed by name [m]."""
     return {name: parameter.value for name, parameter in robot.parameters.items()}
 
 
 def at_configuration(robot: Any) -> dict[str, float]:
-    """Returns the values of the symbols in table 1 and equations (3) to (11)."""
+    """Return the values of the symbols in table 1 and equations (3) to (11)."""
     symbols = ("r1", "t2", "t3", "r4", "t5", "t6", "t7", "tee")
     return dict(zip(symbols, map(float, CONFIGURATION), strict=True)) | lengths(robot)
 
 
 def steps(robot: Any, q: Any) -> Any:
-    """Returns the pose (9, 4, 4) of each link frame relative to the preceding frame."""
+    """Return the pose (9, 4, 4) of each link frame relative to the preceding frame."""
     T = np.concatenate([np.eye(4)[None], robot.link_poses(q)])
     return np.linalg.solve(T[:-1], T[1:])
 
 
 def s_model(printed: dict[str, Printed]) -> list[Row]:
-    """Compares equation (2) with a joint with six nonzero parameters, and with equation (11)."""
+    """Compare equation (2) with a joint with six nonzero parameters, and with equation (11)."""
     joint, theta = chasles.load(HERE / "robots" / "s_model.toml"), 0.7
     T = joint.fk([theta])
     numbers = lengths(joint)
@@ -217,13 +217,13 @@ def s_model(printed: dict[str, Printed]) -> list[Row]:
 
 
 def evaluated_rows(printed: Printed, symbols: dict[str, float]) -> Any:
-    """Evaluates the printed equations of a matrix row by row. Returns all values in one array."""
+    """Evaluate the printed equations of a matrix row by row. Returns all values in one array."""
     texts = [text for row in printed.value or () for text in row]
     return np.array([evaluated(Printed("", text, "", ""), **symbols) for text in texts])
 
 
 def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Compares the printed equation (12), and poses from equations (3) to (11), with chasles."""
+    """Compare the printed equation (12), and poses from equations (3) to (11), with chasles."""
     found = []
     for name, q in (("zero", np.zeros(8)), ("configuration", CONFIGURATION)):
         T_w_ee, T_w_0 = robot.fk(q), robot.link_poses(q)[0]
@@ -250,7 +250,7 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
 
 
 def columns(pose: Printed, ours: Any) -> list[Row]:
-    """Returns a table row for each axis of a pose, and a row for its position."""
+    """Return the table rows for the axes and the position of a pose."""
     table = np.array(pose.value)
     return [
         consistent(
@@ -263,7 +263,7 @@ def columns(pose: Printed, ours: Any) -> list[Row]:
 
 
 def calibration(printed: dict[str, Printed]) -> list[Row]:
-    """Checks the claims of section 5 that the model is complete and continuous."""
+    """Check the claims of section 5 that the model is complete and continuous."""
     folder = Path(chasles.derive.__file__).parent / "robots"
     report = chasles.derive.model_report(chasles.derive.read(folder / "photo_robot.toml"))
     complete = report.rank == report.identifiable
@@ -292,12 +292,12 @@ def calibration(printed: dict[str, Printed]) -> list[Row]:
 
 
 def quality(joint: Any, convention: str) -> Any:
-    """Returns the quality of a convention at a joint."""
+    """Return the report of one kinematic convention for a joint."""
     return next(own for own in joint.conventions if own.convention == convention)
 
 
 def figure_3(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Measures the tool's path while one axis moves from zero to an end state of our choice."""
+    """Measure the tool's path while one axis moves from zero to a chosen end position."""
     found = []
     for part in AXES:
         p = moved(robot, part).T[:, :3, 3]
@@ -310,12 +310,12 @@ def figure_3(printed: dict[str, Printed], robot: Any) -> list[Row]:
 
 
 def place(p: Any) -> str:
-    """Formats a position [m]."""
+    """Format a position [m]."""
     return f"({', '.join(f'{value + 0.0:.3f}' for value in np.round(p, 3))})"
 
 
 def moved(robot: Any, part: str) -> Trajectory:
-    """Returns the motion of a panel of figure 3: one axis moves, and the others stay at zero."""
+    """Return the motion of a panel of figure 3: one axis moves, and the others stay at zero."""
     end = np.zeros(8)
     end[AXES[part]] = ENDS[part]
     curve = joint_line(np.zeros(8), end)
@@ -323,7 +323,7 @@ def moved(robot: Any, part: str) -> Trajectory:
 
 
 def figures() -> Figures:
-    """Draws figures 1 and 2, figure 3 a to h, and all eight axes in sequence."""
+    """Draw figures 1, 2 and 3 a to h, and an animation in which all eight axes move in turn."""
     from photo_pictures import all_axes, axis_moved, frames  # noqa: PLC0415
 
     robot = chasles.load("photo_robot")
@@ -341,7 +341,7 @@ def figures() -> Figures:
 
 
 def end_state(part: str) -> str:
-    """Formats the end state that we chose for a panel of figure 3."""
+    """Format the assumed joint value at the end of the motion in a panel of figure 3."""
     return f"{ENDS[part]:g} m" if AXES[part] in SLIDES else f"{np.degrees(ENDS[part]):.0f} deg"
 
 

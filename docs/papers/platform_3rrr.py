@@ -38,19 +38,19 @@ INWARDS = 1e-10
 BISECTIONS = 50
 LEG = "Evaluated for the lower left leg at (45 mm, 20 mm, 10 deg)"
 MM2 = 1e-6
-"""A square millimeter [m^2]."""
+"""One square millimeter in square meters."""
 SPEED = np.array([0.1, 0.0, 0.0])
 """Velocity of the platform [m/s, rad/s]."""
 
 
 @cache
 def platform(lower_links: int = 130) -> Any:
-    """Loads the platform with lower links of 130 mm (table 2.1) or 170 mm (the text)."""
+    """Load the platform with lower links of 130 mm (table 2.1) or 170 mm (the text)."""
     return chasles.load({130: "planar_3rrr", 170: "planar_3rrr_170"}[lower_links])
 
 
 def rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares every number of part 2 with the value of chasles."""
+    """Compare every number of part 2 with the value of chasles."""
     return [
         *dimensions(printed),
         *joints(printed),
@@ -63,7 +63,7 @@ def rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def dimensions(printed: dict[str, Printed]) -> list[Row]:
-    """Compares table 2.1, and the length L that the text states."""
+    """Compare table 2.1, and the length L that the text states."""
     values = {name: parameter.value for name, parameter in platform().parameters.items()}
     return [
         consistent(printed["S_A"], values["S_A"]),
@@ -82,15 +82,12 @@ def dimensions(printed: dict[str, Printed]) -> list[Row]:
 
 @cache
 def region(angle: float, lower_links: int = 130) -> PlanarRegion:
-    """Returns the positions that the platform reaches at an angle [deg]."""
+    """Return the positions that the platform reaches at an angle [deg]."""
     return constant_orientation_workspace(platform(lower_links), np.radians(angle))
 
 
 def base_and_platform() -> tuple[Any, Any]:
-    """Returns the base joints (3, 2), and the platform joints in the platform frame [m].
-
-    The circles that bound the workspace have their centers at b - R(phi) p.
-    """
+    """Return the base joints (3, 2), and the platform joints in the platform frame [m]."""
     here, turned = (
         np.array([ring.center for ring in region(angle).pieces[0]]) for angle in (0, 180)
     )
@@ -98,7 +95,7 @@ def base_and_platform() -> tuple[Any, Any]:
 
 
 def joints(printed: dict[str, Printed]) -> list[Row]:
-    """Compares table 2.2 and equations (B.1.1) to (B.1.4)."""
+    """Compare table 2.2 and equations (B.1.1) to (B.1.4)."""
     b, p = base_and_platform()
     found = []
     for name, points, words in (("PB", b, "base"), ("PP", p, "platform")):
@@ -139,19 +136,19 @@ def joints(printed: dict[str, Printed]) -> list[Row]:
 
 
 def at_each_leg(**values: float) -> Callable[[Printed], Any]:
-    """Returns a function that evaluates equations for the legs i = 1, 2, 3, one row per leg."""
+    """Return a function that evaluates equations for the legs i = 1, 2, 3, one row per leg."""
     return lambda item: np.array([evaluated(item, i=i, **values) for i in (1, 2, 3)])
 
 
 def on_platform() -> Any:
-    """Returns the platform joints (3, 2) at the pose of figure 2.4 [m]."""
+    """Return the platform joints (3, 2) at the pose of figure 2.4 [m]."""
     _, p = base_and_platform()
     a = TURNED[2]
     return TURNED[:2] + p @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]])
 
 
 def leg(k: int) -> dict[str, float]:
-    """Returns the symbol values of leg k at the pose of figure 2.4, for its first solution."""
+    """Return the symbol values of leg k at the pose of figure 2.4, for its first solution."""
     robot = platform()
     b, _ = base_and_platform()
     q = robot.ik_planar(TURNED).q[0]
@@ -162,12 +159,12 @@ def leg(k: int) -> dict[str, float]:
 
 
 def in_mm(values: dict[str, float]) -> dict[str, float]:
-    """Converts lengths to millimeters; the printed equation adds a length to squared lengths."""
+    """Convert lengths to millimeters, the unit of the printed equation."""
     return {name: 1000 * values[name] for name in ("X", "Y", "S_A", "L")}
 
 
 def legs(printed: dict[str, Printed]) -> list[Row]:
-    """Compares equations (B.1.5) to (B.2.8) for the lower left leg at the pose of figure 2.4."""
+    """Compare equations (B.1.5) to (B.2.8) for the lower left leg at the pose of figure 2.4."""
     values = leg(0)
     X, Y, theta, psi, S_A, L = (values[name] for name in ("X", "Y", "theta", "psi", "S_A", "L"))
     square = X**2 + Y**2 - 2 * S_A * (X * np.cos(theta) + Y * np.sin(theta)) + S_A**2 - L**2
@@ -231,7 +228,7 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
 
 
 def inverse(printed: dict[str, Printed]) -> list[Row]:
-    """Compares both solutions of each leg, and the number of solutions."""
+    """Compare both solutions of each leg, and the number of solutions."""
     found = []
     for length in (130, 170):
         q = platform(length).ik_planar(POSE).q[[0, -1]]
@@ -249,12 +246,12 @@ def inverse(printed: dict[str, Printed]) -> list[Row]:
 
 
 def wrapped(angle: Any) -> Any:
-    """Wraps angles to the range from -pi to pi."""
+    """Wrap angles to the range from -pi to pi."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def modes(printed: dict[str, Printed]) -> list[Row]:
-    """Compares the assembly modes of the platform."""
+    """Compare the assembly modes of the platform."""
     robot = platform()
     x, valid = robot.fk_planar_all(robot.ik_planar(POSE).q)
     first = x[0][valid[0]]
@@ -275,7 +272,7 @@ def modes(printed: dict[str, Printed]) -> list[Row]:
 
 
 def areas(printed: dict[str, Printed]) -> list[Row]:
-    """States the areas of the workspaces in figures 2.6 and 2.7. Circular arcs bound each area."""
+    """State the areas of the workspaces in figures 2.6 and 2.7. Circular arcs bound each area."""
     found = [consistent(printed["area_0"], region(0).area, TWICE)]
     for length, ending in ((130, ""), (170, "_170")):
         for angle in ANGLES:
@@ -287,7 +284,7 @@ def areas(printed: dict[str, Printed]) -> list[Row]:
 
 
 def singularities(printed: dict[str, Printed]) -> list[Row]:
-    """States the three kinds of singularity of J_x x' = J_q q', and the rates of one motion."""
+    """State the three kinds of singularity of J_x x' = J_q q', and the rates of one motion."""
     robot = platform()
     way = robot.distance_to_singularity(POSE, AHEAD)
     words = "the value is not part of the paper"
@@ -318,7 +315,7 @@ def singularities(printed: dict[str, Printed]) -> list[Row]:
 
 @cache
 def third_kind() -> Any:
-    """Returns a boundary pose (x, y, phi) at 0 deg at which J_x is also singular."""
+    """Return a boundary pose (x, y, phi) at 0 deg at which J_x is also singular."""
     for arc in region(0).arcs:
         along = np.linspace(0, 1, 181)
         sign = np.sign([determinant(on(arc, u)) for u in along])
@@ -333,7 +330,7 @@ def third_kind() -> Any:
 
 
 def on(arc: Any, part: float) -> Any:
-    """Returns the pose at a fraction of a boundary arc, moved slightly inward."""
+    """Return the pose at a fraction of a boundary arc, moved slightly inward."""
     points = arc.points()
     at = np.linspace(0, 1, len(points))
     p = np.array([np.interp(part, at, column) for column in points.T])
@@ -343,6 +340,6 @@ def on(arc: Any, part: float) -> Any:
 
 
 def determinant(pose: Any) -> float:
-    """Returns the determinant of J_x at a pose, for the first inverse solution of each leg."""
+    """Return the determinant of J_x at a pose, for the first inverse solution of each leg."""
     robot = platform()
     return float(robot.determinants(pose, robot.ik_planar(pose).q[0]).J_x)

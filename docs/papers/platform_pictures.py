@@ -19,12 +19,12 @@ from chasles.study.planning import Plan, prm
 ANGLES = {"2.6": 15, "2.7": 30, "2.7, second": 45, "2.7, third": 60}
 RNG = 35
 """Seed of the random numbers in figures 3.2 to 3.4. As in the report, a roadmap with 100 points and
-step 10 contains no path. With a larger step or with more points, the roadmap contains a path."""
+step 10 contains no path."""
 MM = 1000.0
 
 
 def figures() -> Figures:
-    """Returns figures 2.1 to 3.4, keyed by caption; the report's own figures are lost."""
+    """Return figures 2.1 to 3.4 of the report, keyed by caption."""
     robot = platform.platform()
     found: Figures = {
         "figure 2.1 drawn: the platform in the pose of figure 2.3": chasles.draw(
@@ -55,7 +55,7 @@ def figures() -> Figures:
 
 
 def leg_lines(pose: Any, q: Any) -> Any:
-    """Returns base joint, elbow and platform joint of each leg, (3, 3, 2) [mm]."""
+    """Return base joint, elbow and platform joint of each leg, (3, 3, 2) [mm]."""
     b, p = platform.base_and_platform()
     c, s = np.cos(pose[2]), np.sin(pose[2])
     ends = np.asarray(pose[:2]) + p @ np.array([[c, s], [-s, c]])
@@ -65,7 +65,7 @@ def leg_lines(pose: Any, q: Any) -> Any:
 
 
 def posed(axes: Any, pose: Any, q: Any, colour: str, **style: Any) -> None:
-    """Draws the platform and its legs."""
+    """Draw the platform and its legs."""
     lines, label = leg_lines(pose, q), style.pop("label", None)
     given = {"marker": "o", "markersize": 3, "linewidth": 1.6} | style
     for k, line in enumerate(lines):
@@ -74,7 +74,7 @@ def posed(axes: Any, pose: Any, q: Any, colour: str, **style: Any) -> None:
 
 
 def base(axes: Any) -> None:
-    """Draws the base joints and their triangle."""
+    """Draw the base joints and their triangle."""
     b = MM * platform.base_and_platform()[0]
     axes.fill(*b.T, facecolor="none", edgecolor=GREY, linestyle=":", linewidth=0.8)
     axes.plot(*b.T, "s", color=COLOURS[5], markersize=4)
@@ -82,7 +82,7 @@ def base(axes: Any) -> None:
 
 
 def model() -> Any:
-    """Draws the platform at the center with the dimensions of table 2.1."""
+    """Draw the platform at the center with the dimensions of table 2.1."""
     figure, axes = panels(3.1)
     pose = np.zeros(3)
     q = platform.platform().ik_planar(pose).q[0]
@@ -108,7 +108,7 @@ SHIFTS = (np.array([-10, -38]), np.array([-10, -38]), np.array([14, 4]))
 
 
 def flow_chart() -> Any:
-    """Draws the steps from a pose to the crank angles."""
+    """Draw the steps from a pose to the crank angles."""
     figure, axes = panels(3.3)
     steps = (
         "pose $x, y, a$; table 2.1",
@@ -136,7 +136,7 @@ def flow_chart() -> Any:
 
 
 def configuration(pose: Any) -> Any:
-    """Draws the platform in a pose: the first solution of each leg, and the second one in gray."""
+    """Draw the platform in a pose: the first solution of each leg, and the second one in gray."""
     figure, axes = panels(3.2)
     q = platform.platform().ik_planar(pose).q[[0, -1]]
     posed(axes, pose, q[1], "#9a9a9a", linestyle="--", label="other solution")
@@ -147,7 +147,7 @@ def configuration(pose: Any) -> Any:
 
 
 def workspace(angle: int) -> Any:
-    """Draws the positions that the platform reaches, with lower links of 130 and 170 mm."""
+    """Draw the positions that the platform reaches, with lower links of 130 and 170 mm."""
     figure, axes = panels(3.0)
     for k, length in enumerate((130, 170)):
         found = platform.region(angle, length)
@@ -161,7 +161,7 @@ def workspace(angle: int) -> Any:
 
 
 def modes() -> Any:
-    """Draws both assembly modes with the same crank angles."""
+    """Draw both assembly modes with the same crank angles."""
     figure, axes = panels(3.2)
     q = platform.platform().ik_planar(platform.POSE).q[0]
     x, valid = platform.platform().fk_planar_all(q)
@@ -174,7 +174,7 @@ def modes() -> Any:
 
 
 def singular() -> Any:
-    """Draws the singular tool positions at an orientation of 0 deg."""
+    """Draw the singular tool positions at an orientation of 0 deg."""
     figure, axes = panels(3.3)
     bounds = (-0.2, 0.2)
     found = singularity_curves(platform.platform(), 0.0, x=bounds, y=bounds, resolution=161)
@@ -189,7 +189,7 @@ def singular() -> Any:
 
 
 def the_map() -> Any:
-    """Draws our roadmap with start and goal."""
+    """Draw our roadmap with start and goal."""
     figure, axes = panels(3.0)
     on_map(axes)
     legend_below(figure, axes, 2)
@@ -197,7 +197,7 @@ def the_map() -> Any:
 
 
 def on_map(axes: Any) -> None:
-    """Draws the occupied cells, the start and the goal."""
+    """Draw the occupied cells, the start and the goal."""
     side = roadmaps.SIDE
     occupied = roadmaps.workshop().occupied.T
     axes.imshow(~occupied, origin="lower", extent=(0, side, 0, side), cmap="gray", vmin=-0.4)
@@ -208,7 +208,7 @@ def on_map(axes: Any) -> None:
 
 
 def roads(samples: int, step: float) -> Any:
-    """Draws a roadmap with its path for each of the two interpretations of the paper's step."""
+    """Draw a roadmap with its path for each of the two interpretations of the paper's step."""
     figure, axes = panels(5.6, 2, 1)
     for own, given, reading in (
         (axes[0], {"max_step": step}, "largest distance"),
@@ -229,7 +229,7 @@ def roads(samples: int, step: float) -> Any:
 
 
 def success() -> Any:
-    """Plots the success rate over the number of points and the step."""
+    """Plot the success rate over the number of points and the step."""
     figure, axes = panels(2.5)
     roadmaps.trials().plot(axes)
     axes.set_xscale("log")
@@ -241,7 +241,7 @@ def success() -> Any:
 
 
 def arm() -> Any:
-    """Draws the arm along its path, with the sphere."""
+    """Draw the arm along its path, with the sphere."""
     figure, axes = solid(3.2)
     space, plan = roadmaps.arm_plan()
     lines = points(space.robot, plan.at(np.linspace(0, 1, 40)))

@@ -8,8 +8,8 @@ The items of a paper are in `printed/<paper>.toml`, one TOML table per item, wit
 string can also contain words or an equation. A nested list of strings represents a matrix. The
 field `value` is omitted if the paper prints no value, or if the value is lost.
 
-`evaluated` replaces `value` for a number that the paper does not print. The number in `evaluated`
-is computed by the equations of the paper, independently of chasles.
+If the paper does not print a number, the field `evaluated` replaces `value`. The number in
+`evaluated` is computed by the equations of the paper, independently of chasles.
 
 `unit` is a unit of `UNITS`, by default none.
 
@@ -18,7 +18,8 @@ is computed by the equations of the paper, independently of chasles.
 `digits` is the number of decimals with which the value of chasles is printed. The default is one
 decimal more than in the paper, or more decimals if rounding would hide whether the values agree.
 
-`about` is a tolerance in the unit, for numbers that the paper introduces by the word "about".
+`about` is the tolerance of a number that follows the word "about" in the paper. The tolerance is in
+the item's unit.
 
 `text` is the sentence of the paper that contains "about".
 
@@ -37,7 +38,7 @@ from typing import Any
 import numpy as np
 
 Value = Any
-"""A number, an array, or words. Numbers are in meters, radians and seconds."""
+"""A number, an array or a text. Numbers are in meters, radians and seconds."""
 Text = str | tuple["Text", ...]
 """A printed value: a number or word as a string, or nested tuples of such strings."""
 
@@ -79,20 +80,21 @@ _FUNCTIONS = {
 
 @dataclass(frozen=True)
 class Printed:
-    """A printed item of a paper.
+    """A named value that a paper prints.
 
     Attributes:
         item: Name of the item.
-        value: The printed number or word, or rows of numbers or words. None if the paper does not
-            print the value, or if the printed value is lost.
+        value: The printed number or word, or a table of numbers or words. None if the paper does
+            not print the value, or if the printed value is lost.
         unit: The unit, one of `UNITS`.
-        where: Position in the paper.
+        where: The place of the value in the paper, such as a table cell.
         about: The tolerance [unit] that the paper's words imply. If `about` is None, the tolerance
             is half a unit of the last printed digit.
         text: The paper's words.
         digits: Number of decimals of our value in the table. If `digits` is None, our value has one
             decimal more than the paper's value.
-        is_evaluated: Whether the value is not printed, but was evaluated independently.
+        is_evaluated: Whether the value was computed independently, because the paper does not print
+            the value.
     """
 
     item: str
@@ -106,7 +108,7 @@ class Printed:
 
 
 def read(paper: str) -> dict[str, Printed]:
-    """Reads the printed items of a paper, by key.
+    """Read the printed items of a paper, by key.
 
     Args:
         paper: Name of the file in `printed/`, without its suffix.
@@ -144,10 +146,10 @@ def _frozen(value: Any) -> Text:
 
 
 def evaluated(printed: Printed, **values: float) -> Any:
-    """Evaluates printed equations; the result has their printed shape.
+    """Evaluate printed equations; the result has their printed shape.
 
     Args:
-        printed: An item whose value is an equation in Python notation, or rows of equations.
+        printed: An item of a paper with an equation, or rows of equations, in Python notation.
         values: Values of the symbols in meters and radians; cos, sin and so on are known.
 
     Returns:
@@ -164,7 +166,7 @@ def evaluated(printed: Printed, **values: float) -> Any:
 
 
 def at(**values: float) -> Callable[[Printed], Any]:
-    """Returns a function that evaluates printed equations.
+    """Return a function that evaluates printed equations.
 
     The keyword arguments are the values of the symbols.
     """
@@ -172,7 +174,7 @@ def at(**values: float) -> Callable[[Printed], Any]:
 
 
 def decimal(value: str) -> Decimal | None:
-    """Converts a text to a number, or returns None for words and equations."""
+    """Convert a text to a number, or return None for words and equations."""
     try:
         return Decimal(value.replace(",", ""))
     except InvalidOperation:
@@ -180,15 +182,15 @@ def decimal(value: str) -> Decimal | None:
 
 
 def half_unit(number: Decimal) -> Decimal:
-    """Returns half a unit of the last digit."""
+    """Return half a unit of the last digit."""
     return Decimal(5).scaleb(int(number.as_tuple().exponent) - 1)
 
 
 def tolerance(printed: Printed, number: Decimal) -> Decimal:
-    """Returns the allowed difference between our value and a printed number [unit]."""
+    """Return the allowed difference between our value and a printed number [unit]."""
     return half_unit(number) if printed.about is None else Decimal(printed.about)
 
 
 def texts(value: Text) -> str:
-    """Formats a printed value in one line."""
+    """Format a printed value in one line."""
     return value if isinstance(value, str) else f"({', '.join(map(texts, value))})"

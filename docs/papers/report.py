@@ -1,4 +1,6 @@
-"""Tables that compare the printed numbers of papers with our numbers, and assert a verdict.
+"""Creates tables that compare the printed numbers of papers with the values of chasles.
+
+Each row asserts a verdict.
 
 The script of each paper has two functions. `rows()` returns a list of `Row`. `figures()` returns a
 dict from caption to matplotlib figure, or to a function that writes an animation to a GIF path.
@@ -70,15 +72,15 @@ SYMBOLS = ("acos", "alpha", "beta", "phi", "theta")
 Equation = Callable[[Printed], Value]
 """Function that evaluates the printed equations of an item of the paper."""
 ECHO = "the value is an input, copied from the paper"
-"""Note on table rows that only repeat an input of the paper."""
+"""Note for a table row whose value is only an input of the paper."""
 TWICE = "both values come from the same model, computed twice"
-"""Note on values that chasles and an independent program compute from the paper's equations."""
+"""Note for a value that chasles and an independent program compute from the paper's equations."""
 
 ROUNDING = 1e-9
 """Maximum relative rounding error of an evaluated equation."""
 EDGE = 1e-12
-"""Relative widening of the agreement interval, because decimal bounds such as 0.655 have no exact
-float."""
+"""Relative amount by which the agreement interval is widened, because decimal bounds such as 0.655
+have no exact floating-point value."""
 _MAX_DECIMALS = 12
 _MAX_SHOWN = 6
 """Maximum number of equation entries that the tables show."""
@@ -90,7 +92,7 @@ class Refuted(AssertionError):
 
 @dataclass(frozen=True)
 class Finding:
-    """The result of chasles for a statement in words.
+    """The result of checking a statement in the text of a paper.
 
     Attributes:
         holds: Whether the statement is true.
@@ -107,18 +109,17 @@ class Row:
 
     Attributes:
         item: Name of the item.
-        printed: The printed value [unit], or None if the value is lost or the paper prints no
-            value. A value in brackets was evaluated by equations of the paper.
+        printed: The printed value [unit]. None if the value is missing in the available text, or if
+            the paper prints no value. A value in brackets was evaluated by equations of the paper.
         ours: The value that chasles computes [unit], or None.
         unit: The unit of `printed` and `ours`.
         verdict: The result of the comparison of `printed` and `ours`.
-        where: Position of the item in the paper.
+        where: Page, table, figure or equation of the item in the paper.
         note: A remark, such as the corrected value, an interpretation that we tried, or an
             assumption.
         digits: Decimals of `ours` in the table, if it is a number.
         source: The compared item.
-        judge: Function that compares a changed printed value with the value of chasles. The
-            function raises an error if the verdict of the row is wrong for the changed value.
+        judge: Function that compares a changed printed value with the value of chasles.
     """
 
     item: str
@@ -134,17 +135,12 @@ class Row:
 
     @property
     def shown(self) -> tuple[str, str]:
-        """Formats the printed value and our value for the tables."""
+        """Format the printed value and our value for the tables."""
         printed = _number(self.printed, self.digits) if self.printed is not None else "-"
         return printed, _number(self.ours, self.digits) if self.ours is not None else "-"
 
 
 def _repeatable(verdict: Callable[..., Row]) -> Callable[..., Row]:
-    """Stores the decorated function in its row.
-
-    Tests call the function again with a changed digit of the printed value.
-    """
-
     @wraps(verdict)
     def judged(printed: Printed, *values: Any, **named: Any) -> Row:
         row = verdict(printed, *values, **named)
@@ -157,12 +153,12 @@ def _repeatable(verdict: Callable[..., Row]) -> Callable[..., Row]:
 def agrees(
     printed: Printed, ours: Value, note: str = "", *, evaluated: Equation | None = None
 ) -> Row:
-    """Asserts that our value agrees to half a unit of the last printed digit, or to `about`.
+    """Assert that our value agrees with the printed value, within the printed precision.
 
     Args:
-        printed: The item; its value is a number, words, or rows of numbers or words.
-        ours: The value of chasles in meters, radians and seconds, with the shape of the printed
-            value, or a `Finding` for a statement in words.
+        printed: The printed item, with one value or rows of values.
+        ours: The value that chasles computes, in meters, radians and seconds, with the shape of the
+            printed value. If the printed item is a statement in words, `ours` is a `Finding`.
         note: Information that a reader needs to interpret the row.
         evaluated: Evaluates a printed equation; our value must agree except for rounding errors.
 
@@ -178,9 +174,9 @@ def agrees(
 def consistent(
     printed: Printed, ours: Value, reason: str = ECHO, *, evaluated: Equation | None = None
 ) -> Row:
-    """Asserts an agreement that proves nothing about the paper.
+    """Assert that our value is consistent with the paper.
 
-    The value is an input that was copied from the paper, or one model is computed twice.
+    The agreement does not prove that the value is correct.
 
     Raises:
         Refuted: The printed value differs from our value, or `reason` is empty.
@@ -192,7 +188,7 @@ def consistent(
 
 @_repeatable
 def in_one_reading(printed: Printed, ours: Value, reading: str) -> Row:
-    """Asserts agreement under an interpretation that the paper does not state.
+    """Assert agreement under an interpretation that the paper does not state.
 
     Raises:
         Refuted: The printed value differs from our value, or the interpretation is not stated.
@@ -230,18 +226,17 @@ def erratum(
     evaluated: Equation | None = None,
     cause: tuple[str, Value] | None = None,
 ) -> Row:
-    """Asserts that the printed value is wrong and that a corrected value is right.
+    """Assert that the printed value is wrong and that a corrected value is right.
 
     Args:
         printed: The item.
         ours: The value of chasles in meters, radians and seconds, or a `Finding` for a statement in
             words.
         corrected: The correct value. A string is in the item's unit and accurate to half a unit of
-            its last digit. A corrected number or array is the result of a corrected equation.
-            Numbers and arrays are in meters, radians and seconds, and accurate to rounding errors.
-            A `Finding` contains a corrected statement in words.
+            its last digit. Numbers and arrays are in meters, radians and seconds, and accurate to
+            rounding errors. A `Finding` contains a corrected statement in words.
         note: What is wrong.
-        evaluated: Evaluates a printed equation in the units of `ours`.
+        evaluated: Function that evaluates a printed equation in the units of `ours`.
         cause: Cause of the wrong printed value in words, and the value that results from this
             cause.
 
@@ -274,7 +269,7 @@ def _equation_value(printed: Printed, evaluated: Equation | None) -> Value:
 
 
 def _with_value(row: Row, printed: Printed, value: Value) -> Row:
-    """Adds the value of an equation to its row."""
+    """Add the value of an equation to its table row."""
     if value is None:
         return row
     shown = _number(_shown(value, printed, row.digits), row.digits)
@@ -283,37 +278,38 @@ def _with_value(row: Row, printed: Printed, value: Value) -> Row:
 
 @_repeatable
 def assumed(printed: Printed, ours: Value, reason: str) -> Row:
-    """States a value that the paper needs but does not print, and why we chose it.
+    """State a value that the paper needs but does not print, and why we chose it.
 
     Raises:
-        Refuted: The item has a printed value. An empty reason also raises `Refuted`.
+        Refuted: The paper prints a value for the item. `Refuted` is also raised if `reason` is
+            empty.
     """
     return _without_value(printed, ours, "assumed", reason)
 
 
 @_repeatable
 def lost(printed: Printed, ours: Value, reason: str) -> Row:
-    """States a value or curve that is missing in the available text, and the value of chasles.
+    """State a value or curve that is missing in the available text, and the value of chasles.
 
     Raises:
-        Refuted: The item has a printed value. An empty reason also raises `Refuted`.
+        Refuted: The item has a printed value. `Refuted` is also raised if `reason` is empty.
     """
     return _without_value(printed, ours, "lost", reason)
 
 
 @_repeatable
 def not_printed(printed: Printed, ours: Value, reason: str) -> Row:
-    """States a value that the paper neither prints nor needs.
+    """State a value that the paper neither prints nor needs.
 
     Raises:
-        Refuted: The item has a printed value. An empty reason also raises `Refuted`.
+        Refuted: The item has a printed value. `Refuted` is also raised if `reason` is empty.
     """
     return _without_value(printed, ours, "not printed", reason)
 
 
 def _without_value(printed: Printed, ours: Value, verdict: Verdict, reason: str) -> Row:
     if printed.value is not None or not reason:
-        raise Refuted(f"item {printed.item} has a printed value, or its reason is missing")
+        raise Refuted(f"item {printed.item} must have no printed value, and must state a reason")
     return _row(printed, ours, verdict, reason)
 
 
@@ -321,7 +317,7 @@ def _without_value(printed: Printed, ours: Value, verdict: Verdict, reason: str)
 def not_reproducible(
     printed: Printed, ours: Value, note: str = "", *, readings: Mapping[str, Value] | None = None
 ) -> Row:
-    """Asserts that the printed value does not follow from the paper.
+    """Assert that the printed value does not follow from the paper.
 
     Args:
         printed: The item.
@@ -330,8 +326,8 @@ def not_reproducible(
         readings: Other interpretations that were tried, each with its value.
 
     Raises:
-        Refuted: The printed value agrees with our value or with the value of an interpretation, or
-            there is neither a note nor an interpretation.
+        Refuted: The printed value agrees with our value or with the value of an interpretation. Or
+            both `note` and `readings` are empty.
     """
     readings = readings or {}
     if printed.value is None or not (note or readings):
@@ -350,13 +346,13 @@ def not_reproducible(
 
 
 def _sentences(parts: Sequence[str]) -> str:
-    """Joins the sentences of a note. The last sentence has no period."""
+    """Join the sentences of a note. The last sentence has no period."""
     first, *others = [part for part in parts if part] or [""]
     return ". ".join([first, *map(capitalized, others)])
 
 
 def capitalized(note: str) -> str:
-    """Returns a note with a capital, unless it starts with a symbol or a number."""
+    """Return a note with a capital first letter, unless it starts with a symbol or number."""
     first = re.match(r"[a-z]+(?=[\s,:])", note)
     if first and len(first[0]) > 1 and first[0] not in SYMBOLS:
         return note[0].upper() + note[1:]
@@ -364,7 +360,7 @@ def capitalized(note: str) -> str:
 
 
 def _same(value: Value, ours: Value, printed: Printed) -> bool:
-    """Tests whether our value agrees with a printed text, or with a computed value."""
+    """Test whether our value agrees with a printed text, or with a computed value."""
     if isinstance(ours, Finding):
         if not isinstance(value, str) or decimal(value) is not None:
             raise Refuted(f"item {printed.item}: expected a statement in words, got {value}")
@@ -402,11 +398,7 @@ def _row(printed: Printed, ours: Value, verdict: Verdict, note: str) -> Row:
 
 
 def _at_the_edge(value: Text | None, ours: Value, printed: Printed, digits: int) -> bool:
-    """Tests whether our rounded number differs from the printed number by exactly the tolerance.
-
-    If the rounded number differs by exactly the tolerance, a reader could not see whether our
-    number agrees.
-    """
+    """Test whether our rounded number differs from the printed number by exactly the tolerance."""
     if isinstance(ours, Finding | str):
         return False
     if isinstance(value, tuple) and np.ndim(ours) and len(value) == len(ours):
@@ -424,10 +416,7 @@ def _at_the_edge(value: Text | None, ours: Value, printed: Printed, digits: int)
 
 
 def _decimals(value: Text | None) -> int:
-    """Returns the largest number of decimals of the printed numbers.
-
-    The result is 3 if there is no printed value, and 5 for an equation.
-    """
+    """Return the largest number of decimals of the printed numbers."""
     if value is None:
         return 3
     if isinstance(value, tuple):
@@ -454,7 +443,7 @@ def _joined(values: Any, digits: int) -> str:
 
 
 def _number(value: float | str, digits: int) -> str:
-    """Formats a number with its decimals, without negative zero."""
+    """Format a number with its decimals, without negative zero."""
     if isinstance(value, str):
         return value
     shown = f"{value:.{digits}f}"
@@ -469,7 +458,7 @@ def _refuted(printed: Printed, ours: Value, words: str) -> Refuted:
 
 
 def show(rows: Sequence[Row]) -> None:
-    """Prints the table of a paper."""
+    """Print the table of a paper."""
     lines = [
         (row.verdict, row.item, *row.shown, row.unit, f"{row.where}. {row.note}") for row in rows
     ]

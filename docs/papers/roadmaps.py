@@ -1,4 +1,4 @@
-"""Part 3 of the report: roadmaps on a map that we drew, and for the arm among obstacles."""
+"""Part 3 of the report: roadmaps in a drawn map, and roadmaps of the arm among obstacles."""
 
 from __future__ import annotations
 
@@ -28,31 +28,31 @@ SIDE = 100
 START, GOAL = np.array([8.0, 8.0]), np.array([92.0, 92.0])
 """Start and goal on the map, in cells."""
 CASES = {"3.2": (100, 10), "3.3": (100, 20), "3.4": (200, 10)}
-"""Number of points and step size of each figure. The report gives three figures the number 3.2;
-here the figures are numbered 3.2 to 3.4."""
+"""Number of points and step size of each figure. In the report, three figures have the same number
+3.2. Here, these figures have the numbers 3.2 to 3.4."""
 MACHINES = ((10, 34, 10, 8), (44, 20, 8, 10), (44, 66, 8, 12), (78, 26, 10, 8))
 """Corner and side lengths of each machine on the map, in cells."""
 RUNS, SPREAD_RUNS = 10, 4
 FEW = 25
-"""If the step is the smallest distance of points, this number of roadmap points is sufficient."""
 COUNTS = (50, 100, 200, 400)
 """Numbers of points in the study."""
 MAX = 0.9
-"""A number of points is enough if more than this fraction of the runs succeed."""
+"""A number of roadmap points is sufficient if at least this fraction of the planning runs succeed.
+"""
 SMALL, LARGE = 10, 20
 """Step sizes of the roadmaps in figures 3.2 to 3.4, in map cells."""
 READ = "the paper's step is read as"
 LINK = 0.012
 """Radius of the arm's links [m]."""
 BALL, BALL_RADIUS = (0.21, 0.09, 0.11), 0.03
-"""The sphere next to the arm [m]."""
+"""Center and radius of the spherical obstacle [m]."""
 TABLE = np.array([0.5, 0.5, 0.02])
 """Side lengths of the table under the arm [m]."""
 
 
 @cache
 def workshop() -> OccupancyMap:
-    """Returns a map with walls, gaps and machines. This map replaces figure 3.1, which is lost."""
+    """Return a map with walls, gaps and machines. This map replaces figure 3.1, which is lost."""
     occupied = np.zeros((SIDE, SIDE), dtype=bool)
     occupied[30:34, :50] = True
     occupied[66:70, 50:] = True
@@ -62,40 +62,46 @@ def workshop() -> OccupancyMap:
 
 
 def rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares every statement of part 3 with the results of chasles."""
+    """Compare every statement of part 3 with the results of chasles."""
     return [*paths(printed), *claims(printed), *arm(printed)]
 
 
 @cache
 def trials() -> SuccessStudy:
-    """Returns success rates if the paper's step is the largest distance of connected points."""
+    """Return success rates.
+
+    The step of the paper is interpreted as the maximum distance between connected points.
+    """
     return success_study(
         workshop(), START, GOAL, samples=COUNTS, max_steps=(SMALL, LARGE), runs=RUNS
     )
 
 
 def rate(points: int, step: float) -> float:
-    """Returns the success rate. The step is read as the largest distance of connected points."""
+    """Return the success rate.
+
+    `step` is the maximum distance between connected points of the roadmap.
+    """
     found = [row for row in trials().rows if (row.samples, row.max_step) == (points, step)]
     return found[0].rate
 
 
 @cache
 def spread_maps(points: int, step: float) -> list[Any]:
-    """Returns roadmaps whose points have at least the distance of one step."""
+    """Return roadmaps whose points are at least one step apart."""
     return [prm(workshop(), points, dispersion=step, rng=key) for key in range(SPREAD_RUNS)]
 
 
 def spread_rate(points: int, step: float) -> float:
-    """Returns the success rate if the paper's step is the smallest distance between points."""
+    """Return the success rate if the step in the paper is the smallest distance between points."""
     plans = [own.plan(START, GOAL, algorithm="dijkstra") for own in spread_maps(points, step)]
     return sum(plan.found for plan in plans) / SPREAD_RUNS
 
 
 def spacing(points: int, step: float) -> float:
-    """Returns the mean distance of a roadmap point from the nearest other point.
+    """Return the mean distance of a roadmap point from the nearest other point.
 
-    The step is read as the smallest distance between points.
+    The step is the minimum distance between points.
     """
     found = []
     for own in spread_maps(points, step):
@@ -107,7 +113,11 @@ def spacing(points: int, step: float) -> float:
 
 
 def paths(printed: dict[str, Printed]) -> list[Row]:
-    """Evaluates figures 3.2 to 3.4 with the step as the largest and as the smallest distance."""
+    """Evaluate figures 3.2 to 3.4 twice.
+
+    The first evaluation interprets the paper's step as the largest distance between connected
+    points. The second evaluation interprets the step as the smallest distance between points.
+    """
     free = 1 - workshop().occupied.mean()
     words = "figure 3.1 is lost. Our map contains machines, and walls with gaps"
     found = [assumed(printed["map"], f"{SIDE} x {SIDE} cells, {100 * free:.0f} % free", words)]
@@ -125,7 +135,7 @@ def paths(printed: dict[str, Printed]) -> list[Row]:
 
 
 def claims(printed: dict[str, Printed]) -> list[Row]:
-    """Checks the conclusions of the report.
+    """Check the conclusions of the report.
 
     The paper does not define the step of the roadmap. No single definition supports all
     conclusions.
@@ -178,13 +188,13 @@ def claims(printed: dict[str, Printed]) -> list[Row]:
 
 
 def needed(step: float) -> int:
-    """Returns the smallest number of points with which nine of ten runs find a path."""
+    """Return the smallest number of points with which nine of ten runs find a path."""
     return min(points for points in COUNTS if rate(points, step) >= MAX)
 
 
 @cache
 def arm_plan() -> tuple[Any, Plan]:
-    """Plans the arm's motion between a sphere and a table, from the first via point to the last."""
+    """Plan the arm motion from the first to the last via point around a sphere and a table."""
     table = np.eye(4)
     table[2, 3] = -0.06
     obstacles = [sphere(BALL, BALL_RADIUS), box(table, TABLE, "table")]
@@ -195,7 +205,7 @@ def arm_plan() -> tuple[Any, Plan]:
 
 
 def arm(printed: dict[str, Printed]) -> list[Row]:
-    """Plans with a roadmap in the joint coordinates of the arm."""
+    """Evaluate a path that the roadmap planner finds in joint space."""
     space, plan = arm_plan()
     clear = min(space.clearance(q)[0] for q in plan.at(np.linspace(0, 1, 60)))
     words = (

@@ -54,17 +54,17 @@ __all__ = ["ARMS", "CYLINDERS", "OVER_THE_WELL", "RATE", "Process", "process", "
 FloatArray = NDArray[np.float64]
 
 BY_LAW = "for 39-49 s, each pose is solved by minimum-norm steps from the configuration at 37 s"
-"""Note on values of the last stage; the paper does not define its motion."""
+"""Note on values of the last stage, because the paper does not define the motion in this stage."""
 SHIFT = np.radians([0.0049, -0.0045, -0.0049, -0.0049])
 """Shifts of the start angles theta2, 3, 5 and 7, within half a unit of their last digit [rad]."""
 HALF_UNIT = np.radians(0.005)
 """Half a unit of the last digit of the start angles in equation (63) [rad]."""
 JUMP = 0.2
-"""Time step for which a rate jump would give the printed angular acceleration [s]."""
+"""Assumed time step [s]. A rate jump divided by this time step gives the printed acceleration."""
 
 
 def rows() -> list[Row]:
-    """Compares every printed value with the value of chasles."""
+    """Compare every printed value with the value of chasles."""
     printed = read("well_manipulator")
     return [
         *constant_rows(printed),
@@ -81,7 +81,10 @@ def rows() -> list[Row]:
 
 
 def constant_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares every constant of equation (64); pin B is misprinted there, but r_AB is correct."""
+    """Compare every constant of equation (64).
+
+    The vector r_B is a misprint, but r_AB is correct.
+    """
     value = {name: parameter.value for name, parameter in robot().parameters.items()}
     vectors = {
         "p_AD": (0, 0, value["l_AD"]),
@@ -108,7 +111,7 @@ def constant_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def stage_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares the printed values of each stage in section 5."""
+    """Compare the values that section 5 prints for each stage with our values."""
     found = process()
     T, V = found.sampled.T, found.sampled.V
     tool = {time: T[found.at(time), :3, 3] for time in (0, 5, 25, 37, 39)}
@@ -155,7 +158,7 @@ def stage_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def at_the_object() -> FloatArray:
-    """Returns point R (3,) after 5 s [m], from start angles that round to the printed digits."""
+    """Return point R (3,) after 5 s [m], from start angles that round to the printed digits."""
     if np.abs(SHIFT).max() >= HALF_UNIT:
         raise ValueError("the shifted start angles do not round to the printed digits")
     theta = initial()
@@ -165,19 +168,19 @@ def at_the_object() -> FloatArray:
 
 
 def shown_mm(p: FloatArray) -> str:
-    """Formats a position [m] in millimeters."""
+    """Format a position [m] in millimeters."""
     return f"({', '.join(f'{1e3 * value:.2f}' for value in p)}) mm"
 
 
 def digits_of_start() -> float:
-    """Returns the largest shift [m] of point R along an axis if angles change by half a unit."""
+    """Return the largest shift [m] of R along an axis, for angle changes of half a printed unit."""
     well, start = robot(), initial()
     J = well.jacobian_mixed(well.actuators(start)) @ well.actuators_D_chain(start)
     return float(np.abs(J[:3, ARMS]).sum(1).max() * HALF_UNIT)
 
 
 def state_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares configurations and rates with independent evaluations of the paper's equations."""
+    """Compare configurations and rates with independent evaluations of the paper's equations."""
     well, found = robot(), process()
     first = well.chain(well.actuators(initial()))
     values = {"upright": elevation(found.sampled.T[0])}
@@ -197,7 +200,7 @@ def state_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def elevation(T: FloatArray) -> float:
-    """Returns the angle of the fifth arm above the horizontal [rad]."""
+    """Return the angle of the fifth arm above the horizontal [rad]."""
     return float(np.arctan2(T[2, 0], np.hypot(T[0, 0], T[1, 0])))
 
 
@@ -207,12 +210,13 @@ LAWS = {
     "minimum-norm joint rates": joint_norm,
     "minimum-norm cylinder speeds": cylinder_norm,
 }
-"""Rules for the motion in the stage 39-49 s that replace the rule of figure 6. The joint rates are
-integrated from 39 s."""
+"""From 39 s to 49 s, the paper may minimize one of these norms, instead of the rule of figure 6.
+Each function returns the weight matrix of a norm. The integration of the joint rates starts at 39
+s."""
 
 
 def amplitude_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares the amplitudes, which are the largest minus the smallest value over the 49 s."""
+    """Compare the amplitudes, which are the largest minus the smallest value over the 49 s."""
     found = process()
     return [
         *angle_rows(printed, found),
@@ -223,7 +227,7 @@ def amplitude_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def angle_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
-    """Compares figures 6 and 8; no interpretation reproduces the amplitudes of cylinder angles."""
+    """Compare figures 6 and 8."""
     joints, swings = np.ptp(found.theta[:, TURNING], axis=0), np.ptp(found.swings, axis=0)
     on_arm = np.ptp(found.swings - found.theta[:, ARMS], axis=0)
     other = {name: np.ptp(integrated(norm).swings, axis=0) for name, norm in LAWS.items()}
@@ -247,7 +251,10 @@ def angle_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
 
 
 def length_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
-    """Compares figure 9; the amplitude of cylinder 1 follows from the misprinted pin B."""
+    """Compare figure 9.
+
+    The misprinted position of pin B explains the value of cylinder 1.
+    """
     first, *others = np.ptp(found.sampled.q[:, CYLINDERS], axis=0)
     misprinted = chasles.load(Path(__file__).parent / "robots" / "well_first_cylinder.toml")
     lengths = np.ptp(misprinted.actuators(found.theta[:, :2])[:, 1])
@@ -259,7 +266,7 @@ def length_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
 
 
 def speed_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
-    """Compares figures 7 and 10: joint rates, and cylinder speeds in the assumed unit mm deg/s."""
+    """Compare figures 7 and 10: joint rates, and cylinder speeds in the assumed unit mm deg/s."""
     others = {name: integrated(norm) for name, norm in LAWS.items()}
     rates = np.ptp(found.rates[:, TURNING], axis=0)
     by_law = {name: np.ptp(own.rates[:, TURNING], axis=0) for name, own in others.items()}
@@ -288,7 +295,7 @@ def speed_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
 def cylinder_speed_rows(
     printed: dict[str, Printed], found: Process, others: dict[str, Process]
 ) -> list[Row]:
-    """Compares the speeds with figure 10; no assumption tried gives its values in mm/s."""
+    """Compare the cylinder speeds with figure 10 of the paper."""
     speeds = np.ptp(found.sampled.qd[:, CYLINDERS], axis=0)
     by_law = {name: np.ptp(own.sampled.qd[:, CYLINDERS], axis=0) for name, own in others.items()}
     in_mm = [replace(printed[f"amplitude_v{k}"], unit="mm·deg/s") for k in range(1, 5)]
@@ -323,7 +330,7 @@ def cylinder_speed_rows(
 
 
 def acceleration_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
-    """Compares accelerations at 39 s, which are infinite because rates jump between stages."""
+    """Compare accelerations at 39 s, which are infinite because rates jump between stages."""
     k = found.at(39)
     theta3, l2 = abs(found.rates[k, 2]), abs(found.sampled.qd[k, 2])
     return [
@@ -348,7 +355,7 @@ def acceleration_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
 
 
 def figures() -> Figures:
-    """Draws figures 6 to 10, and the arm over the well."""
+    """Draw figures 6 to 10, and the arm over the well."""
     return well_pictures.drawn(process())
 
 

@@ -1,4 +1,4 @@
-"""Equations of the paper on the well manipulator: Lie groups and two kinematic models."""
+"""Equations of the paper on the robot ``well_manipulator``: Lie groups and two kinematic models."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ AXIS, V, THETA = np.array([2.0, -1.0, 2.0]) / 3, np.array([0.3, -0.2, 0.5]), 0.7
 EXTENDED = np.array([0.4, 0, 0, 0.11, 0, 0.07, 0])
 """Joint displacement from the start, with extended telescopes, to test equation (36) [rad, m]."""
 TILT = 1e-6
-"""The tilt of a parallel axis [rad]."""
+"""The tilt [rad] of an axis that is nominally parallel to the preceding axis."""
 STEP = 1e-5
 """Half the step of a difference quotient [rad]."""
 SMALL = 1e-9
@@ -36,17 +36,17 @@ SMALL = 1e-9
 
 
 def hat(a: FloatArray) -> FloatArray:
-    """Returns the cross-product matrix (3, 3) of equation (3)."""
+    """Return the cross-product matrix (3, 3) of equation (3)."""
     return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
 
 
 def exp(theta: float) -> FloatArray:
-    """Returns the pose (4, 4) of the screw, computed by chasles."""
+    """Return the pose (4, 4) of the screw, computed by chasles."""
     return np.asarray(se3.exp(theta * np.r_[V, AXIS]))
 
 
 def by_equation_5(theta: float) -> FloatArray:
-    """Returns the pose (4, 4) of the screw by equation (5), with the rotation of chasles."""
+    """Return the pose (4, 4) of the screw by equation (5), with the rotation from chasles."""
     T = exp(theta)
     R = T[:3, :3]
     T[:3, 3] = (np.eye(3) - R) @ np.cross(AXIS, V) + np.outer(AXIS, AXIS) @ V * theta
@@ -54,7 +54,7 @@ def by_equation_5(theta: float) -> FloatArray:
 
 
 def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Evaluates the equations of section 2 at generic values."""
+    """Evaluate the equations of section 2 at generic values."""
     first, other = exp(THETA), exp(-2 * THETA) @ exp(0.3)
     values = {f"a{k}": value for k, value in enumerate(A, 1)}
     slope = (exp(THETA + STEP) - exp(THETA - STEP))[:3, :3] / (2 * STEP)
@@ -93,13 +93,13 @@ def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def is_rotation(R: FloatArray) -> bool:
-    """Tests whether a matrix is orthogonal with determinant 1."""
+    """Test whether a matrix is orthogonal with determinant 1."""
     pairs = ((R @ R.T, np.eye(3)), (R.T @ R, np.eye(3)), (np.linalg.det(R), 1))
     return all(np.allclose(own, value, atol=SMALL) for own, value in pairs)
 
 
 def third_coefficient() -> float:
-    """Returns the coefficient of theta^3 omega^3 in exp(omega theta), from a polynomial fit."""
+    """Return the coefficient of theta^3 omega^3 in exp(omega theta), from a polynomial fit."""
     theta = np.cos(np.linspace(0, np.pi, 24))
     W = hat(AXIS)
     along = [np.vdot(W, exp(value)[:3, :3]) / np.vdot(W, W) for value in theta]
@@ -112,18 +112,21 @@ def third_coefficient() -> float:
 
 @cache
 def quality() -> ModelReport:
-    """Returns the report on conventions at the manipulator's joints."""
+    """Return the report on conventions at the manipulator's joints."""
     return model_report(read(ROBOT_FILES / "well_manipulator.toml"))
 
 
 def convention(name: str, joint: int = 0) -> ConventionQuality:
-    """Returns the quality of a convention for a pair of consecutive axes; pair 0 is the first."""
+    """Return the quality of a convention for a pair of consecutive axes; pair 0 is the first."""
     (found,) = [c for c in quality().joints[joint].conventions if c.convention == name]
     return found
 
 
 def model_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares section 3 of the paper. Model (6) is `mdh5`, and model (8) is `hayati5`."""
+    """Compare section 3 of the paper with the results of chasles.
+
+    Model (6) is `mdh5`, and model (8) is `hayati5`.
+    """
     report = quality()
     numbers = {"r": report.revolute, "t": report.prismatic}
     six, whole = convention("mdh5").determinant, convention("mdh5").completed
@@ -181,10 +184,10 @@ def model_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def jump_of_theta() -> float:
-    """Returns the jump of theta in model (6) if an axis parallel to the preceding axis tilts [rad].
+    """Return the jump of the angle theta in model (6) [rad].
 
     The x axis of the preceding frame is along the common normal. Therefore, the rotation between
-    the two joint axes is Rz Rx(alpha) Rz(theta). The left factor Rz belongs to the preceding joint.
+    the two joint axes is Rz Rx(alpha) Rz(theta).
     """
     tilted = Rotation.from_euler("Y", TILT) * Rotation.from_euler("Z", THETA)
     return float(abs(tilted.as_euler("ZXZ")[2] - THETA))
@@ -194,7 +197,7 @@ def jump_of_theta() -> float:
 
 
 def equation_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares equations (25), (33) and (36) with the link poses."""
+    """Compare equations (25), (33) and (36) with the link poses."""
     well = robot()
     poses = well.link_poses(well.actuators(initial() + EXTENDED))
     T = dict(zip(well.link_names, poses, strict=True))

@@ -33,7 +33,7 @@ PISTONS = ("cylinder 1", "cylinder 2", "cylinder 3", "cylinder 4")
 
 
 def drawn(process: Process) -> dict[str, Any]:
-    """Returns all pictures of the paper, keyed by caption."""
+    """Return all pictures of the paper, keyed by caption."""
     sampled = process.sampled
     q, qd = sampled.q[:, CYLINDERS], sampled.qd[:, CYLINDERS]
     angles, rates = process.theta[:, TURNING], process.rates[:, TURNING]
@@ -62,7 +62,7 @@ def drawn(process: Process) -> dict[str, Any]:
 
 
 def over_time(process: Process, values: FloatArray, names: tuple[str, ...], label: str) -> Any:
-    """Plots curves over time. Pale stripes and numbers mark the eight stages of the process."""
+    """Plot curves over time. Pale stripes and numbers mark the eight stages of the process."""
     figure, axes = panels(2.5)
     curves(axes, process.sampled.t, values, names, label)
     for stage, (begin, end) in enumerate(pairwise(STAGES), 1):
@@ -82,7 +82,7 @@ def over_time(process: Process, values: FloatArray, names: tuple[str, ...], labe
 
 
 def configurations(process: Process) -> Any:
-    """Draws the arm from the side, its cylinders, and the pipe."""
+    """Draw the arm from the side, its cylinders, and the pipe."""
     figure, axes = panels(3.6)
     for k, time in enumerate(SHOWN):
         arms, cylinders = side(process.sampled.q[process.at(time)])
@@ -98,7 +98,7 @@ def configurations(process: Process) -> Any:
 
 
 def working(process: Process) -> Callable[[Path], None]:
-    """Returns a function that writes a GIF of the process, with the arm drawn in its own plane."""
+    """Return a function that writes a GIF of the process, with the arm drawn in its own plane."""
 
     def write(path: Path) -> None:
         import matplotlib.pyplot as plt  # noqa: PLC0415
@@ -131,7 +131,7 @@ def working(process: Process) -> Callable[[Path], None]:
 
 
 def side(q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Returns arm joints (8, 2) and cylinder ends (4, 2, 2) in the plane of x and z [m]."""
+    """Return arm joints (8, 2) and cylinder ends (4, 2, 2) in the plane of x and z [m]."""
     well = chasles.load("well_manipulator")
     value = {name: parameter.value for name, parameter in well.parameters.items()}
     T = dict(zip(well.link_names, well.link_poses(q), strict=True))

@@ -29,18 +29,18 @@ mm/s."""
 RATE = 50.0
 """Samples per second."""
 IN_PLANE = [0, 2, 4]
-"""Indices of x, z and pitch in the six tool coordinates. Four joints move x, z and pitch."""
+"""Indices of x, z and pitch in the six tool coordinates."""
 
 
 @cache
 def robot() -> Any:
-    """Loads the manipulator."""
+    """Load the manipulator."""
     return chasles.load("well_manipulator")
 
 
 @dataclass(frozen=True)
 class Process:
-    """The working process of 49 s in section 5 of the paper.
+    """The process of section 5 of the paper, which takes 49 s.
 
     Attributes:
         sampled: The motion of the coordinates and of the tool point R.
@@ -55,19 +55,22 @@ class Process:
     swings: FloatArray
 
     def at(self, time: float) -> int:
-        """Returns the sample index at a time [s]; where two stages meet, the later stage counts."""
+        """Return the sample index at a time [s].
+
+        If two stages meet at this time, the later stage counts.
+        """
         return int(np.searchsorted(self.sampled.t, time - 0.5 / RATE))
 
 
 def initial() -> FloatArray:
-    """Returns the main-chain joints (7,) at the start, with retracted telescopes [rad or m]."""
+    """Return the main-chain joint values (7,) at the start of the motion [rad or m]."""
     theta = np.zeros(7)
     theta[TURNING] = np.radians([0, 88.79, -49.2, -86.76, -40.62])
     return theta
 
 
 def over_the_well(down: float) -> FloatArray:
-    """Returns a pose of point R on its vertical line, a distance [m] below its pose after 25 s."""
+    """Return a pose of point R on its vertical line, a distance [m] below its pose after 25 s."""
     pose = OVER_THE_WELL.copy()
     pose[2, 3] -= down
     return pose
@@ -75,7 +78,7 @@ def over_the_well(down: float) -> FloatArray:
 
 @cache
 def process() -> Process:
-    """Returns all eight stages of the process.
+    """Return all eight stages of the process.
 
     In the last stage, four joints satisfy three conditions. The four joints move by minimum-norm
     steps from the configuration at 37 s.
@@ -112,18 +115,18 @@ def process() -> Process:
 
 
 def joint_norm(_: FloatArray) -> FloatArray:
-    """Returns the weight matrix (4, 4) of minimum-norm joint rates."""
+    """Return the weight matrix (4, 4) of minimum-norm joint rates."""
     return np.eye(len(ARMS))
 
 
 def cylinder_norm(by_chain: FloatArray) -> FloatArray:
-    """Returns the weight matrix (4, 4) of minimum-norm cylinder speeds."""
+    """Return the weight matrix (4, 4) of minimum-norm cylinder speeds."""
     return by_chain[np.ix_(CYLINDERS, ARMS)]
 
 
 @cache
 def integrated(norm: Callable[[FloatArray], FloatArray]) -> Process:
-    """Returns the motion of the well manipulator.
+    """Return the motion of the well manipulator.
 
     In the last stage of the process, the joint rates have minimum norm.
 
@@ -148,7 +151,7 @@ def integrated(norm: Callable[[FloatArray], FloatArray]) -> Process:
 def runge_kutta(
     theta: FloatArray, step: float, norm: Callable[[FloatArray], FloatArray]
 ) -> FloatArray:
-    """Returns the joint change over a time step [s], by a fourth-order Runge-Kutta method."""
+    """Return the joint change over a time step [s], by a fourth-order Runge-Kutta method."""
     a = least_rates(theta, norm)
     b = least_rates(theta + step / 2 * a, norm)
     c = least_rates(theta + step / 2 * b, norm)
@@ -157,7 +160,7 @@ def runge_kutta(
 
 
 def least_rates(theta: FloatArray, norm: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """Returns the minimum-norm rates (7,) with which R moves down [rad/s]."""
+    """Return the minimum-norm rates (7,) with which R moves down [rad/s]."""
     by_chain = robot().actuators_D_chain(theta)
     J = (robot().jacobian_mixed(robot().actuators(theta)) @ by_chain)[np.ix_(IN_PLANE, ARMS)]
     inverse = np.linalg.inv(norm(by_chain))
