@@ -143,11 +143,14 @@ def choose(robot: SerialRobot) -> Choice | None:
     surplus = len(robot.moving) - JOINTS
     if not 0 <= surplus <= MAX_JOINTS - JOINTS:
         return None
-    found = _best(robot, sets_to_fix(robot))
+    tried = sets_to_fix(robot)
+    found = _best(robot, tried)
     is_poor = found is not None and found.separation < POOR_SEPARATION
     if found is None or (slides_of(robot) and is_poor and surplus == 1):
-        sets = combinations(range(len(robot.moving)), surplus)
-        return _best(robot, [given for given in sets if is_fit(robot, given)]) or found
+        unsuitable = tried if found is None else []
+        every = combinations(range(len(robot.moving)), surplus)
+        sets = [given for given in every if given not in unsuitable and is_fit(robot, given)]
+        return _best(robot, sets) or found
     return found
 
 
@@ -339,7 +342,7 @@ def _separations(found: LineEquations, order: EliminationOrder, q: Array) -> tup
     Args:
         found: The coefficients (C, 14, 9) and (C, 3, 14, 9) of the equations.
         order: The elimination order of the equations.
-        q: Joint values (C, 6).
+        q: Joint values (C, 6). Only the suppressed joint is read.
     """
     M = suppressed(found, order.halved)
     turns = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
