@@ -206,7 +206,7 @@ class Display:
         return self._placed(found.z, colours, self.most_modes)
 
     def _placed(self, z: FloatArray, shown: Sequence[Colour], count: int) -> Ghosts:
-        """Return `count` pale robots, of which the first g show the configurations (g, n_z).
+        """Return `count` pale robots. The first g robots show the configurations (g, n_z).
 
         Unused ghosts have scale zero.
         """

@@ -22,7 +22,7 @@ def run(plan: Plan) -> list[Ratio | Limit]:
 
 
 def one_arm(plan: Plan, arm: Arm) -> list[Ratio | Limit]:
-    """Compare the call times of other libraries with those of chasles for one arm.
+    """Compare the call times of other libraries and of chasles for one arm.
 
     The results also contain the overhead of a Python call over C.
     """

@@ -322,7 +322,7 @@ def _bounds(robot: Robot, label: str, limits: Any) -> FloatArray:
 def _inwards(bounds: FloatArray) -> FloatArray:
     """Return (n, 2) inward shifts of both limits, as large as the coordinate range.
 
-    The shift of a lower limit is positive, and that of an upper limit negative.
+    The shift of a lower limit is positive. The shift of an upper limit is negative.
 
     The shifts are 0 for infinite limits.
     """

@@ -276,8 +276,9 @@ def with_tool_joint(
     Returns None if no axis of the sixth joint is suitable.
 
     The added joint rotates the tool. Each solution of the five-joint arm is a solution of the
-    six-joint arm with angle 6 at 0. The added axis is skew to the other axes, so the six joints fit
-    no known family. The added axis does not pass through the tool origin.
+    six-joint arm with angle 6 at 0. Solutions with another angle 6 are discarded. The added axis is
+    skew to the other axes, so the six joints fit no known family. The added axis does not pass
+    through the tool origin.
 
     Args:
         constants: The constant transforms before, between and after the joints.
@@ -313,11 +314,11 @@ def solver_function(
 
     The function has sixteen solution slots.
 
-    Valid solutions come first. Unused slots contain an invalid configuration. If there is no
-    solution, the slots contain the nearest configuration. The margin of a solution is |det J|
-    divided by the product of the column norms of J. Lengths in J are relative to the arm length.
-    The margin is at most 1. If two solutions coincide, J is singular and the margin is 0. The
-    margin of an invalid slot is the residual with a negative sign.
+    Valid solutions come first, sorted by the suppressed joint. Unused slots contain an invalid
+    configuration. If there is no solution, the slots contain the nearest configuration. The margin
+    of a solution is |det J| divided by the product of the column norms of J. Lengths in J are
+    relative to the arm length. The margin is at most 1. If two solutions coincide, J is singular
+    and the margin is 0. The margin of an invalid slot is the residual with a negative sign.
 
     Args:
         robot: The description.

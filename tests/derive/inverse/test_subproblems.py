@@ -345,7 +345,7 @@ def test_sp3_folds_if_squared_distance_rounds_below_zero():
     ids=["stretched", "nearly stretched", "folded", "nearly folded"],
 )
 def test_sp3_merges_solutions_that_rounding_does_not_separate(D2, whole, apart):
-    """The rounding error of D2 is that of a floating-point number of magnitude `whole`."""
+    """D2 has the rounding error of a floating-point number of magnitude `whole`."""
     terms, square, size = Terms({}), *sp.symbols("D W", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     p = (one, zero, zero)

@@ -125,7 +125,7 @@ def closed(name):
 def _welded_pose(mechanism):
     """Return the base-frame pose of the body that is welded to the rail.
 
-    The yaw, pitch and roll angles are those of Rz Ry Rx.
+    The rotation is Rz(yaw) Ry(pitch) Rx(roll).
     """
     (weld,) = mechanism.closures
     T = _matrix(weld.a.placement) @ np.linalg.inv(_matrix(weld.b.placement))

@@ -20,7 +20,7 @@ DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
 NAMES = ("jaco2", "crx10")
 """A robot that is installed with the package, and an arm that this test derives."""
 NARROW = "-march=x86-64"
-"""Compiler flag for SIMD vectors that are narrower than those of the installed kernels."""
+"""Compiler flag for narrower SIMD vectors than in the installed kernels."""
 CLOSED = 5e-14
 """Largest pose error (meter, radian) after Newton's method, away from singularities."""
 SAME = 1e-6
