@@ -1,9 +1,9 @@
-"""The sections of the benchmarks, and plans for full, short and quick runs."""
+"""Defines the sections of the benchmarks and the plans for full, short and quick runs."""
 
 from collections.abc import Callable
 from dataclasses import replace
 
-from .measures import batch, growth, inverse, mechanisms, numeric, one_call, scalar, small
+from .measures import accuracy, batch, growth, inverse, mechanisms, numeric, one_call, scalar, small
 from .peers.forward import SLOW_TO_BUILD, is_built
 from .report import Limit, Plan, Ratio
 
@@ -18,6 +18,7 @@ SECTIONS: dict[str, tuple[str, Callable[[Plan], list[Ratio | Limit]]]] = {
     "mechanisms": ("Robots with loops", mechanisms.run),
     "inverse": ("Inverse kinematics, all solutions", inverse.run),
     "numeric": ("Inverse kinematics by iteration", numeric.run),
+    "accuracy": ("Errors of poses and inverse solutions", accuracy.run),
     "small": ("Small things", small.run),
     "growth": (
         "Growth: a joint of a long chain compared with a joint of a short chain",

@@ -6,11 +6,15 @@ import pytest
 import sympy as sp
 
 import chasles
-from chasles.derive import Rotation
 from tests.support.derivations import FULL, NAMES, derivation
+from tests.support.oracles.extended_precision import (
+    DIGITS,
+    extended_fk,
+    from_sympy,
+    poses_by_matrices,
+)
 from tests.support.tolerances import EXACT_CODE
 
-DIGITS = 30
 POSES = 4
 SERIAL = [name for name in NAMES if name in FULL]
 
@@ -19,60 +23,6 @@ SERIAL = [name for name in NAMES if name in FULL]
 def thirty_digits():
     with mpmath.workdps(DIGITS):
         yield
-
-
-def motion(rotation_or_translation, values):
-    if isinstance(rotation_or_translation, Rotation):
-        angle = number(rotation_or_translation.angle, values)
-        return turn(rotation_or_translation.axis, angle)
-    T = mpmath.eye(4)
-    for row, component in enumerate(rotation_or_translation.vector):
-        T[row, 3] = number(component, values)
-    return T
-
-
-def turn(axis, angle):
-    T = mpmath.eye(4)
-    j, k = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
-    T[j, j] = T[k, k] = mpmath.cos(angle)
-    T[k, j] = mpmath.sin(angle)
-    T[j, k] = -T[k, j]
-    return T
-
-
-def number(expression, values):
-    return from_sympy(sp.sympify(expression).xreplace(values))
-
-
-def from_sympy(expression):
-    return mpmath.mpf(sp.Float(expression.evalf(DIGITS), DIGITS)._mpf_)
-
-
-def poses_by_matrices(robot, q):
-    """Return link and tool poses as products of elementary matrices."""
-    values = {parameter.symbol: parameter.value for parameter in robot.parameters}
-    positions = iter(robot.joint_values([sp.Float(value, DIGITS) for value in q]))
-    T = mpmath.eye(4)
-    poses = []
-
-    def place(placement):
-        nonlocal T
-        for part in placement:
-            T = T * motion(part, values)
-
-    place(robot.base)
-    for joint in robot.joints:
-        place(joint.before)
-        if joint.kind != "fixed":
-            value = next(positions)
-            if joint.kind != "prismatic":
-                T = T * turn("z", number(value, values))
-            slide = value if joint.kind == "prismatic" else joint.pitch * value
-            T[:3, 3] += number(slide, values) * T[:3, 2]
-        place(joint.after)
-        poses.append(T.copy())
-    place(robot.tool)
-    return poses, T
 
 
 @pytest.mark.parametrize("name", SERIAL)
@@ -85,6 +35,17 @@ def test_fk_and_link_poses_match_exact_matrix_products(name):
         assert largest(compiled.fk(q), tool) <= EXACT_CODE
         for found, expected in zip(compiled.link_poses(q), links, strict=True):
             assert largest(found, expected) <= EXACT_CODE
+
+
+def test_extended_precision_matches_30_digits():
+    robot = derivation("ur5e").robot
+    q = np.random.default_rng(4).uniform(-np.pi, np.pi, (POSES, 6))
+    for row, T in zip(q, extended_fk(robot, q), strict=True):
+        _, tool = poses_by_matrices(robot, row)
+        digits = [
+            [np.longdouble(mpmath.nstr(entry, DIGITS)) for entry in of] for of in tool.tolist()
+        ]
+        assert np.abs(T - np.array(digits)).max() <= 8 * np.finfo(np.longdouble).eps
 
 
 def largest(found, expected):
