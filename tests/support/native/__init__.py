@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from chasles.library.compiler import FLAGS
+from chasles.library.compiler import find_compiler
 from tests.support.locking import locked
 
 BUILD = Path(__file__).parents[3] / "build" / "native"
@@ -18,14 +18,6 @@ UNPACKED = "-fno-tree-slp-vectorize"
 """Compiler flag for the C code of chasles only.
 
 Without the flag, GCC 12 compiles the C code of chasles incorrectly.
-"""
-FLAGS_OF_ALL = (
-    *(flag for flag in FLAGS if flag != UNPACKED and not flag.startswith("-std")),
-    "-DNDEBUG",
-)
-"""Compiler flags of chasles and of every other library: -O3 -march=native, no errno.
-
-NDEBUG is set for other libraries, because assertions of Eigen take as long as the kinematics.
 """
 
 
@@ -36,7 +28,7 @@ class Source:
     Attributes:
         name: Name of the library.
         files: The text of each file, keyed by name. The first file is compiled.
-        flags: Additional flags: include folders, definitions.
+        flags: Additional compiler flags, such as include folders and definitions.
     """
 
     name: str
@@ -49,13 +41,22 @@ class Source:
         plus = next(iter(self.files)).endswith(".cpp")
         compiler = shlex.split(os.environ.get("CXX", "c++") if plus else os.environ.get("CC", "cc"))
         standard = "-std=c++17" if plus else "-std=c99"
-        return (*compiler, standard, *FLAGS_OF_ALL, *self.flags)
+        return (*compiler, standard, *flags_of_all(), *self.flags)
 
     @property
     def path(self) -> Path:
         parts = [*self.command, *self.files, *self.files.values(), compiler_version(self.command)]
         digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
         return BUILD / f"{self.name}-{digest[:16]}.so"
+
+
+def flags_of_all() -> tuple[str, ...]:
+    """Return the compiler flags that chasles and all other libraries share.
+
+    NDEBUG is set for other libraries, because assertions of Eigen take as long as the kinematics.
+    """
+    flags = find_compiler().flags
+    return (*(f for f in flags if f != UNPACKED and not f.startswith("-std")), "-DNDEBUG")
 
 
 def compiler_version(command: Sequence[str]) -> str:
