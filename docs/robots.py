@@ -1,15 +1,16 @@
-"""Writes docs/robots.md: the serial arms that can be loaded by name, and the inverse of each."""
+"""Writes docs/robots.md: the robots that can be loaded by name, and the inverse of each arm."""
 
 from pathlib import Path
 
 from chasles.derive import SerialRobot, explain, read
+from chasles.derive.model.mechanism import Described
 
 PAGE = Path(__file__).with_suffix(".md")
 ROBOTS = Path(__file__).parent.parent / "derive" / "robots"
 TEXT = """\
-# Arms that can be loaded by name
+# Robots that can be loaded by name
 
-`python docs/robots.py` writes this page. The tables name the structure of the axes that the
+`python docs/robots.py` writes this page. The tables of arms name the structure of the axes that the
 inverse uses. If joints are fixed, the number of solutions holds for one value
 of the fixed joints. If the axes have a structure only approximately, chasles solves a nominal arm
 and [refines its solutions](how-to/calibrated-arms.md). Robots without an inverse have `ik_numeric`.
@@ -23,25 +24,48 @@ names the source of its numbers.
 
 {shelf}
 
-## Shipped robots
+## Shipped arms
 
-{generated}
+{arms}
+
+## Shipped robots with loops
+
+[Robots with loops](how-to/loops.md) and [platforms](how-to/platforms.md) describe the functions
+of these robots.
+
+{mechanisms}
 
 `make gallery` writes a [page with sliders](how-to/view.md#the-page) of every shipped robot.
 
-`chasles list` prints all robots, including [robots with loops](how-to/loops.md).
+`chasles list` prints all robots.
 """
 
 
 def page() -> str:
     """Return the text of the page."""
-    return TEXT.format(shelf=_table(ROBOTS / "shelf"), generated=_table(ROBOTS))
+    return TEXT.format(
+        shelf=_table(ROBOTS / "shelf"), arms=_table(ROBOTS), mechanisms=_mechanisms()
+    )
 
 
 def _table(folder: Path) -> str:
     robots = [read(file) for file in sorted(folder.glob("*.toml"))]
     rows = [_row(robot) for robot in robots if isinstance(robot, SerialRobot)]
     return "\n".join(["| name | arm | inverse |", "|---|---|---|", *rows])
+
+
+def _mechanisms() -> str:
+    robots = [read(file) for file in sorted(ROBOTS.glob("*.toml"))]
+    rows = [
+        f"| `{robot.name}` | {robot.title}. | {_coordinates(robot)} |"
+        for robot in robots
+        if not isinstance(robot, SerialRobot)
+    ]
+    return "\n".join(["| name | robot | coordinates `q` |", "|---|---|---|", *rows])
+
+
+def _coordinates(robot: Described) -> str:
+    return ", ".join(f"`{coordinate.name}`" for coordinate in robot.coordinates)
 
 
 def _row(robot: SerialRobot) -> str:
