@@ -120,6 +120,12 @@ def test_extend_page_examples_run(tmp_path, capsys):
     assert "Structure: a column with a lift." in capsys.readouterr().out
 
 
+def test_page_of_errors_prints_the_shapes(capsys):
+    run("reference/errors.md")
+    printed = capsys.readouterr().out
+    assert f"# {printed}" in examples("reference/errors.md")[0]
+
+
 def test_robot_files_page_examples_run():
     run("reference/robot-files.md")
     assert chasles.load("./robots/planar").n == 2
