@@ -72,7 +72,7 @@ def in_table(robot: SerialRobot, convention: Convention) -> SerialRobot:
     if robot.load is not None:
         raise InputValueError(
             f"{robot.name}: the masses are positioned in link frames, which a table in the "
-            f'convention {convention.name!r} changes; convert to "toml" to keep them'
+            f'convention {convention.name!r} changes; convert to "toml" to keep the masses'
         )
     with mpmath.workdps(EVALUATION_DIGITS):
         pairs = neighbours(robot)
@@ -120,7 +120,7 @@ class _Rows:
 
     @property
     def size(self) -> float:
-        """The largest number in the table, an upper bound on its lengths (meter)."""
+        """The largest absolute value in the table, an upper bound on the lengths (meter)."""
         values = [value for fields in self.fields for value in fields.values()]
         vectors = [value if isinstance(value, tuple) else (value,) for value in values]
         return max(abs(float(x)) for vector in (*vectors, *self.base, *self.tool) for x in vector)
@@ -192,7 +192,7 @@ def _steps_table(pairs: Sequence[Neighbours], home: Any, convention: Convention)
 
 
 def axis_steps(pairs: Sequence[Neighbours], home: Any) -> tuple[tuple[AxisStep, ...], Placement]:
-    """Return a table row for each joint axis, and the motion from the last row to the tool."""
+    """Return the table row of each joint axis, and the transform from the last axis to the tool."""
     own = original = mpmath.eye(4)
     steps = []
     for pair in pairs:
@@ -243,9 +243,8 @@ def _small(tilt_x: Any, tilt_y: Any, x: Any, y: Any) -> Any:
 def _shortened(step: AxisStep, turn: sp.Expr, shift: sp.Expr) -> tuple[AxisStep, Placement]:
     """Merge the motion along the tool axis into the last step.
 
-    If the two axes coincide, a rotation is added, too.
-
-    A translation is added if the tool axis and the last joint axis are parallel.
+    A translation is added if the tool axis and the last joint axis are parallel. If the two axes
+    coincide, the rotation about the tool axis is added as well.
 
     Return the new step and the remaining motion.
     """

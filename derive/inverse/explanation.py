@@ -211,8 +211,8 @@ def _structure(classification: Classification, is_general: bool) -> str:
     else:
         lines.append(
             "Tier: snapped; ik_nominal is the closed form of a nominal robot, whose axes have the "
-            "structure exactly. Newton's method refines its solutions to those of "
-            "the true robot, and ik searches for further solutions near singularities."
+            "structure exactly. Newton's method refines its solutions until they "
+            "solve the true robot, and ik searches for further solutions near singularities."
         )
     return "\n".join(lines)
 

@@ -51,8 +51,8 @@ class Cleaning:
         orientation: Upper bound (radian) of the tool rotation that cleaning causes within the joint
             limits.
         samples: The number of random configurations from which `position` and `orientation` are
-            computed for a robot with loops. `samples` is 0 if `position` and `orientation` are
-            bounds for all configurations within the joint limits.
+            computed for a robot with loops. If `samples` is 0, both bounds hold for all
+            configurations within the joint limits.
     """
 
     numbers: tuple[CleanedNumber, ...] = ()
@@ -62,7 +62,7 @@ class Cleaning:
 
     @property
     def bound(self) -> str:
-        """Return the bounds as a text.
+        """Return the bounds as text.
 
         An angle of zero is omitted.
         """
@@ -89,7 +89,7 @@ class Cleaning:
             if abs(number.change) > NOISE:
                 rounded.setdefault((number.found, number.taken), []).append(number)
         return tuple(
-            f"{written(found)} taken as {sp.sstr(taken)}: {places(numbers)}"
+            f"{written(found)} interpreted as {sp.sstr(taken)}: {places(numbers)}"
             for (found, taken), numbers in rounded.items()
         )
 

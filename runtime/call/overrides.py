@@ -24,7 +24,8 @@ def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] 
     """Call a function if an input or an `out` array implements the ufunc protocol.
 
     Raises:
-        InputTypeError: `out` is a dask array, or an input does not contain real numbers.
+        InputTypeError: If `out` is used with a dask array, or if an input does not contain real
+            numbers.
         ShapeError: If an input has the wrong shape.
     """
     # No argument can be a dask array if dask was never imported.
@@ -45,10 +46,7 @@ def _has_protocol(value: Any) -> bool:
 
 
 def _read(dask: Any, function: Function[Any], index: int, value: Any) -> Any:
-    """Return the input as an array of real numbers.
-
-    A lazy call would postpone the checks of type and shape.
-    """
+    """Return an array of real numbers; check the type now, because dask runs the call later."""
     item, label = function.inputs[index], function.__qualname__
     array = value if isinstance(value, dask.Array) else real_array(label, item.name, value)
     if array.dtype.kind not in "iuf":
@@ -91,7 +89,7 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
         "->".join(",".join(f"({','.join(dims)})" for dims in side) for side in (inputs, outputs)),
         *arrays,
         output_sizes=dict(zip(itertools.chain(*outputs), sizes, strict=True)),
-        # Without result types, dask would compute a result to find them.
+        # Without `meta`, dask would compute a result to find the result types.
         meta=tuple(np.empty(0, dtype) for dtype in types),
         allow_rechunk=True,
     )
@@ -105,11 +103,14 @@ def _plain(function: Function[Any], *inputs: Any) -> tuple[Any, ...]:
 def _broadcast(
     function: Function[Any], name: str, before: tuple[int, ...], own: tuple[int, ...]
 ) -> tuple[int, ...]:
-    """Broadcast two leading shapes. A size that dask does not know (NaN) matches any size."""
+    """Broadcast two leading shapes.
+
+    An unknown size (NaN in dask) matches any size.
+    """
     pairs = list(itertools.zip_longest(reversed(before), reversed(own), fillvalue=1))
     if any(a != b and a == a and b == b and 1 not in (a, b) for a, b in pairs):  # noqa: PLR0124
         raise ShapeError(
             f"{function.__qualname__}: leading dimensions do not broadcast: {name} has {own}, "
-            f"the inputs before it {before}"
+            f"the inputs before it have {before}"
         )
     return tuple(b if a == 1 else a for a, b in reversed(pairs))

@@ -35,7 +35,7 @@ def arm(tmp_path):
 
 
 QUICKLY = ("--functions", "fk", "--languages", "c")
-"""Command-line options for runs whose output files do not matter."""
+"""Command-line options for a short run: only `fk` is derived, and only C code is written."""
 
 
 def files(folder):
@@ -240,7 +240,7 @@ def test_cli_snaps_and_reports_rounded_numbers_unless_exact(arm, tmp_path):
     done = run("derive", *words)
     first, note = (line.strip() for line in done.output.splitlines()[:2])
     assert first.endswith("1 number cleaned, at most 0 m and 3.7e-06 rad")
-    assert note == "1.5708 taken as pi/2: alpha of joint2"
+    assert note == "1.5708 interpreted as pi/2: alpha of joint2"
     manifest = json.loads((to / "arm" / "manifest.json").read_text())
     assert manifest["notes"] == ["1 number cleaned, at most 0 m and 3.7e-06 rad", note]
     found = manifest["cleaning"]
@@ -287,7 +287,7 @@ def test_time_limit_error_states_where_derivation_stopped(arm, tmp_path, monkeyp
 
 
 def endless(caught):
-    """Loops forever and catches all errors, as some SymPy code does."""
+    """Loop forever and catch all errors, as some SymPy code does."""
     while True:
         try:
             sum(range(1000))

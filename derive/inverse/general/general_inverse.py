@@ -82,7 +82,7 @@ a point in the tool frame.
 The coordinates of the point are divided by the arm length.
 """
 APART = (np.pi,) * OWN + (0.0,)
-"""Assumed difference between two solutions in each joint (radian).
+"""Assumed difference (radian) of each joint value between two solutions.
 
 The difference is zero in the joint that the solver adds to the arm.
 """
@@ -173,7 +173,7 @@ def _of_five(robot: SerialRobot, given: tuple[int, ...]) -> GeneralInverse | Non
 
 @dataclass(frozen=True)
 class GeneralTables:
-    """Tables for the C solver of general arms, which finds all solutions.
+    """Tables for the C solver that finds all solutions of general arms.
 
     Attributes:
         arm: Numeric data of the arm, or None if the general solver does not apply.
@@ -218,7 +218,7 @@ def _steps(robot: SerialRobot, choice: Choice) -> tuple[str, ...]:
         f"{two}.",
         f"{suppressed}: with the half angle of {half}, these are twelve equations. Their "
         "determinant, a trigonometric polynomial of degree 8, is known from 24 samples; it has up "
-        f"to 16 real roots{', of which 8 may be solutions' if len(sliding) > 1 else ''}.",
+        f"to 16 real roots{', and at most 8 of them are solutions' if len(sliding) > 1 else ''}.",
         f"{half}, {other}: from the null vector of the twelve equations. {one}, {two}: from the "
         "equations that contain them.",
         f"{last}: from the remaining rotation. Newton's method refines the result.",
@@ -315,10 +315,11 @@ def solver_function(
     The function has sixteen solution slots.
 
     Valid solutions come first, sorted by the suppressed joint. Unused slots contain an invalid
-    configuration. If there is no solution, the slots contain the nearest configuration. The margin
-    of a solution is |det J| divided by the product of the column norms of J. Lengths in J are
-    relative to the arm length. The margin is at most 1. If two solutions coincide, J is singular
-    and the margin is 0. The margin of an invalid slot is the residual with a negative sign.
+    configuration. If there is no solution, the slots contain the configurations with the smallest
+    residuals. The margin of a solution is |det J| divided by the product of the column norms of J.
+    Lengths in J are relative to the arm length. The margin is at most 1. If two solutions coincide,
+    J is singular and the margin is 0. The margin of an invalid slot is the residual with a negative
+    sign.
 
     Args:
         robot: The description.

@@ -31,17 +31,17 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
     half = q[4] if order.halved else q[3]
     return sentence(
         f"{_given(page, general)} solved by the method for a general arm (Raghavan and Roth)."
-        rf" With $R(\theta)$ the rotation by $\theta$ about $z${_slide(sliding)}, with the opposite"
-        r" sign if the loop passes the joint backwards, and $C_{i}$ the constant transforms"
-        " between the joints, one of which contains the pose, the loop of arm and tool, followed"
-        f" {walked}, is",
+        rf" Let $R(\theta)$ be the rotation by $\theta$ about $z${_slide(sliding)}. If the loop"
+        r" passes a joint backwards, the sign of its coordinate is reversed. Let $C_{i}$ be the"
+        " constant transforms between the joints. One of them contains the pose. Followed"
+        f" {walked}, the loop of the arm and the tool is",
         _centered(f"{loop} = I."),
         rf"The axis $\ell$ of the last of these joints does not depend on ${q[5]}$:",
         _centered(f"{left} = {right}."),
-        r"Its direction $l$ and a point $p$ of it give fourteen quantities, $p$, $l$, $p \cdot p$,"
-        r" $p \cdot l$, $p \times l$ and $(p \cdot p)\, l - 2 (p \cdot l)\, p$, that are linear in"
-        rf" the products $x$ of cosines and sines of ${q[3]}$ and ${q[4]}$ on the left and in the"
-        rf" eight products $y$ of cosines and sines of ${q[0]}$ and ${q[1]}$ on the"
+        r"Let $l$ be its direction and $p$ a point on it. The fourteen quantities $p$, $l$,"
+        r" $p \cdot p$, $p \cdot l$, $p \times l$ and $(p \cdot p)\, l - 2 (p \cdot l)\, p$ are"
+        rf" linear in the products $x$ of cosines and sines of ${q[3]}$ and ${q[4]}$ on the left,"
+        rf" and in the eight products $y$ of cosines and sines of ${q[0]}$ and ${q[1]}$ on the"
         rf" right{_powers(sliding)}: $A y = B({q[2]})\, x$. Six combinations do not contain $y$."
         rf" Multiplied by the cosine and sine of ${half}/2$, they are twelve equations"
         rf" $M({q[2]})\, u = 0$ in twelve unknowns. $\det M$ is a trigonometric polynomial of"
@@ -52,7 +52,7 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
 
 
 def _slide(sliding: list[str]) -> str:
-    return " and $D(d)$ the displacement by $d$ along $z$" if sliding else ""
+    return ", and $D(d)$ the displacement by $d$ along $z$" if sliding else ""
 
 
 def _number(roots: int, sliding: list[str]) -> str:

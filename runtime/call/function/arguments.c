@@ -224,8 +224,7 @@ static int check_core_shape(const Kernel *kernel, const Operand *operand, PyArra
     return -1;
 }
 
-/* Replaces a NumPy error with an error that names the argument. The NumPy error becomes the cause
- * of the new error. */
+/* Replaces a NumPy error with an error that names the argument; the NumPy error is its cause. */
 static void set_input_error(const Kernel *kernel, const Operand *operand)
 {
     if (!PyErr_ExceptionMatches(PyExc_ValueError) && !PyErr_ExceptionMatches(PyExc_TypeError)) {
@@ -271,8 +270,7 @@ PyObject *read_input(const Kernel *kernel, const Operand *operand, PyObject *obj
     return result;
 }
 
-/* Tests whether the leading dimensions of an input broadcast with the leading dimensions of earlier
- * inputs. Returns -1 on error. */
+/* Tests whether leading dimensions broadcast with those of earlier inputs. Returns -1 on error. */
 static int check_leading(const Kernel *kernel, const Operand *operand, PyArrayObject *array,
                          const LeadingShape *batch)
 {
@@ -286,7 +284,7 @@ static int check_leading(const Kernel *kernel, const Operand *operand, PyArrayOb
                 PyErr_Format(
                     ShapeError,
                     "%U: leading dimensions do not broadcast: %U has %U, the inputs before "
-                    "it %U",
+                    "it have %U",
                     kernel->label, operand->name, shape, before);
             }
             Py_XDECREF(shape);

@@ -62,9 +62,9 @@ def test_noise_removal_lists_all_changes_and_stores_exact_numbers():
     assert robot.tool[0].vector == (0, 0, R("0.1"))
     assert robot.notes[0] == robot.cleaning.line
     assert robot.notes[1:] == (
-        "1.5708 taken as pi/2: parameter twist",
-        "3.1416 taken as pi: alpha of bend",
-        "-1.571 taken as -pi/2: pitch of tool",
+        "1.5708 interpreted as pi/2: parameter twist",
+        "3.1416 interpreted as pi: alpha of bend",
+        "-1.571 interpreted as -pi/2: pitch of tool",
     )
 
 
@@ -87,7 +87,9 @@ joints = [{ alpha = "1.57" }, { a = 2 }]
 def test_large_effect_of_noise_removal_is_a_warning_that_names_the_option(tmp_path):
     path = tmp_path / "long.urdf"
     path.write_text(LONG.format(angle="1.57", length=2))
-    words = r"move the tool by up to 0\.\d+ m and .*1\.57 taken as pi/2.*; --exact, or exact=True"
+    words = (
+        r"move the tool by up to 0\.\d+ m and .*1\.57 interpreted as pi/2.*; --exact, or exact=True"
+    )
     for reader in (read, lambda _: read_text(LONG_TOML)):
         with pytest.warns(UserWarning, match=words):
             robot = reader(path)
@@ -101,7 +103,7 @@ def test_small_effect_of_noise_removal_is_a_note(tmp_path, angle, length):
     path.write_text(LONG.format(angle=angle, length=length))
     robot = read(path)
     assert robot.cleaning.warning == ""
-    assert f"{angle} taken as pi/2: roll of turn" in robot.notes
+    assert f"{angle} interpreted as pi/2: roll of turn" in robot.notes
 
 
 @pytest.mark.parametrize(
@@ -140,7 +142,7 @@ def test_exact_files_and_exact_option_keep_numbers_as_written():
 def test_equal_numbers_are_snapped_alike_in_every_field():
     robot = read_text(ARM.format(theta="3.1416"))
     assert dict(robot.joints[1].given)["theta"] == dict(robot.joints[1].given)["alpha"] == sp.pi
-    assert "3.1416 taken as pi: alpha, theta of bend" in robot.notes
+    assert "3.1416 interpreted as pi: alpha, theta of bend" in robot.notes
 
 
 VALUES = ("0", "1.5708", "-1.571", "3.1416", "0.7854", "0.3", "-1.2", "1.57079632", "2e-10")

@@ -10,7 +10,7 @@ from tests.support.generators.random_urdf import compare
 SEEDS = (16, 23)
 """Seeds of random robots with all joint types, in which some mimic joints follow mimic joints.
 
-The campaign `urdf` tests robots from further seeds.
+The test campaign `urdf` tests the robots of further seeds.
 """
 
 TWO_LINKS = """\
@@ -60,7 +60,7 @@ def test_urdf_import_keeps_names_and_limits_and_snaps_angles(path):
     cleaned, noted = robot.notes
     # The difference between 1.5708 and pi/2 rotates the tool by 3.7e-6 rad at 0.3 m from the joint.
     assert cleaned == "2 numbers cleaned, at most 1.5e-12 m and 3.7e-06 rad"
-    assert noted == "1.5708 taken as pi/2: yaw of mount"
+    assert noted == "1.5708 interpreted as pi/2: yaw of mount"
     as_written = read(path, exact=True)
     assert dict(as_written.joints[0].given)["rpy_y"] == sp.Rational("1.57079632679")
     assert dict(as_written.joints[1].given)["rpy_z"] == sp.Rational("1.5708")
@@ -138,7 +138,7 @@ def wrong(path, text, base=None, tip=None):
     ],
 )
 def test_invalid_urdf_raises_specific_error(old, new, words):
-    """`read` would need a separate process for each file."""
+    """The test calls `read_text`, because `read` would need a separate process for each file."""
     with pytest.raises(DescriptionError) as caught:
         read_text(TWO_LINKS.replace(old, new), format="urdf", file="two.urdf")
     assert str(caught.value).startswith("two.urdf")

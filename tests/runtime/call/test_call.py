@@ -1,5 +1,7 @@
-"""Tests arguments of all shapes and types. The results equal the results of single calls, or a
-clear error is raised."""
+"""Tests arguments of all shapes and types.
+
+Each call either gives the same results as single calls or raises a clear error.
+"""
 
 import re
 import threading
@@ -253,7 +255,7 @@ def test_non_finite_inputs_propagate_without_warning(robot, bad, batch):
         (
             lambda r: r.blend(np.ones((3, 2)), np.ones((4, 2, 3))),
             "tiny.blend: leading dimensions do not broadcast: A has (4,), "
-            "the inputs before it (3,)",
+            "the inputs before it have (3,)",
         ),
         (
             lambda r: r.fk(np.ones((5, 2)), out=np.empty((3, 4))),

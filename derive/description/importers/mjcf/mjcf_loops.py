@@ -34,7 +34,10 @@ pin joint.
 
 @dataclass(frozen=True)
 class _End:
-    """The frame on a link that an equality constrains: position (meter) and angles (radian)."""
+    """A link, and the frame on this link that an equality constrains.
+
+    `xyz` is in meter and `rpy` is in radian.
+    """
 
     link: str
     xyz: Vector
@@ -98,7 +101,7 @@ class ModelLoops:
         return tuple(_closures(found))
 
     def links(self, loop_joints: Iterable[Closure | Strut]) -> set[str]:
-        """Return the links with closures or rods."""
+        """Return the links that the equalities of the given closures or rods constrain."""
         names = {loop_joint.name for loop_joint in loop_joints}
         selected = [e for e in self.equalities if e.name in names]
         return {frame.link for equality in selected for frame in (equality.a, equality.b)}
@@ -125,7 +128,7 @@ class ModelLoops:
                 to = f" to {self.bodies.joint_name(leader)!r}" if leader >= 0 else ""
                 raise DescriptionError(
                     f"joint {joint.name!r} is coupled{to} by {equality}; the position of a "
-                    "coupled joint is linear in the position of another joint"
+                    "coupled joint must be linear in the position of another joint"
                 )
 
     def _is_linear(self, k: int) -> bool:
@@ -138,7 +141,7 @@ class ModelLoops:
         return tuple(e.coupling for e in self._equations(tree) if e.joint in inside)
 
     def motors(self, tree: Sequence[BodyJoint]) -> tuple[Drive, ...]:
-        """Return the drives of tree joints.
+        """Return the drives of the joints in a tree.
 
         The motor of each drive turns a hinge outside the tree.
         """
@@ -212,7 +215,10 @@ class ModelLoops:
     # --- rods ---
 
     def _as_rod(self, equality: _Equality, others: Sequence[_Equality]) -> _Equality:
-        """Return a ``connect`` equality as a rod if its body hangs on a ball joint."""
+        """Convert a ``connect`` equality to a rod if one of the connected bodies is a rod.
+
+        Other equalities are returned unchanged.
+        """
         if equality.kind == "connect":
             for rod, end in ((equality.a, equality.b), (equality.b, equality.a)):
                 ball = next((j for j in self._path_to(rod.link) if j.kind != "fixed"), None)
@@ -354,7 +360,7 @@ def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
     lengths_of = [float(sp.sqrt(sum(part**2 for part in axis))) for axis in axes]
     if abs(lengths_of[0] - lengths_of[1]) > 10 ** (3 - COMPILED_DECIMALS) or not lengths_of[0]:
         raise DescriptionError(
-            f"connects {first.name!r} and {second.name!r} join points {lengths_of[0]} m apart on "
+            f"equalities {first.name!r} and {second.name!r} join points {lengths_of[0]} m apart on "
             f"one body and {lengths_of[1]} m on the other; expected two points on one hinge axis"
         )
     a, b = (

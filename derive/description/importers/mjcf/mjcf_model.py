@@ -53,8 +53,8 @@ REMOVED = (
     "texts",
     "plugins",
 )
-"""Elements of a model that do not affect poses. An element that refers to another element comes
-first."""
+"""Elements of a model that do not affect poses. Each element type is listed before the element
+types to which it can refer."""
 OPENED = ("include", "model", "flexcomp")
 """XML elements whose ``file`` attribute names a file that MuJoCo opens."""
 MEANT_EQUALITIES = ("mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT")
@@ -115,8 +115,8 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
     for equality in list(spec.equalities):
         if equality.type not in meant:
             spec.delete(equality)
-    # MuJoCo requires a mass for moving bodies. The deleted shapes defined this mass, so these
-    # settings provide a substitute.
+    # MuJoCo requires a mass for moving bodies. The deleted shapes defined this mass. These settings
+    # provide a substitute for the mass.
     spec.compiler.boundmass = spec.compiler.boundinertia = 1
     spec.compiler.balanceinertia = 1
     for joint in spec.joints:
@@ -156,7 +156,10 @@ def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
 
 
 def _included(element: etree._Element, file: Path, by: Path) -> Path:
-    """Return an included file. The folder of the model comes first."""
+    """Return an included file.
+
+    The folder of the model is searched before the folder of the including file.
+    """
     name = str(element.get("file"))
     for folder in (by.parent, file.parent):
         try:
@@ -228,7 +231,7 @@ def snapped(angles: Vector) -> tuple[Vector, list[str]]:
     """Round angles to near multiples of pi/12, and return a note for each changed angle."""
     exact = [snap_angle(value) for value in angles]
     notes = [
-        f"{which} = {float(value)!r} taken as {taken}"
+        f"{which} = {float(value)!r} interpreted as {taken}"
         for which, value, taken in zip("rpy", angles, exact, strict=True)
         if taken != value
     ]
@@ -239,8 +242,8 @@ def snapped(angles: Vector) -> tuple[Vector, list[str]]:
 def direction(model: CompiledModel, joint: int) -> Vector:
     """Return a joint axis.
 
-    If the compiled axis differs from the axis in the file only by normalization, the numbers of the
-    file are used.
+    If the axis in the file has the direction of the compiled axis, the numbers of the file are
+    returned.
     """
     unit = [float(value) for value in model.arrays.jnt_axis[joint]]
     written = model.axes[joint]

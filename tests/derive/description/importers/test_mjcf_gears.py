@@ -84,7 +84,10 @@ def joint_values(model, data):
 
 
 def compare(path, text, motor, tip):
-    """Compare ``fk`` with MuJoCo near the reference, or residuals if the loops are iterated."""
+    """Compare ``fk`` with MuJoCo near the reference.
+
+    If the loops are solved by iteration, check the loop residuals at MuJoCo's joint values instead.
+    """
     robot = read_model(path, text, "world", tip)
     hybrid = solved_loops(loop_model(robot))
     function = (
@@ -148,7 +151,7 @@ def test_joint_equality_in_loops_matches_mujoco(path, bodies, equalities, motor,
         (
             '<joint name="cam" joint1="right" joint2="left" polycoef="0 1 2 0 0"/>',
             "joint 'right' is coupled to 'left' by equality 'cam'; the position of a coupled joint "
-            "is linear",
+            "must be linear",
         ),
         (
             GEAR.format(a="right", b="left", c=0.1, r=2)
