@@ -32,7 +32,8 @@ class Shape:
             body.
         points: The points in the body's frame, (points, 3) [m].
         axis: The direction of the joint's axis in the body's frame, or () for a shape without axis.
-        Whether the joint's frame is at the end of a strut.
+        ends: Kind of the joints at the ends of a strut, "pin" or "ball". Other shapes have the
+            value "".
     """
 
     kind: ShapeKind
@@ -44,7 +45,9 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class BodyJoint:
-    """The joint that carries a body. The joint value is ``ratio * z[coordinate] + offset``.
+    """The joint between a body and its parent.
+
+    The joint value is ``ratio * z[coordinate] + offset``.
 
     Attributes:
         name: Name of the joint.
@@ -54,7 +57,7 @@ class BodyJoint:
         coordinate: Index of the coordinate in the configuration z, or in q for a serial robot. The
             index of a fixed joint is -1.
         ratio: Value of the joint per unit of the coordinate.
-        offset: Value of the joint at coordinate 0 [rad or m].
+        offset: Joint value if the coordinate is 0 [rad or m].
         advance: Translation of a helical joint along its axis [m/rad].
     """
 
@@ -97,8 +100,8 @@ class ClosureFrames:
         kind: "pin" (origins and z axes coincide), "slider" (translation along the common z axis),
             "ball" (origins coincide) or "weld".
         bodies: Indices of the two bodies that the closure connects.
-        frames: Pose of the frame on each of the two bodies, relative to the body. Each pose is a 4
-            x 4 matrix without its last row.
+        frames: Poses of the two closure frames. Each frame is fixed to one of the two bodies. The
+            pose of the frame relative to this body is a 4 x 4 matrix without the last row.
     """
 
     name: str
@@ -113,8 +116,8 @@ class Body:
 
     Attributes:
         name: Name of the body.
-        parent: Index of the body that carries this body's joint, or None for the ground and for
-            bodies of struts.
+        parent: Index of the body to which this body's joint is attached. None for the ground and
+            for bodies of struts.
         placement: The first three rows of the body's pose in the frame of the parent, at joint
             value 0.
         joint: The joint that carries the body, or None for the ground and for bodies of struts.

@@ -2,8 +2,9 @@
  * chasles is the same for the generated C of every robot and for the runtime.
  *
  * The distance is the largest weighted displacement of a coordinate. If distances differ only by
- * rounding errors, the solution with the lowest index is selected. Among copies of one solution
- * shifted by full turns, the copy with the smallest sum of displacements counts as nearest. */
+ * rounding errors, the solution with the lowest index is selected. Copies of one solution that
+ * differ by full turns can have equal distances. Then the copy with the smallest sum of
+ * displacements is selected. */
 #ifndef CHASLES_DISTANCE_H
 #define CHASLES_DISTANCE_H
 
@@ -28,8 +29,8 @@ static inline double chasles_whole(double turns)
 }
 
 /* Returns the size of a coordinate displacement. For a coordinate with period 2 pi, `turn` is
- * CHASLES_FULL_TURN, and the result is the shorter of the two ways around the circle. For any other
- * coordinate, `turn` is 0. */
+ * CHASLES_FULL_TURN, and the result is the length of the shorter way around the circle. For any
+ * other coordinate, `turn` is 0. */
 static inline double chasles_move(double apart, double turn)
 {
     return fabs(apart - turn * chasles_whole(apart * (1 / CHASLES_FULL_TURN)));

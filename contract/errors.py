@@ -58,10 +58,10 @@ class LoopError(DescriptionError):
     """The loops of a description do not close at the reference.
 
     Attributes:
-        closure_error: Smallest distance between the frames of the open loop (meter). For a strut,
-            `closure_error` is the length error: the difference between the strut length and the
-            distance between the strut ends, at the configuration with the smallest difference. The
-            value is None if no distance was found.
+        closure_error: Smallest distance (meter) found between the two closure frames of the open
+            loop. For a strut, `closure_error` is the length error: the difference between the strut
+            length and the distance between the strut ends, at the configuration with the smallest
+            difference. The value is None if no distance was found.
         remedies: Changes that close the loop. Each remedy names a length, angle or coordinate, and
             the interval of values for which the loop closes. The remedy that needs the smallest
             change comes first.

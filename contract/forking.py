@@ -39,7 +39,9 @@ def run_in_fork(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
 
 @contextmanager
 def forked(work: Callable[[], object]) -> Iterator[Connection]:
-    """Run a function in a forked process, which ends with the ``with`` block.
+    """Run a function in a forked process.
+
+    The process ends at the end of the ``with`` block.
 
     Yields:
         The connection from which :func:`received` reads the result or the error.
@@ -48,7 +50,8 @@ def forked(work: Callable[[], object]) -> Iterator[Connection]:
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=_send, args=(work, sender))
     with warnings.catch_warnings():
-        # Python 3.12 warns about forks while other threads run. The caller decides whether to fork.
+        # Python 3.12 warns about forks while other threads run. The warning is suppressed because
+        # the caller decides whether to fork.
         warnings.simplefilter("ignore", DeprecationWarning)
         process.start()
     sender.close()
@@ -88,7 +91,7 @@ def _picklable(error: BaseException) -> BaseException:
     """Return the error. An error that cannot be pickled becomes a RuntimeError."""
     text = "".join(traceback.format_exception(error))
     # The cause and the context of the error may be errors of lxml, which cannot be pickled. With
-    # dask, pickle includes the cause and the context, so they are removed.
+    # dask, pickle includes the cause and the context of an error, so both are removed.
     error.__cause__ = error.__context__ = None
     try:
         pickle.loads(pickle.dumps(error))

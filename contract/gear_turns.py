@@ -10,8 +10,9 @@ def keeps_full_turns(index: int, rows: Sequence[Sequence[float]], is_angle: Sequ
     """Return whether a full turn of a variable turns all coupled joints by full turns.
 
     Args:
-        index: Index of the variable.
-        rows: Factors of all variables in each coupling. The sum of factor * variable is constant.
+        index: Index of the variable that makes a full turn.
+        rows: Factors of all variables, with one row per coupling. In each coupling, the sum of
+            factor * variable is constant.
         is_angle: Whether each variable is an angle.
     """
     turns, waiting = {index: 1.0}, [index]

@@ -113,7 +113,10 @@ def _limited(work: Callable[[], Result], limits: Limits) -> Result:
 
 
 def _lower(kind: int, limit: int) -> None:
-    """Set a limit of this process, unless a lower limit is already set."""
+    """Set a resource limit of this process.
+
+    A lower hard limit is kept.
+    """
     _, hard = resource.getrlimit(kind)
     limit = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
     resource.setrlimit(kind, (limit, limit))

@@ -1,7 +1,7 @@
 """The manifest of a generated robot: every fact that the runtime needs, as plain data.
 
 The compiler writes the records of this module to `manifest.json`, and the runtime reads the
-records. Writer and reader convert each field by its type annotation.
+records. The type annotation of each field determines how the field is converted to and from JSON.
 """
 
 from __future__ import annotations
@@ -168,8 +168,9 @@ class FunctionInfo:
         outputs: The outputs in the order of the C arguments.
         operations: Floating-point operations per pose, by kind and in total.
         margin: Name of the margin function, or "" if every loop always closes. The margin function
-            takes only the first input of the C function. The margin function returns how far each
-            loop is from opening.
+            takes only the first input of the C function. The margin function returns one value per
+            loop. The value measures the distance of the loop from the boundary beyond which the
+            loop cannot close.
         steps: For a margin function, the names of the loops to which the entries of the result
             belong.
     """
@@ -205,7 +206,8 @@ class CleanedNumber:
     """A value of the description that was replaced by an exact value.
 
     Attributes:
-        at: Name of the joint or parameter with the value, or "base" or "tool".
+        at: Name of the joint or parameter that has the value. For a value of the base or tool
+            frame, the name is "base" or "tool".
         field: Name of the field with the value, such as "alpha" or "roll", or "" for a parameter.
         found: The value as written in the description.
         taken: The exact value that the robot uses, such as "pi/2".
@@ -219,7 +221,7 @@ class CleanedNumber:
 
 @dataclass(frozen=True, slots=True)
 class Cleaning:
-    """Noisy values that exact values replaced, and bounds of the resulting tool motion.
+    """Noisy values that were replaced by exact values, and bounds of the resulting tool motion.
 
     Attributes:
         position: Upper bound (m) of the tool displacement that the replaced values cause within the
@@ -245,12 +247,13 @@ class LoopFacts:
         configuration: All variables of the loops, in the order of the vector `z`.
         names: Names of the loops.
         reference: The reference configuration, or None if the manifest states no reference.
-        actuated_in_z: The variable in `z` that each actuated coordinate moves.
+        actuated_in_z: The variable of `z` that each actuated coordinate moves, in the order of the
+            coordinates.
         solution: "closed form", "newton", or "" without loops.
-        coupling: The matrix C in theta = C q + c for a coupled serial robot, or () without
-            couplings. theta are the joint values, q the coordinates.
-        joint_couplings: Factors of the variables `z` in each coupling of a robot with loops. The
-            sum of factor * variable is constant.
+        coupling: The matrix C in theta = C q + c, or () without couplings. Here theta are the joint
+            values of a coupled serial robot, and q are its coordinates.
+        joint_couplings: Factors of the variables `z` in each coupling of a robot with loops. In
+            each coupling, the sum of factor * variable is constant.
         limited: The variables of `z` that have limits and are not actuated.
     """
 
@@ -306,7 +309,7 @@ class Manifest:
 
     Attributes:
         name: The robot's name, a C and Python identifier.
-        title: The name of the robot in sentences.
+        title: The display name of the robot.
         kind: One of :data:`chasles.contract.KINDS`.
         source: The source of the description.
         coordinates: The actuated coordinates, in the order of `q`.
@@ -317,10 +320,10 @@ class Manifest:
         files: SHA-256 of each generated file.
         loops: Facts about the loops of the robot.
         format: The format version of the manifest.
-        notes: Remarks on the robot, such as snapped values.
+        notes: Remarks on the robot, such as values that were replaced by exact values.
         cleaning: The values of the robot file that were replaced, and the effect on the tool pose.
-        geometry: The elements of the vector p of the parametric functions, or () without such
-            functions.
+        geometry: The elements of the vector p, an input of the parametric functions. The tuple is
+            empty if the robot has no parametric functions.
         robot_file: For a robot with loops: the text of a robot file with a placeholder for each
             dimension. For an arm with masses, `robot_file` contains the masses and springs of a
             robot file. Otherwise "".
@@ -434,7 +437,8 @@ class Manifest:
         """Whether a full turn of each coordinate leaves the pose unchanged.
 
         The value is False for the motor of a gearbox or of a spindle. The value is also False if a
-        full turn of the coordinate moves a coupled joint by less than a full turn.
+        full turn of the coordinate moves a prismatic joint, or rotates a coupled joint by a
+        non-integer number of turns.
         """
         if self.loops.coupling:
             return full_turns(self.coordinates, self.loops.chain, self.loops.coupling)

@@ -61,7 +61,9 @@ def output_file(path: str | os.PathLike[str], *, is_new: bool = False) -> Iterat
 
 
 def write_files(contents: Mapping[Path, bytes]) -> None:
-    """Write several files. The last file moves to its path after all other files.
+    """Write several files.
+
+    The last file is moved to its path after all others.
 
     If a file cannot be written, all paths keep their content.
 
@@ -92,7 +94,8 @@ def _replacing(target: Path, is_new: bool) -> Iterator[Path]:
         if target.exists():
             temporary.chmod(target.stat().st_mode & 0o777)
         if is_new and os.name == "posix":
-            # A link never replaces a file that another process has written.
+            # os.link raises an error, instead of replacing the file, if another process has written
+            # it.
             os.link(temporary, target)
         else:
             temporary.replace(target)

@@ -131,7 +131,10 @@ def _check_unique(names: Sequence[str], place: Place) -> None:
 
 
 def _check_margin(function: FunctionInfo, margin: FunctionInfo | None, place: Place) -> None:
-    """Check the input of a margin function, and that each entry of its result has a loop name."""
+    """Check the inputs of a margin function.
+
+    Also check that each entry of its result belongs to a named loop.
+    """
     first = replace(function.inputs[0], unit="", meaning="")
     if function.margin:
         inputs = [replace(a, unit="", meaning="") for a in margin.inputs] if margin else []
@@ -144,7 +147,7 @@ def _check_margin(function: FunctionInfo, margin: FunctionInfo | None, place: Pl
 
 
 def _check_slots(function: FunctionInfo, n: int, place: Place) -> None:
-    """Check the order and shape of outputs with solution slots."""
+    """Check the order and shapes of outputs that have one row per solution."""
     role, outputs = function.role, function.outputs
     k = len(role.labels)
     if bool(k) != role.has_slots:

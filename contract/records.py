@@ -2,8 +2,8 @@
 
 The annotations of a dataclass are its schema: An annotation is `str`, `bool`, `float`, `int` (0 or
 greater), a tuple, a mapping, a record or a union with None. `Annotated[kind, Check(...)]` adds a
-condition. A field with a default is optional. The field is written only if its value differs from
-the default.
+condition that the value must satisfy. A field with a default is optional. The field is written only
+if its value differs from the default.
 """
 
 from __future__ import annotations
@@ -327,8 +327,8 @@ def write(record: Any, value: Any) -> dict[str, Any]:
     """Write a record as plain JSON data.
 
     Args:
-        record: The dataclass whose fields are written. If the class of ``value`` is a subclass of
-            ``record``, additional fields of the subclass are not written.
+        record: The dataclass whose fields are written. If ``value`` is an instance of a subclass,
+            the additional fields of the subclass are not written.
         value: An instance of the dataclass.
     """
     found: dict[str, Any] = {}

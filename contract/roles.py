@@ -27,7 +27,7 @@ SOLUTIONS = {
     "platform": "newton",
     "iterated": "newton",
 }
-"""The solution method of the loops for each kind of robot."""
+"""Method that solves the loops, for each kind of robot."""
 
 VECTORS = {
     "actuators": "actuated coordinates q",
@@ -77,7 +77,7 @@ ROLES = {
     "identification jacobian": "derivative of the pose with respect to the geometry p",
     "other": "no meaning beyond its summary",
 }
-"""For each role of a function, what the function returns."""
+"""What a function returns, keyed by the role of the function."""
 
 INTERMEDIATE = {
     *("branches", "chain pose", "closure", "lengths", "lengths derivative", "modes"),
@@ -98,10 +98,10 @@ TASK_COMPONENTS = {
     "heading": 1,
 }
 """The components of a task, and the number of entries in each component. The component "position"
-contains x, y and z of the tool, and the component "plane" contains x and y. The component
-"orientation" is the rotation matrix of the tool. The component "direction" is the third axis of the
-tool. The component "pitch" is the elevation of the third axis above the x-y plane of the base. The
-component "heading" is the angle of the first axis in the x-y plane."""
+contains the coordinates x, y and z of the tool. The component "plane" contains only x and y. The
+component "orientation" is the rotation matrix of the tool. The component "direction" is the third
+axis of the tool. The component "pitch" is the elevation of the third axis above the x-y plane of
+the base. The component "heading" is the angle of the first axis in the x-y plane."""
 
 
 TaskName = Literal[
@@ -137,7 +137,8 @@ class Role:
             derivative of a map has the codomain of the map.
         fixed: Indices in q of the coordinates that an inverse takes as inputs after the pose. A
             fixed coordinate is constant during the refinement.
-        labels: The branch label of each solution slot, for an inverse or for all branches of loops.
+        labels: Branch labels, one for each row of the output. Only an inverse, or a function that
+            returns all loop branches, has labels.
         directions: Indices (0 to 5) of twist components (v, omega), one per column of the first
             matrix in a velocity relation.
         components: The task components in the first input of an inverse, in order. Each component
@@ -171,7 +172,7 @@ class Role:
 
     @property
     def is_inverse(self) -> bool:
-        """Whether the function returns solution slots with residuals and margins."""
+        """Whether the function returns an array of solutions with their residuals and margins."""
         return self.name == "inverse"
 
     @property

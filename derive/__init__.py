@@ -58,9 +58,9 @@ if TYPE_CHECKING:
     from .sympy_expressions import Expressions as Expressions
     from .sympy_expressions import expressions as expressions
 
-# SymPy reads the size of its cache when it is imported. SymPy's default cache holds a thousand
-# results, too few for a robot with loops. With the default cache, SymPy would rebuild equal
-# expressions again and again.
+# SymPy reads the size of its cache when it is imported. By default, this cache holds a thousand
+# results, which is too few for a robot with loops. With the default cache, SymPy would rebuild
+# equal expressions again and again.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 
 _ROOMS = {

@@ -39,11 +39,9 @@ from .terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from .terms.terms import Terms
 
 _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
-"""Name of the function that computes the loop margin, keyed by the inputs: actuator or chain
-coordinates.
-"""
+"""Name of the loop margin function, keyed by the input vector: actuator or chain coordinates."""
 _UNGUARDED = ("margin", "branches", "near", *PARAMETRIC_ROLES.values())
-"""Roles of functions to which the derivation assigns no loop margin function."""
+"""Roles of functions that have no loop margin function."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +60,8 @@ class Derivation:
         closure: The equations of the loops that are solved by iteration. None if no loop is solved
             by iteration.
         geometry: The parametric functions, or None if none was requested.
-        parametric_loops: The closure equations for variable geometry. None if no parametric
-            function was requested.
+        parametric_loops: The closure equations of the loops with the robot parameters as inputs.
+            None if no parametric function was requested.
     """
 
     robot: Described
@@ -127,7 +125,7 @@ def derive(
             Python.
         functions: Names of the functions; by default, all functions of the robot.
         fixed: Joints with fixed values. The fixed joint values are inputs of ``ik`` after the pose.
-            If ``fixed`` is empty, the default joints of a redundant robot have fixed values.
+            If ``fixed`` is empty and the robot is redundant, default joints are fixed.
         parametric: Whether to derive the parametric functions too, such as ``fk_p``.
         families: The families of closed-form inverses to try, in order.
 

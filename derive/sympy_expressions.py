@@ -33,8 +33,8 @@ class Expressions:
         signs: For a function with branches, one symbol (1 or -1) for each choice between two
             branches. The outputs belong to a single branch.
         parameters: The exact value of each parameter.
-        terms: The shared terms in order, each expressed in inputs, parameters, signs and earlier
-            terms; there are none after expansion.
+        terms: The shared terms in order. Each term is expressed in inputs, parameters, signs and
+            earlier terms. After expansion, there are no shared terms.
         outputs: The entries of each output in the shape of the output; a vector is a column.
     """
 
@@ -47,7 +47,10 @@ class Expressions:
     outputs: Mapping[str, sp.Basic]
 
     def latex(self) -> str:
-        """Return the equations as LaTeX for math mode, aligned: the terms, then the outputs."""
+        """Return the aligned equations as LaTeX for math mode.
+
+        The terms precede the outputs.
+        """
         equations = [*self.terms, *((sp.Symbol(name), x) for name, x in self.outputs.items())]
         symbols = {symbol for side in equations for part in side for symbol in part.free_symbols}
         names = {symbol: tex for symbol in symbols if (tex := _subscripted(symbol.name))}
@@ -63,7 +66,10 @@ class Expressions:
 
 
 def _subscripted(name: str) -> str:
-    """Return the LaTeX of a symbol of the compiler (t_{12} for _t12), or an empty text."""
+    """Return the LaTeX code of a compiler symbol, or an empty text for other symbols.
+
+    For example, _t12 becomes t_{12}.
+    """
     match = _OWN.fullmatch(name)
     if match is None:
         return ""

@@ -1,6 +1,6 @@
 """Runs the jobs of the command line, such as deriving or checking robots.
 
-The module `jobs` imports SymPy and CasADi. This module does not.
+The module `jobs` imports SymPy and CasADi, but this module imports neither of them.
 """
 
 from typing import TYPE_CHECKING

@@ -120,7 +120,7 @@ def _description(job: Job) -> list[bytes]:
     file = job.file
     ending = file.suffix.lower()
     if ending == ".xacro":
-        # The included files depend on conditions and arguments in the file.
+        # Conditions and arguments in the xacro file determine which files are included.
         try:
             return [_expanded(file, job)[0].encode()]
         except DescriptionError:

@@ -170,7 +170,10 @@ def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, P
 
 
 def strays(names: Collection[str], folder: Path) -> list[str]:
-    """Return the files in a folder that are not in ``names`` but share a file suffix with one."""
+    """Return the files in ``folder`` that are not in ``names``.
+
+    Files whose suffix does not occur in ``names`` are ignored.
+    """
     endings = {Path(name).suffix for name in names}
     there = {
         path.relative_to(folder).as_posix()

@@ -28,8 +28,8 @@ WITHOUT_LENGTH = 0.55
 DETOUR = 1.6
 """Maximum length of a link that is drawn along the common normal of two joint axes.
 
-The length is relative to the straight line between the link ends. If this path along the common
-normal is longer than the maximum, a straight line is drawn.
+The length is relative to the straight line between the link ends. A longer link is drawn as a
+straight line between its ends.
 """
 APART = 0.08
 """Maximum shift of a symbol that overlaps another symbol, as a fraction of the robot size."""
@@ -67,7 +67,7 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
     translation of a platform.
 
     Args:
-        rigid: The bodies that joints move.
+        rigid: The rigid bodies of the robot.
         actuated: Names of the actuated joints and cylinders.
     """
     return _Shapes(rigid, set(actuated)).all()

@@ -47,7 +47,7 @@ class Motion(Protocol):
 class InProportion:
     """The motion of the joints of a serial robot.
 
-    A joint has its own coordinate or is coupled.
+    Each joint has its own coordinate, or a coupling determines its value.
     """
 
     def __init__(self, robot: SerialRobot, terms: Terms, q: Sequence[sp.Symbol]) -> None:
@@ -149,7 +149,7 @@ class ThroughLoops:
         return [along.of_each(row) for row in self.D_q()]
 
     def D_q_q(self) -> Sequence[Matrix]:
-        """Return the second derivatives, one matrix per coordinate."""
+        """Return the second derivatives of the joint values, one matrix per coordinate."""
         return [[unit.of_each(row) for row in self.D_q()] for unit in self._units]
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:

@@ -6,8 +6,9 @@ Jacobian `space`, v_j is the velocity of the point at the base origin, in base a
 `mixed`, v_j is the velocity of the tool origin, in base axes. In the Jacobian `body`, v_j is the
 velocity of the tool origin, in tool axes.
 
-Let z be the axis of a revolute joint and r = (r_x, r_y, r_z) the point in joint axes. At unit
-velocity, the point moves with z x r = (-r_y, r_x, 0).
+Let z be the axis of a revolute joint. Let r = (r_x, r_y, r_z) be the vector from a point of this
+axis to the observed point, in joint axes. If the joint rotates at unit angular velocity, the
+velocity of the point is z x r = (-r_y, r_x, 0).
 """
 
 from collections.abc import Sequence
@@ -86,10 +87,11 @@ def rates(
 
     Space Jacobian: J_j' = ad(V_(j-1)) J_j, where V_(j-1) is the twist of the link before joint j.
 
-    Body Jacobian:
+    Body Jacobian: J_j' = ad(J_j) (V - V_j), where V - V_j is the twist that the joints after joint
+    j cause.
 
     Mixed Jacobian: omega_j' = Omega_(j-1) x omega_j, and v_j' = Omega_j x v_j + omega_j x v. Here v
-    is the tool velocity that the joints after j cause.
+    is the part of the tool velocity that the joints after joint j cause.
     """
     scaled = [_scaled(terms, screw, speed) for screw, speed in zip(screws, speeds, strict=True)]
     before, after = _partial_sums(terms, scaled), _partial_sums(terms, scaled[::-1])[::-1]
@@ -115,7 +117,8 @@ def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
 
     Entry [j][k] is the derivative of column j with respect to joint k.
 
-    The angular part is omega_k x omega_j if k is before j, otherwise zero.
+    The angular part of an entry is omega_k x omega_j if joint k is before joint j. Otherwise, the
+    angular part is zero.
     """
     count = range(len(screws))
     return [

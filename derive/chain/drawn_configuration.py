@@ -19,7 +19,7 @@ AZIMUTH, ELEVATION = math.radians(-56), math.radians(22)
 """View direction of spatial drawings (radian). In this view, legs that are 60 degrees apart do not
 overlap."""
 _AREA = 4.0
-"""Weight of the spread of the joints in the image, relative to the robot size."""
+"""Weight of the spread of the joints in the image. The spread is relative to the robot size."""
 _BENDS = 0.02
 """Dimensionless cost of each 90 degrees of joint angle."""
 _BELOW = 0.5
@@ -38,10 +38,10 @@ def from_aside() -> Array:
 def drawn_configuration(rigid: RigidBodies) -> tuple[float, ...]:
     """Return a configuration within the limits whose joints lie well apart in the default view.
 
-    The function compares up to two thousand configurations with the joint angles ``ANGLES``, and
-    returns the configuration with the highest score. The score increases with the smallest distance
-    between joints in the image and with the spread of the joints. Joint angles other than 0 and
-    joints below the base reduce the score.
+    The function compares up to two thousand combinations of the joint angles ``ANGLES``. It returns
+    the configuration with the highest score. The score increases with the smallest distance between
+    joints in the image and with the spread of the joints. Joint angles other than 0 and joints
+    below the base reduce the score.
 
     Args:
         rigid: The bodies of a serial robot.

@@ -1,10 +1,11 @@
-"""Forward kinematics of a chain: group axes, link poses and joint levers.
+"""Forward kinematics of a chain: axes of groups, link poses, and vectors from joint axes.
 
 The groups of parallel axes are defined in :mod:`chasles.derive.chain.groups`. A tilt (a constant
 rotation about x) follows each group of parallel axes. The last joint rotation of a group and the
 tilt after it turn the axes of this group into the axes of the next group. Horner's scheme
-transforms a point p from the tool to the base. In the axes of group g, station k has the rotation
-angle phi_k. The vector reach_k to the next joint axis is constant. The vector lever_k from joint
+transforms a point p from the tool to the base. The angle phi_k is the rotation of station k about
+the z axis of group g. A station contains the frames and prismatic joints between two consecutive
+joint axes. The vector reach_k to the next joint axis is constant. The vector lever_k from joint
 axis k to the tool follows from reach_k and the next lever:
 
     lever_k = Rz(phi_k) reach_k + lever_(k+1),    lever_last = Rz(phi_last) (reach + Rx(alpha) p').
@@ -40,7 +41,7 @@ Pose = tuple[Basis, Vector]
 
 @dataclass(frozen=True)
 class Levers:
-    """Position of a point relative to every joint axis of one group.
+    """Vectors from the joint axes of one group to a point.
 
     Attributes:
         from_axis: Vector from each joint axis to the point, in the axes of the group frame.
@@ -129,10 +130,10 @@ class Forward:
         return levers
 
     def axes_in_tool(self) -> tuple[list[Basis], list[Basis]]:
-        """Return the orientations of two frames of each group, relative to the tool frame.
+        """Return the orientations of the start and end frames of all groups in the tool frame.
 
-        The first list contains the frame of each group, and the second list the frame after its
-        last joint.
+        The first list contains the frame of each group. The second list contains the frame after
+        the last joint of each group.
         """
         tool = self.groups[-1].stations[-1].frames[-1]
         end_axes = [_transposed(tool.orientation)]

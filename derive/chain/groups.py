@@ -1,4 +1,6 @@
-"""Minimal form of a chain, from which the equations of every serial robot are built.
+"""Reduces a chain to its minimal form.
+
+The equations of every serial robot are built from this form.
 
 A chain is a product of rotations about z, constant rotations about x (tilts) and translations.
 Adjacent rotations about z are merged. Therefore consecutive parallel axes share one angle, which is
@@ -8,9 +10,9 @@ the sum of their joint angles:
 
 A *group* consists of consecutive parallel axes between two tilts. All axes of a group are along the
 z axis of the group frame. A *station* consists of the angle phi of one revolute joint and the
-translation to the next joint axis. The field `reach` holds the translation, which rotates with the
-angle phi. Antiparallel axes stay in one group and have the sign -1. Rotations by constant right
-angles only permute the axes, so they need no operations.
+translation to the next joint axis. The field `reach` contains this translation, in axes that rotate
+with the angle phi. Antiparallel axes stay in one group and have the sign -1. Rotations by constant
+right angles only permute the axes, so they need no operations.
 """
 
 from collections.abc import Callable, Sequence
@@ -65,7 +67,7 @@ class LinkFrame:
 
 @dataclass(frozen=True)
 class Station:
-    """One angle of a group, with the prismatic joints and frames that it rotates.
+    """One rotation angle of a group, with the prismatic joints and frames rotated by this angle.
 
     Attributes:
         joint: Index of the revolute or helical joint of the station, or None for the first station
@@ -130,7 +132,7 @@ def groups(robot: SerialRobot, terms: Terms, values: Sequence[sp.Expr]) -> tuple
 
     Args:
         robot: The description.
-        terms: Table of named terms, which receives the constants and angles.
+        terms: Table of named terms, to which the constants and angles are added.
         values: The value of every moving joint (radian or meter).
 
     Returns:

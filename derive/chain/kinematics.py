@@ -202,8 +202,8 @@ class _Derivation:
         table = hessian(self.terms, self._joints("mixed"))
         count = range(len(self.q))
         D_q = self.motion.D_q()
-        # Converts the two joint indices of the Hessian to coordinate indices. The first index is
-        # the variable of differentiation.
+        # The next two lines convert the two joint indices of the Hessian to coordinate indices. The
+        # first index is the variable of differentiation.
         by_coordinate = [[self._combined(row, D_q, k) for row in table] for k in count]
         entries = [[self._combined(row, D_q, j) for row in by_coordinate] for j in count]
         bend = self.motion.D_q_q()
@@ -294,7 +294,7 @@ def arguments_of(units: Sequence[str], what: str = "joint") -> dict[str, Argumen
 
     Args:
         units: Unit of each coordinate.
-        what: Noun for the component that a coordinate moves: joint or actuator.
+        what: The component that a coordinate moves, "joint" or "actuator".
     """
     unit, shape = common_unit(units), (len(units),)
     q, qd, qdd = (coordinates(name, len(units)) for name in ("q", "qd", "qdd"))

@@ -56,7 +56,7 @@ _TO_Z: dict[str, Placement] = {
     "y": rotation("x", -sp.pi / 2),
     "z": (),
 }
-"""Rotations from the z axis to the x, y and z axis."""
+"""Rotations that turn the z axis into the x, y or z axis, keyed by the name of the new axis."""
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,8 @@ class Parametric:
     Attributes:
         geometry: Geometry of the robot, with a symbol for each parameter.
         arguments: The arguments ``q`` and ``p``.
-        values: Angle or length of each motion of the extended chain, as a function of q, p and the
-            torques.
+        values: Angle or length of each elementary motion of the extended chain. The value is a
+            function of q, p and the torques.
         forward: Forward kinematics of the extended chain.
         pose: Name of the tool pose.
         torques: The gravity torques, or None without compliance.

@@ -168,8 +168,8 @@ class RigidBodies:
         (a, A), (b, B) = self.end(strut.a), self.end(strut.b)
         displacement = (self.poses[b] @ B)[:3, 3] - (self.poses[a] @ A)[:3, 3]
         parts = np.abs(self.poses[a][:3, :3].T @ displacement)
-        # In planar mechanisms, an end frame may define only a point. The z axis of an end frame
-        # that defines only a point is in the plane of the mechanism.
+        # In planar mechanisms, the frame at a strut end may define only a point. The z axis of this
+        # frame is then in the plane of the mechanism.
         length = max(float(np.linalg.norm(displacement)), 1e-300)
         along = abs(displacement @ self.poses[a][:3, :3] @ A[:3, 2]) / length
         is_pin = strut.ends == "pin" and along < PIN_ACROSS
@@ -202,11 +202,12 @@ def placed(terms: Terms, placement: Placement) -> Array:
 
 
 def motions(joint: BodyJoint, coordinates: Array) -> Array:
-    """Return the poses (m, 4, 4) of the moved body relative to the joint, in the body frame.
+    """Return the poses (m, 4, 4) of a body relative to its own pose at joint value 0.
 
     Args:
         joint: The joint.
-        coordinates: Coordinates (m, n) that move the bodies (radian or meter).
+        coordinates: The coordinates that move the bodies (radian or meter), one row per
+            configuration (m, n).
     """
     T = np.tile(np.eye(4), (len(coordinates), 1, 1))
     if joint.kind == "fixed":
@@ -225,7 +226,7 @@ def tree_poses(bodies: Sequence[TreeBody], values: Sequence[float]) -> list[Arra
     """Return the poses (4, 4) of all bodies except strut sections, in the base frame.
 
     Args:
-        bodies: The bodies; strut sections are skipped.
+        bodies: The bodies of the robot. Strut sections are skipped.
         values: The coordinates: z, or q of a serial robot (radian or meter).
     """
     poses, row = [np.eye(4)], np.array([values])

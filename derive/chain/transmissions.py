@@ -9,8 +9,8 @@ controller readings r:
     r = readings_from_coordinates(q), where q is one of ik(T).
 
 Newton's method computes the reading of each drive. Newton's method starts at r = q / gain and
-converges quadratically. Springs couple the drives. The readings are therefore computed repeatedly.
-Each computation uses the joint deflections at the previous readings.
+converges quadratically. Springs couple the drives, so the computation is repeated. Each repetition
+computes the joint deflections from the readings of the previous repetition.
 """
 
 from collections.abc import Sequence

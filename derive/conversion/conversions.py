@@ -145,7 +145,10 @@ def _written(robot: SerialRobot, to: Format) -> SerialRobot:
 def _error(
     robot: SerialRobot, text: str, to: Format
 ) -> tuple[tuple[float, float], tuple[str, ...]]:
-    """Return the pose error of the written robot, and a note if the error is large."""
+    """Return the pose error of the written robot, and notes.
+
+    If the error is large, a note states its value.
+    """
     form = "urdf" if to == "urdf" else "toml"
     try:
         with warnings.catch_warnings():

@@ -32,7 +32,7 @@ _PLACES = 16
 _LONGEST = 40
 """Maximum number of digits of a decimal that is not rounded."""
 _SAME = sp.Rational(1, 10**16)
-"""Maximum change of a number that is written and read back [m, rad or 1]."""
+"""Maximum error of a number that is written as text and read back [m, rad or 1]."""
 _EXACT = Context(prec=200)
 _PLAIN = 6
 """Maximum number of leading zeros of a decimal without an exponent."""
@@ -85,7 +85,7 @@ class NumberText:
         return f"[{', '.join(self.scalar(part, kind) for part in value)}]"
 
     def scalar(self, value: sp.Expr, kind: str) -> str:
-        """Return a number, or an expression in quotes if the number's text would be rounded.
+        """Return the text of a number, or a quoted expression if the plain number would be rounded.
 
         Args:
             value: An exact number, or an expression with parameters.
@@ -94,7 +94,7 @@ class NumberText:
         return _guarded(value) if abs(self._read(value, kind) - value) > _SAME else literal(value)
 
     def _read(self, value: sp.Expr, kind: str) -> sp.Expr:
-        """Return the value of a number that is written to a robot file and read again."""
+        """Return the value that the reader of robot files returns for a written number."""
         if value == 0 or value.free_symbols:
             return value
         if kind.startswith("angle"):
@@ -125,7 +125,7 @@ def literals(values: Sequence[sp.Expr]) -> str:
 
 
 def _guarded(value: sp.Expr) -> str:
-    """Return a decimal as a fraction, so that the file reader does not replace the number."""
+    """Return a decimal as a fraction, so that the file reader does not change its value."""
     count = max(DIGITS, _digits(value, decimal_places(value) or 0))
     triple = Decimal(nearest(3 * value, count))
     digits = triple.scaleb(count - 1 - triple.adjusted()).to_integral_value()

@@ -1,4 +1,4 @@
-"""Converts a serial robot to joints with origins in the URDF convention."""
+"""Converts the joints of a serial robot to the URDF convention, with an origin for each joint."""
 
 from dataclasses import replace
 from typing import Any
@@ -30,7 +30,7 @@ _ZERO: Vector = (sp.S.Zero,) * 3
 
 
 def is_described(joint: Joint) -> bool:
-    """Whether a joint has a convention whose fields describe it exactly."""
+    """Whether a joint has convention fields that reproduce its placements exactly."""
     convention = joint.convention
     if convention not in CONVENTIONS or not joint.given:
         return False
@@ -72,7 +72,7 @@ def with_origins(robot: SerialRobot, *, keeps_links: bool = False) -> SerialRobo
 
     Args:
         robot: A serial robot.
-        keeps_links: Whether all link frames must stay where they are.
+        keeps_links: Whether every link frame must keep its pose.
 
     Raises:
         InputValueError: A link frame would move although ``keeps_links`` is True.
@@ -120,7 +120,7 @@ def placed(placement: Placement) -> Origin:
 
 
 def _at_its_link(joint: Joint, pending: Placement) -> tuple[Joint, Placement]:
-    """Return a joint with its origin, and the placement that must be added to the next joint."""
+    """Return a joint with URDF fields, and the placement to insert before the next joint."""
     after = pose_in_digits(joint.after, {})
     rest: Placement = ()
     is_on_axis = mpmath.hypot(after[0, 3], after[1, 3]) <= ZERO_COMPONENT

@@ -90,7 +90,7 @@ def _groups(robot: SerialRobot) -> Iterator[tuple[list[str], dict[str, Row]]]:
 def _group(
     coordinates: Sequence[str], rows: Mapping[str, Row]
 ) -> tuple[dict[str, Mimic], Gears | None] | None:
-    """Return mimic joints and transmission of a group, or None if URDF cannot express it."""
+    """Return mimic joints and transmission of a group, or None if URDF cannot express the group."""
     own = coordinates[0]
     if len(coordinates) == 1 and rows.get(own) == ((1,), 0):
         return _followers(rows, [own]), None
@@ -140,7 +140,7 @@ def _gears(coordinates: Sequence[str], rows: Mapping[str, Row]) -> Gears | None:
 
 
 def write_gears(root: etree._Element, name: str, gears: Sequence[Gears]) -> None:
-    """Append an element <ros2_control> for simulated hardware with the transmissions."""
+    """Append an element <ros2_control> that contains the transmissions, for simulated hardware."""
     system = etree.SubElement(root, "ros2_control", name=name, type="system")
     hardware = etree.SubElement(system, "hardware")
     etree.SubElement(hardware, "plugin").text = "mock_components/GenericSystem"

@@ -4,8 +4,8 @@ For example, a platform may have three equal legs, rotated by 120 degrees. A fil
 (200, 0, 0) and the rounded copy (-100, 173.2050807569, 0). Two points of a body belong to the same
 group if a rotation by a multiple of 15 degrees about a frame axis maps the first point to the
 second point. In each group, the point with the fewest decimal places is not changed. The other
-points of the group become exact copies. A rounded distance between two points of a body becomes an
-exact root, for example a rod length in a parallelogram.
+points of the group become exact rotated copies of this point. A rounded distance between two points
+of a body becomes an exact root, for example a rod length in a parallelogram.
 """
 
 import math
@@ -58,7 +58,7 @@ def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, V
 
 
 def _places(point: Vector) -> int | None:
-    """Return the most decimal places of a coordinate.
+    """Return the largest number of decimal places among the coordinates of a point.
 
     Returns None for the origin, and if a coordinate is not a decimal number.
     """
@@ -149,9 +149,9 @@ class Distances:
         self._roots = {square: math.sqrt(square) for square in sorted(squares)}
 
     def exact(self, length: sp.Expr) -> sp.Expr:
-        """Return the exact distance of two points whose rounded value is the length.
+        """Return the exact distance between two points that agrees with a rounded length.
 
-        Without such points, return the length unchanged.
+        If no exact distance agrees with the length, return the length unchanged.
         """
         places = decimal_places(length)
         if places is None:

@@ -27,7 +27,7 @@ Closing = Closure | Strut | Coupling
 
 @dataclass(frozen=True)
 class _InversePlacements:
-    """Placements of an inverted joint in one convention."""
+    """Computes the placements of a joint whose parent and child links are exchanged."""
 
     convention: Convention
 
@@ -38,7 +38,10 @@ class _InversePlacements:
 
 @cache
 def inverse_convention(convention: Convention) -> Convention:
-    """Return the convention for inverted joints. The fields stay the same."""
+    """Return the convention for joints whose parent and child links are exchanged.
+
+    The fields of the convention do not change.
+    """
     if isinstance(convention.place, _InversePlacements):
         return convention.place.convention
     return Convention(
@@ -81,7 +84,7 @@ def between(robot: Described, base: str | None, tip: str | None, file: str) -> D
     """Return the chain between two frames of a robot, and the loops that contain its joints.
 
     Args:
-        robot: The description, with the numbers of the file.
+        robot: The description, with the numbers as written in the file.
         base: A link, the base frame or the tool frame. If ``base`` is None, the chain starts at the
             base frame.
         tip: A link, the base frame or the tool frame. If ``tip`` is None, the chain ends at the
@@ -214,8 +217,8 @@ def _with_loops(
 ) -> tuple[tuple[Joint, ...], list[Closing]]:
     """Return the joints of the tree, and the closures, struts and couplings of a chain.
 
-    A loop or coupling belongs to the robot if it shares a moving joint with the chain, or with a
-    loop or coupling of the robot.
+    A loop or coupling is kept if it shares a moving joint with the chain, or with another kept loop
+    or coupling.
     """
     carrying = {joint.link: joint for joint in joints}
     moving = {joint.name for joint in joints if joint.kind != "fixed"}

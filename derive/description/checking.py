@@ -124,7 +124,7 @@ class _Repairs:
     Attributes:
         file: Name of the file.
         text: The text of the file, with misspelt words corrected.
-        values: Replacements for values of the file. If a replacement is None, the value is removed.
+        values: New values for entries of the file. If a new value is None, the entry is removed.
         removed: Names of the removed parameters.
         respelled: Fields of the file in which a misspelt word was corrected.
     """

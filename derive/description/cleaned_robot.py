@@ -128,7 +128,7 @@ def _frame(work: ExactNumbers, loop_joint: Closure | Strut, end: str) -> Frame:
 
 
 def _points(mechanism: Mechanism) -> Mapping[str, list[Vector]]:
-    """Return the points of each body at which joints, closures or struts are attached."""
+    """Return, for each body, the points at which joints, closures or struts are attached."""
     found: dict[str, list[Vector]] = {body: [] for body in mechanism.bodies}
     for body, placement in mechanism.placed:
         if placement and isinstance(placement[0], Translation):

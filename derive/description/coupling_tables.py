@@ -15,7 +15,7 @@ from .toml_file import Keys, TomlFile, is_name, listed
 
 MOTOR_FIELDS = ("type", "limits", "assumed")
 OFFSET = "offset"
-"""Name of the coupling field for the joint value at zero coordinates."""
+"""Name of the coupling field that states the joint value if all coordinates are zero."""
 
 
 class CoordinateFile(TomlFile):

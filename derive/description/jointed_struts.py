@@ -1,8 +1,9 @@
 """Rods and cylinders whose rotation about their own axis is determined by the joints at their ends.
 
-A strut between two balls, or between a universal joint and a ball, keeps the distance of its ends.
-Any other strut with a universal joint, or with a pin and a ball, is modeled by links in the joint
-tree and a closure. The z axis of the frame at an end is the axis of the pin, or the axis of the
+A strut between two ball joints, or between a universal joint and a ball joint, is modeled as a
+constraint on the distance between its ends. Any other strut with a universal joint, or with a pin
+and a ball, is modeled by joints and links in the joint tree. A closure (loop joint) connects the
+far end of the strut. The z axis of the frame at an end is the axis of the pin, or the axis of the
 universal joint on this body. The second axis of a universal joint is perpendicular to the first
 axis and to the strut. If the other end has a pin, the second axis is parallel to the pin. If the
 other end has a universal joint, the second axes of both ends are parallel.

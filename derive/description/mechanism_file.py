@@ -59,7 +59,8 @@ PLATFORMS: Mapping[str, tuple[tuple[str, JointKind, Vector], ...]] = {
         ("roll", "revolute", _X),
     ),
 }
-"""The one-DOF joints (name, kind, axis) that replace each type of platform joint."""
+"""The joints (name, kind, axis) that replace a platform joint, keyed by the type of platform joint.
+Each of these joints has one degree of freedom."""
 
 
 def has_loops(table: Mapping[str, object]) -> bool:
@@ -164,7 +165,7 @@ class MechanismFile(RobotFile):
         return [(index[joint.name], joint) for joint in joints if joint.name in index]
 
     def _platform(self, keys: Keys, kind: str, parent: str) -> Iterator[Joint]:
-        """Yield the joints, with one degree of freedom each, of a planar or free platform."""
+        """Yield the one-DOF joints that replace a planar or free platform joint."""
         self.check_fields(keys, self.table_at(keys), PLATFORM_FIELDS)
         freedoms = PLATFORMS[kind]
         name = self.name((*keys, "name"), kind)
@@ -236,7 +237,7 @@ class MechanismFile(RobotFile):
         return Strut(name, a, b, length, is_cylinder, ends, swing, has_universal=has_universal)
 
     def _ended(self, keys: Keys, strut: Strut) -> Strut | JointedStrut:
-        """Return the strut, or the joints that replace a strut with these ends."""
+        """Return the strut, or the jointed strut that replaces it if its ends require joints."""
         ends = self._ends(keys)
         return jointed(strut, ends) if is_jointed(ends) else strut
 
@@ -347,6 +348,6 @@ class MechanismFile(RobotFile):
 
 
 def _moving(joints: Sequence[Joint], struts: Sequence[Strut]) -> dict[str, JointKind]:
-    """Return the types of movable joints and cylinders by name."""
+    """Return the type of each movable joint and each cylinder, keyed by name."""
     kinds: dict[str, JointKind] = {j.name: j.kind for j in joints if j.kind != "fixed"}
     return kinds | {strut.name: "prismatic" for strut in struts if strut.is_cylinder}

@@ -109,10 +109,10 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
 
     A decimal becomes a multiple of pi/12 if rounding or truncating this multiple gives the decimal.
     The decimal must have so many places that an arbitrary angle matches a multiple of pi/12 with a
-    probability of at most ``CHANCE``. Three decimal places are enough, or two decimal places for
-    right angles. The rounded pi has at least four decimal places, and at most as many as the number
-    in the file. Trailing zeros do not count as places, so the decimal 2.880 stays as it is. An
-    angle of zero must be written as 0.
+    probability of at most ``CHANCE``. Three decimal places are enough. For right angles, two
+    decimal places are enough. The multiple may also use a rounded value of pi. This value of pi has
+    at least four decimal places, and at most as many as the decimal in the file. Trailing zeros do
+    not count as places, so the decimal 2.880 stays as it is. An angle of zero must be written as 0.
     """
     degrees = value * 180 / sp.pi
     if degrees.is_Rational:
@@ -137,10 +137,13 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
 
 
 def radians_meant(value: sp.Expr) -> sp.Expr | None:
-    """Return the multiple of pi that an angle in degrees seems to mean in radians, or None.
+    """Return the multiple of pi that a number in degrees would match if it were in radians.
 
-    The angle must be at most one turn. A right angle is recognized from two decimal places (1.57).
-    Other multiples of pi/12 are recognized from four decimal places (0.7854).
+    The result is None if no multiple matches.
+
+    The result is also None for an angle of more than one turn. A right angle is recognized from two
+    decimal places (1.57). Other multiples of pi/12 are recognized from four decimal places
+    (0.7854).
     """
     places = decimal_places(value) or 0
     multiple = exact_angle(value) / sp.pi
@@ -151,7 +154,10 @@ def radians_meant(value: sp.Expr) -> sp.Expr | None:
 
 
 def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
-    """Whether a decimal is a rounded or truncated fraction of pi or of a rounded pi."""
+    """Whether a decimal is a rounded or truncated fraction of pi.
+
+    The value of pi may itself be rounded or truncated.
+    """
     number, places = abs(Fraction(angle.p, angle.q)), decimal_places(angle) or 0
     last_place = Fraction(1, 10**places)
     if last_place > Fraction(CHANCE) * step:
@@ -164,7 +170,7 @@ def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
 
 
 def exact_direction(vector: Vector) -> Vector:
-    """Return the exact direction that a rounded direction stands for.
+    """Return the exact unit vector that a rounded direction approximates.
 
     If the vector is not a rounded direction, only its noise is removed.
 
@@ -200,7 +206,10 @@ def exact_direction(vector: Vector) -> Vector:
 
 @dataclass(frozen=True)
 class _Turned:
-    """A frame axis after two rotations about frame axes by multiples of 15 degrees."""
+    """The direction of a frame axis after two rotations by multiples of 15 degrees.
+
+    Both rotations are about frame axes.
+    """
 
     azimuth: int
     tilt: int

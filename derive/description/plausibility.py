@@ -1,8 +1,8 @@
 """Finds numbers that are plausible only in another unit.
 
-In a format with units, an implausible number without a unit is an error. In a format without units
-such as URDF, an implausible number only gives a note. A number with a stated unit is always
-accepted.
+In a format with units, an implausible number without a unit is an error. Formats such as URDF have
+no units. In these formats, an implausible number only causes a note. A number with a stated unit is
+always accepted.
 """
 
 from collections.abc import Mapping

@@ -62,7 +62,7 @@ def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
 
     Args:
         one: A robot.
-        other: Another robot whose joints, limits and parameter names are equal to those of ``one``.
+        other: Another robot with the same joints, limits and parameter names as ``one``.
             The two robots have their default parameter values.
     """
     with mpmath.workdps(EVALUATION_DIGITS):

@@ -26,8 +26,8 @@ from .toml_file import FRAME, Keys, TomlFile, Word, dotted, listed
 
 MAX_JOINTS = 256
 AUTO = "auto"
-"""Convention name of files that state joint axes as lines in space. chasles selects a DH convention
-for each joint."""
+"""Value of ``convention`` in robot files that state joint axes as lines in space. chasles selects a
+DH convention for each joint."""
 ROBOT_FIELDS = (
     "name",
     "title",

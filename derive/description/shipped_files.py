@@ -30,7 +30,7 @@ def shipped_file(name: str) -> Path | None:
 
 
 def located(source: str | Path) -> tuple[Path, tuple[str, ...]]:
-    """Return the file of a robot, and the arguments for a xacro file.
+    """Return the path of a robot file, and the xacro arguments for this file.
 
     Args:
         source: A path, the name of a robot installed with chasles, or ``robot:NAME`` for a robot in

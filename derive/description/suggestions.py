@@ -39,7 +39,7 @@ SAME_MEANING: Mapping[str, tuple[str, ...]] = {
 
 
 def hint(word: str, known: Iterable[str]) -> str:
-    """Return a suffix for an error message that suggests a similar known word, or ""."""
+    """Return a suggestion of a similar known word for the end of an error message, or ""."""
     words, lower = list(known), word.lower()
     close = [other for other in (lower, *SAME_MEANING.get(lower, ())) if other in words]
     close = close or difflib.get_close_matches(word, words, n=1)

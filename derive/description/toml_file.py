@@ -1,4 +1,6 @@
-"""Reads TOML files with exact numbers, units and parameters. Errors state file and line.
+"""Reads TOML files with exact numbers, units and parameters.
+
+Each error states the file and the line.
 
 :class:`TomlFile` handles values and lines, not robots.
 """
@@ -29,7 +31,8 @@ Keys = tuple[str | int, ...]
 """Path to a value in the file: table names, field names and list indices."""
 Word = TypeVar("Word", bound=str)
 OWN_FIELDS = ("name", "title", "source")
-"""Robot file fields, without parameters, that a file with ``extends`` may replace."""
+"""Fields of a robot file that a file with ``extends`` may replace. Such a file may also replace
+parameter values."""
 EXTENDING_FIELDS = ("extends", *OWN_FIELDS, "parameters")
 LENGTHS = {
     "m": sp.Integer(1),
@@ -292,7 +295,10 @@ class TomlFile:
         return bool(abs(excess) < LENGTH_SCALING)
 
     def literal(self, keys: Keys, default: int | None = None) -> sp.Expr:
-        """Read a number without parameters in the units of the file."""
+        """Read a number that contains no parameters.
+
+        The number is in the units of the file.
+        """
         value = self.at(keys)
         if value is None and default is not None:
             return sp.Integer(default)
@@ -311,7 +317,10 @@ class TomlFile:
         return value
 
     def robot_name(self) -> str:
-        """Read the name of the robot, with which all generated names start."""
+        """Read the name of the robot.
+
+        All generated names start with this name.
+        """
         name = self.name(("name",))
         try:
             check_robot_name(name)
@@ -368,7 +377,8 @@ class TomlFile:
     def fail(self, keys: Keys, expected: str, shown: object = ...) -> NoReturn:
         """Raise an error that shows the invalid value.
 
-        If the value is missing, the error shows its table.
+        If the value is missing, the error states the line of the table that should contain the
+        value.
 
         Args:
             keys: The path to the value.

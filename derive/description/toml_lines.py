@@ -20,7 +20,7 @@ _TOKEN = re.compile(
 MAX_PARTS = 20
 """Maximum number of parts in a dotted key.
 
-The parser copies every prefix of a dotted key.
+The number is limited because the parser copies every prefix of a dotted key.
 """
 _LONG_KEY = re.compile(
     rf"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{MAX_PARTS}}}"""
@@ -78,7 +78,7 @@ def _closed(text: str) -> str:
 
 
 def is_unreadable(text: str) -> bool:
-    """Whether parsing fails although the syntax is valid, as for deeply nested brackets."""
+    """Whether parsing fails despite valid syntax, for example because of deeply nested brackets."""
     try:
         table_of(text)
     except tomllib.TOMLDecodeError:

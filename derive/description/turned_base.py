@@ -70,11 +70,11 @@ def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
 
     Args:
         mechanism: The robot with the numbers as written in its file.
-        noise: Minimum difference that counts as rounding (meter).
+        noise: Lower bound of the rounding errors of lengths and angles (meter or radian).
 
     Returns:
-        The rotated axes, or None if no rotated axes give more exact angles than the axes of the
-        base frame.
+        The rotated axes. The result is None if no rotation of the base axes gives more exact
+        angles.
     """
     oriented = dict(_oriented(mechanism))
     placements = [place for body, place in mechanism.placed if body == mechanism.base_frame]
@@ -162,7 +162,12 @@ def _listed(
 
 
 def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fraction:
-    """Return zero, a known number (with either sign), or the shortest decimal within rounding."""
+    """Return the number without its rounding error.
+
+    The candidates are 0, the numbers in ``others`` and their negatives. The result is the first
+    candidate within ``rounding`` of the given number. Without such a candidate, the result is the
+    shortest decimal within ``rounding``.
+    """
     for other in (Fraction(0), *others):
         if abs(abs(number) - other) <= rounding:
             return other if number > 0 else -other

@@ -7,7 +7,7 @@ and use dense row-major vectors. The derivatives of the C functions have the nam
 
 A CasADi rootfinder closes loops without a closed form. Inverses with branches have no CasADi graph
 and are omitted. For robots with iterated loops, velocity functions are omitted. The derivatives of
-the position functions replace them.
+the position functions replace the velocity functions.
 """
 
 import textwrap

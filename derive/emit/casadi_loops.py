@@ -14,8 +14,8 @@ from ..terms.casadi_graph import combined, lower
 from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
-"""Number of points on the line from the reference to the coordinates. Each search starts at the
-previous solution."""
+"""Number of points on the line from the reference coordinates to the given coordinates. Each search
+starts at the previous solution."""
 OPTIONS = {
     "error_on_fail": False,
     "max_iter": 20,
@@ -25,7 +25,7 @@ OPTIONS = {
 
 
 def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.Function:
-    """Build the position functions of a robot with iterated loops.
+    """Build the position functions of a robot whose loops are solved by iteration.
 
     ``casadi.rootfinder`` computes the loop variables w. CasADi differentiates w with the implicit
     function theorem.
@@ -64,7 +64,7 @@ def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.F
 
 
 def is_of_positions(function: SymbolicFunction) -> bool:
-    """Whether the function calls only loop solvers for positions."""
+    """Whether all loop solvers that the function calls solve for positions."""
     return all(
         not call.system or (call.entry == FIRST and call.system in ("loops", SYSTEM))
         for call in function.calls
@@ -72,7 +72,11 @@ def is_of_positions(function: SymbolicFunction) -> bool:
 
 
 def _variables(closure: LoopClosure | None, q: ca.MX) -> ca.MX:
-    """Return the loop variables w, continued along a line from the reference."""
+    """Return the loop variables w.
+
+    The coordinates move along a straight line from the reference coordinates to q. The solver
+    tracks the loop variables along this line.
+    """
     assert closure is not None
     start, ratios = closure.start, np.array(closure.ratios)
     (residual,) = lower([closure.functions[RESIDUAL]], "of")

@@ -27,7 +27,7 @@ units = { length = "m", angle = "deg" }
 
 
 def robot_template(hybrid: SolvedLoops) -> str:
-    """Return the text with placeholders, or an empty text if a joint is helical.
+    """Return the robot file with placeholders, or an empty text if a joint is helical.
 
     Args:
         hybrid: The robot.
@@ -71,7 +71,10 @@ def _lines(hybrid: SolvedLoops) -> Iterator[str]:
 
 
 def _masses(hybrid: SolvedLoops) -> Iterator[str]:
-    """Yield the masses. The position of a mass in its link frame is a placeholder."""
+    """Yield the masses.
+
+    For each mass in ``masses_of_links``, the position in the link frame is a placeholder.
+    """
     mechanism, value = hybrid.mechanism, hybrid.terms.value
     if mechanism.load is None:
         return

@@ -1,4 +1,4 @@
-"""Writes the masses and springs of a calibrated arm's robot file.
+"""Writes the masses and springs in the robot file of a calibrated arm.
 
 The masses and the gravity torques are computed for the nominal arm with all joints at zero. The
 runtime replaces ``$<coordinate>`` by the compliance of each coordinate.
@@ -22,9 +22,9 @@ FloatArray = NDArray[np.float64]
 def load_template(robot: Described) -> str:
     """Return the gravity vector, the mass tables and the spring tables.
 
-    The result is empty if the arm has no masses. An arm with coupled or helical joints has no
-    springs. In the calibrated file, link k is mounted on the k-th moving joint. With all joints at
-    zero, the frame of each link is the base frame.
+    The result is empty if the arm has no masses. For an arm with coupled or helical joints, the
+    result contains no springs. In the calibrated file, link k is mounted on the k-th moving joint.
+    With all joints at zero, the frame of each link is the base frame.
 
     Args:
         robot: The description.

@@ -39,7 +39,7 @@ ON_DEMAND = {
 }
 """Output languages that are written only on request."""
 BRIEF = Emitter("latex", latex.brief_files, prints_equations=True)
-"""The article without screws, examples and singularities."""
+"""LaTeX emitter whose article omits the derivations, screws, examples and singularities."""
 
 
 def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:

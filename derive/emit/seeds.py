@@ -55,7 +55,7 @@ def seeded(derivation: Derivation) -> list[Signature]:
 
 
 def seed_inputs(derivation: Derivation, function: Signature) -> SeedInputs | None:
-    """Return the inputs of an inverse other than the pose.
+    """Return all inputs of an inverse function except the pose.
 
     The result is None if a seed does not determine these inputs.
     """
@@ -69,7 +69,7 @@ def seed_inputs(derivation: Derivation, function: Signature) -> SeedInputs | Non
         return _of_joints(names, [joint.name for joint in robot.moving])
     if derivation.hybrid is None:
         fixed = function.role.fixed
-        # A swivel angle is known only if its function is derived.
+        # A swivel angle can be computed from a seed only if the swivel function is derived.
         return SeedInputs(names, tuple(fixed)) if len(fixed) == len(names) else None
     joints = [joint.name for joint in derivation.hybrid.mechanism.main_chain.moving]
     return _of_joints(names, joints) if "chain" in available else None
@@ -86,8 +86,9 @@ def printed_nearest(
 ) -> list[tuple[SymbolicFunction, SeedInputs]]:
     """Return the inverses that have a nearest-solution function in every language.
 
-    The list is empty if the robot needs a search over full turns. An inverse is omitted if a
-    function that is not printed computes its inputs from the seed.
+    The list is empty if the robot needs a search over full turns. Some inverses have further
+    inputs, which another function computes from the seed. If this function is not in ``printed``,
+    the inverse is omitted.
     """
     if shares_limits(derivation, wraps_of(derivation)) or limited_variables(derivation):
         return []
@@ -99,7 +100,7 @@ def printed_nearest(
 
 
 def missing_nearest(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> str:
-    """Return sentences that list the missing functions for the nearest inverse solution.
+    """Return sentences that list the missing ``*_nearest`` functions, with the reasons.
 
     Args:
         derivation: The derivation of the robot.

@@ -22,7 +22,7 @@ def solve_chain(
     """Solve for the joints of a chain.
 
     Args:
-        work: Record of the solution, which receives the joint values and the steps.
+        work: Object that receives the joint values and the solution steps.
         lines: The chain.
         found: The family that matches the axes of the chain.
         target: The pose of the last body relative to its pose at zero.

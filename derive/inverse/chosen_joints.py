@@ -1,4 +1,4 @@
-"""Inverses of robots with fixed joints, which the caller chooses."""
+"""Inverses of robots with joints that the caller fixes."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -62,7 +62,8 @@ def hybrid_inverses_for_fixed(
     Args:
         hybrid: The robot.
         families: The families of axis structures to try, in order.
-        fixed: Names of the fixed joints. With (), suitable joints of the main chain are selected.
+        fixed: Names of the fixed joints. If the tuple is empty, suitable joints of the main chain
+            are selected.
         closure: Closure equations of loops without a closed form. None if all loops have a closed
             form.
 

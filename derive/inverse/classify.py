@@ -178,7 +178,8 @@ def further_families(
 
     Args:
         lines: The chain.
-        found: The exact axis structure of the chain that is already known.
+        found: The axis structure that is already known to fit the chain exactly. The function does
+            not yield this structure.
         families: The families of axis structures to try, in order.
         give: Indices of the joints to fix. If the tuple is empty, every possible set is tried.
     """

@@ -52,7 +52,10 @@ class CoupledChain:
         return int(self.C.rows - self.C.cols)
 
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
-        """Return the matrix L in q = L (theta - c), with the indices of the joints in theta."""
+        """Return the matrix L of the equation q = L (theta - c).
+
+        Also return the indices of the joints whose values are the entries of theta.
+        """
         _, pivots = self.C.T.rref()
         rows = self.C.extract(list(pivots), list(range(self.C.cols)))
         return sp.ImmutableMatrix(rows.inv()), tuple(pivots)
@@ -88,7 +91,7 @@ class CoupledChain:
 
 @dataclass(frozen=True)
 class _Link:
-    """A moving joint with its placement and its equation."""
+    """A moving joint, its placement, and the linear equation for its value."""
 
     joint: Joint
     before: Placement
@@ -189,7 +192,7 @@ class _State:
 
 
 def coupled_chain(robot: SerialRobot) -> CoupledChain:
-    """Return the chain of a coupled robot in which each joint moves independently.
+    """Shorten the chain of a coupled robot so that its joints move independently, if possible.
 
     The chain has the same tool pose and the same coordinates as the robot. A joint is removed only
     while the chain has more joints than coordinates.

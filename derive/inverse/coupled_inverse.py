@@ -18,14 +18,14 @@ from .tasks.task import Solved
 def in_coordinates(
     robot: SerialRobot, chain: CoupledChain, terms: Terms, solved: Solved
 ) -> Solved | None:
-    """Convert a task of the chain to a task of the robot.
+    """Convert an inverse task from joint values of the chain to coordinates of the robot.
 
     Args:
         robot: The coupled robot.
         chain: The chain of the coupled robot. The task solves for joint values that the couplings
             allow.
         terms: Table of named terms.
-        solved: The task of the chain.
+        solved: The inverse task in joint values of the chain.
 
     Returns:
         The converted task.
@@ -55,7 +55,7 @@ def in_coordinates(
 def coordinates_at(
     chain: CoupledChain, terms: Terms, theta: Sequence[sp.Expr]
 ) -> tuple[sp.Expr, ...]:
-    """Return the coordinates q = L (theta - c) of chain joints theta as named terms."""
+    """Return the coordinates q = L (theta - c), as named terms, for the joint values theta."""
     L, joints = chain.inverse()
     moved = [theta[j] - chain.c[j] for j in joints]
     return tuple(
@@ -85,8 +85,8 @@ def refined_in_coordinates(
 ) -> NativeSolverFunction:
     """Return the inverse of a calibrated chain in the coordinates of the robot.
 
-    The general solver returns joint values of the chain. It is not used, because this inverse must
-    return motor coordinates.
+    The general solver returns joint values of the chain. The general solver is not used, because
+    this inverse must return motor coordinates.
 
     Args:
         robot: The coupled robot.
@@ -125,7 +125,10 @@ def _joint_argument(chain: CoupledChain, joint: int, argument: Argument) -> Argu
 
 
 def _coordinates_of(chain: CoupledChain, joints: Sequence[int]) -> tuple[int, ...] | None:
-    """Return the coordinates that move only the listed joints, or None."""
+    """Return the coordinates that move only the listed joints.
+
+    Return None if another coordinate also moves one of these joints.
+    """
     rows = range(chain.C.rows)
     found = [
         k

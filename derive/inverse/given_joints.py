@@ -7,9 +7,8 @@ fixed joint, and Q the motion of all joints after it. Then
 
     P E Q = P (E Q E^-1) E.
 
-A prismatic joint shifts the axes after it without rotating them. Therefore, if chasles selects a
-fixed joint inside the chain, the fixed joint is prismatic. The user may also fix a revolute joint
-inside the chain.
+A prismatic joint shifts the axes after it without rotating them. Therefore, chasles itself fixes
+only prismatic joints inside the chain. The user may also fix a revolute joint inside the chain.
 """
 
 from collections.abc import Mapping

@@ -37,7 +37,7 @@ TARGETS: Mapping[TaskComponent, Callable[[FloatArray], FloatArray]] = {
     "pitch": lambda T: np.arctan2(T[:, 2:3, 2], np.hypot(T[:, 0:1, 2], T[:, 1:2, 2])),
     "heading": lambda T: np.arctan2(T[:, 1:2, 0], T[:, 0:1, 0]),
 }
-"""Returns the target entries (N, size) of each task component for the poses (N, 4, 4)."""
+"""Functions that return the target entries (N, size) for poses (N, 4, 4), by task component."""
 
 
 def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:

@@ -33,7 +33,7 @@ def nominal_of(robot: SerialRobot, lines: Lines, found: Attempt) -> SerialRobot:
         found: The structure that the axes fit approximately.
 
     Returns:
-        A robot without parameters, whose home pose is the home pose of the calibrated arm.
+        A robot without parameters. Its home pose is the home pose of the calibrated arm.
     """
     axes = dict(enumerate(lines.axes))
     free = [k for k in axes if k not in found.given]

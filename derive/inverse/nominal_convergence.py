@@ -1,8 +1,9 @@
 """Convergence of Newton's method from a nominal arm to the true arm.
 
-The nominal inverse solves the poses of random configurations of the true arm. Newton's method on
-the true arm refines the solution on every branch, as in ``chasles_polish.h``. If the two arms are
-close enough, one of the branches converges to the random configuration.
+The true arm is placed in random configurations. The inverse of the nominal arm is computed for the
+resulting poses. Newton's method on the true arm refines the solution on every branch, as in
+``chasles_polish.h``. If the two arms are close enough, one of the branches converges to the random
+configuration.
 """
 
 from collections.abc import Iterator
@@ -46,7 +47,7 @@ class Sampled:
 
     @classmethod
     def of(cls, robot: SerialRobot, lines: Lines, nominal: SymbolicFunction) -> "Sampled":
-        """Sample the true arm, and solve its poses with ``ik`` of a nominal arm.
+        """Sample poses of the true arm, and compute ``ik`` of the nominal arm for these poses.
 
         The inverse receives the sampled values of the fixed joints.
         """

@@ -68,7 +68,8 @@ class Nominal:
 def nominal_mechanisms(mechanism: Mechanism) -> Iterator[Nominal]:
     """Yield the stated nominal mechanism or, without one, mechanisms with rounded numbers.
 
-    The mechanism with the fewest digits comes first. A rounding of a rod length to 0 is skipped.
+    The mechanism with the fewest digits comes first. Mechanisms in which a rod length would be
+    rounded to 0 are skipped.
     """
     if mechanism.nominal is not None:
         design = _in_numbers(mechanism.nominal)
@@ -231,8 +232,8 @@ def convergence_of(
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start, residual = (np.array(result).T for result in ik(*inputs)[:2])
-        # Loops are solved by continuation from the reference. If a joint rotates the wrong way
-        # around, the continuation may reach a dead point.
+        # Loops are solved by continuation from the reference. If a joint rotates in the longer
+        # direction, the continuation may reach a dead point.
         start = hybrid.q_at_reference + _shorter(start - hybrid.q_at_reference, turns)
         # A design with few degrees of freedom cannot reach all poses of the built robot.
         missed = residual[:, 0] / max(length, 1.0)

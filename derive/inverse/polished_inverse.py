@@ -62,10 +62,11 @@ def polished_inverse(
         classification: The family of the nominal arm, and the deviation of the true axes from this
             family.
         nominal: The task ``ik`` of the nominal arm.
-        general: Tables of the general solver, which finds solutions of uncertain branches. A
-            well-conditioned general solver runs at every pose in two cases. In the first case, the
-            arm has fixed joints, which make its singularities complicated. In the second case, the
-            arm differs much from its nominal arm.
+        general: Tables of the general solver, which finds solutions of uncertain branches. The
+            general solver normally runs only for these branches. A well-conditioned general solver
+            runs at every pose in two cases. In the first case, the arm has fixed joints, which
+            complicate the singularities of the arm. In the second case, the arm differs much from
+            its nominal arm.
         move: Median joint displacement (radian) from a nominal solution to the refined solution.
     """
     lines, found = classification.lines, classification.found

@@ -64,7 +64,7 @@ MAX_FREE = 6
 """Maximum number of joints that a tool pose can determine."""
 MAX_TRIED = 5
 """Maximum number of arm structures for which an inverse is derived and tested. The search ends
-early if the inverse of a structure misses no pose."""
+early if the inverse of a structure solves all test poses."""
 
 
 @dataclass(frozen=True)
@@ -235,7 +235,8 @@ def _by_nominal(
         is_clear = near >= CONVERGENCE_CLEAR and sampled.share_nearby >= MIN_NEARBY
         if is_clear or sampled.share_converged >= MIN_CONVERGED:
             fitting = replace(classification, found=found, missing="")
-            # The distances between solutions depend on the value of the fixed joint.
+            # The distances between solutions depend on the value of a fixed joint, so an arm with a
+            # fixed joint gets no distances.
             apart = () if found.given else sampled.separations
             return refined_from(
                 fitting, solved, general_tables(robot, found.given, apart), sampled.move
@@ -331,8 +332,8 @@ def _by_free_followers(
 ) -> Inverses | None:
     """Derive ``ik`` of a robot with coupled joints, and ``ik_position`` of a palletizer.
 
-    The steps treat all joints as free, unless a structure includes the couplings. Solutions that
-    violate a coupling are therefore invalid.
+    The solution steps ignore the couplings, unless the family of the chain includes them. Some
+    solutions may therefore violate a coupling. These solutions are invalid.
 
     Args:
         robot: The description.

@@ -68,7 +68,7 @@ def by_tool_axis(
 def with_still_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Lines, Attempt] | None:
-    """Add a sixth joint at 0 so that the six axes fit a family exactly.
+    """Add a sixth joint, fixed at 0, so that the six axes exactly match an arm family.
 
     Return None if no such joint is found.
 

@@ -255,7 +255,8 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
         [
             preamble,
             "\\begin{document}",
-            # No sentence contains the title, because the title may be a plural or a genitive.
+            # The title is not a part of a sentence, because the title may be a plural or a
+            # genitive.
             f"\\begin{{center}}\n{{\\LARGE {title}}}\\\\[1ex]\n\\large Kinematics\n\\end{{center}}",
             *([source] if source else []),
             *sections,

@@ -1,4 +1,4 @@
-"""A modeling convention: fields of a joint, placements and printed form.
+"""Modeling conventions define the fields of a joint, its placements and its printed form.
 
 Robot files contain the fields of a joint. The placements of the joint follow from its fields. The
 article prints a table with one column per field.
@@ -120,9 +120,9 @@ class Convention:
         sliding: Field to which the displacement of a prismatic joint is added, or "".
         second_part: If the printed joint table is too wide, this field and the fields after it are
             printed in a second table.
-        numbers: Function that takes the joint type, and returns the elementary motions of the link
-            transform whose parameters a calibration corrects. By default, a calibration corrects
-            the parameters of all elementary motions.
+        numbers: Function of the joint type. The function returns those elementary motions of the
+            link transform whose parameters a calibration corrects. By default, a calibration
+            corrects the parameters of all elementary motions.
         fit: Function that returns the fields for the axis of a joint relative to the previous axis.
             The value is None if the convention cannot represent the axis.
     """
@@ -155,8 +155,8 @@ class Convention:
                 default values.
 
         Raises:
-            DescriptionError: There is no such field, a value is not exact, or a direction is zero
-                or contains a parameter.
+            DescriptionError: A given field does not exist, a value is not exact, or a direction is
+                zero or contains a parameter.
         """
         unknown = given.keys() - {field.name for field in self.fields}
         if unknown:
@@ -219,7 +219,8 @@ def of_transform(
         words: The name of the convention in a sentence of the article.
         turning: Field to which a revolute joint adds its variable.
         sliding: Field to which a prismatic joint adds its variable. If ``sliding`` is empty, a
-            prismatic joint moves along the z axis of the field ``turning``.
+            prismatic joint moves along the z axis of the motion that contains the field
+            ``turning``.
         fit: See :class:`Convention`.
 
     Raises:

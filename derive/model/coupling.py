@@ -53,7 +53,7 @@ class Coupling:
     A coordinate belongs to a motor or to a joint. If the ratios contain the name of the coupled
     joint itself, this joint has its own coordinate. The coupling then adds multiples of other
     coordinates to the joint's own coordinate. The ratios may also contain the name of another
-    coupled joint. The equation of this other joint then replaces its name.
+    coupled joint. In this case, the name is replaced by the equation of that joint.
 
     Attributes:
         joint: Name of the joint.
@@ -89,8 +89,8 @@ def check_joint_couplings(
         members: Names of the moving joints and cylinders.
 
     Raises:
-        DescriptionError: A coupling contains a name that is no moving joint or cylinder, or the
-            name of its own joint.
+        DescriptionError: A name in a coupling is neither a moving joint nor a cylinder, or the
+            ratios of a coupling contain the name of its own joint.
     """
     check_unique("coupling of joint", [coupling.joint for coupling in couplings])
     for coupling in couplings:
@@ -112,7 +112,7 @@ def check_joint_couplings(
 
 
 def contradictory(couplings: Sequence[Coupling]) -> tuple[str, ...]:
-    """Return the joints of contradictory couplings, or no joints."""
+    """Return the joints of contradictory couplings, or an empty tuple if there are none."""
     return tuple(couplings[k].joint for k in conflict([*map(equation_of, couplings)]))
 
 
@@ -123,7 +123,7 @@ def equation_of(coupling: Coupling) -> LinearEquation:
 
 
 def solved_for(joint: str, equation: LinearEquation) -> Coupling:
-    """Solve a linear equation between joints for one joint."""
+    """Solve a linear equation of several joint values for one of these values."""
     own = equation.factors[joint]
     others = [(name, -factor / own) for name, factor in equation.factors.items() if name != joint]
     return Coupling(joint, tuple(others), equation.value / own)
@@ -164,7 +164,7 @@ class LinearMap:
         )
 
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
-        """Return L with q = L (theta - c), and the joints on which L depends.
+        """Return the matrix L with q = L (theta - c), and the indices of the independent joints.
 
         L has one column for each independent joint.
         """
@@ -182,8 +182,8 @@ def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMa
         couplings: The equations of the coupled joints.
 
     Raises:
-        DescriptionError: A coupling has no moving joint, couplings form a cycle, or the joints do
-            not determine the coordinates.
+        DescriptionError: A coupled joint is not a moving joint, couplings form a cycle, or the
+            joints do not determine the coordinates.
     """
     rules = {rule.joint: rule for rule in couplings}
     check_unique("coupling of joint", [rule.joint for rule in couplings])
@@ -212,7 +212,7 @@ def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMa
 
 
 def _row(name: str, rules: Mapping[str, Coupling], path: tuple[str, ...]) -> Row:
-    """Return the equation of a joint in coordinates.
+    """Return the ratios and the offset of a joint value as a function of the coordinates.
 
     ``path`` lists dependent joints.
     """

@@ -1,8 +1,8 @@
 """Exact numbers. Text from a file is converted to a SymPy expression and never executed.
 
 The reader traverses the Python syntax tree of the text. The reader accepts numbers, ``pi``,
-parameters, the four operations, small powers and a few functions. Other syntax raises an error that
-quotes it.
+parameters, the four operations, small powers and a few functions. Any other syntax raises an error.
+The error message quotes this syntax.
 """
 
 import ast

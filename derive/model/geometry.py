@@ -17,10 +17,10 @@ torque tau.
 
 The sine and cosine waves model eccentric encoders and gears. For prismatic joints, the amplitudes
 of the sine and cosine waves are 0. If the robot has a load, tau is the gravity torque or force on
-the coordinate of the nominal robot at q. A load deflects the joint like a spring. The deflection
-also changes the torque. The effect of the torque change is of second order and neglected. Fixed
-joints have no parameters, because the parameters of the next joint or the tool have the same
-effect.
+the coordinate. The value of tau is computed for the nominal robot at q. A load deflects the joint
+like a spring. The deflection also changes the torque. The effect of the torque change is of second
+order and neglected. Fixed joints have no parameters, because the parameters of the next joint or
+the tool have the same effect.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -53,7 +53,7 @@ Part = Literal[
 """Groups of parameters. The group ``joint`` contains the values of a joint, and ``loop``
 contains end positions and strut lengths."""
 _PARAMETER = "_parameter"
-"""Suffix of a named parameter whose name is already used."""
+"""Suffix that makes a parameter name unique if the name is already used."""
 _UNIT_OF_KIND = {"length": "m", "angle": "rad"}
 _UNITS = {"length": "m", "lengths": "m", "angle": "rad", "angles": "rad", "direction": "rad"}
 _CORRECTION = (
@@ -85,7 +85,7 @@ class GeometryParameter:
         symbol: The symbol in the equations.
         value: The nominal value (meter, radian or 1).
         unit: "m", "rad", "1" for a gain, or for example "m/rad" for a ratio.
-        joint: The joint, "base" or "tool".
+        joint: The name of the joint, or "base" or "tool".
         part: The group of the parameter.
         meaning: Meaning in a few words.
     """
@@ -307,7 +307,10 @@ def _coupled(
 
 
 def driven(joint: Joint | Coordinate | Motor, coordinate: sp.Symbol, made: Parameters) -> sp.Expr:
-    """Return the output of the drive of a joint or motor, without direction and offset."""
+    """Return the drive output of a joint or motor.
+
+    The direction and offset are not applied.
+    """
     value = made.new(joint.name, "gain", "1", "gain of the drive", sp.S.One, _DRIVE) * coordinate
     for name, words, wave in _WAVES if joint.unit == "rad" else ():
         amplitude = made.new(joint.name, name, "rad", words, sp.S.Zero, _DRIVE)

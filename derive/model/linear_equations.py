@@ -26,7 +26,7 @@ class LinearEquation:
         return not self.factors and abs(float(self.value)) > SAME_EQUATION
 
     def without(self, name: str, other: "LinearEquation") -> "LinearEquation":
-        """Eliminate a joint by means of another equation."""
+        """Eliminate a joint from this equation by subtracting a multiple of another equation."""
         if name not in self.factors:
             return self
         part = self.factors[name] / other.factors[name]
@@ -64,7 +64,7 @@ def eliminated(
 def conflict(equations: Sequence[LinearEquation]) -> tuple[int, ...]:
     """Return indices of equations without a common solution, or none if a solution exists.
 
-    If one of the returned equations is omitted, the other ones have a common solution.
+    The returned set is minimal: if any one equation is removed, the others have a common solution.
     """
     kept = [*range(len(equations))]
     if not _is_contradictory(equations):

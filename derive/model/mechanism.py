@@ -86,7 +86,8 @@ class Strut:
         ends: Kind of both end joints: pins or balls.
         has_universal: Whether one end joint is a universal joint instead of a ball joint. A strut
             with a universal joint does not spin about its own axis.
-        swing: Name of the passive angle of the strut, measured on the body at the first end.
+        swing: Name of the passive rotation angle of the strut relative to the body at the first
+            end.
         limits: Lowest and highest coordinate of a cylinder (meter).
         assumed: Names of the fields (``length`` or ``limits``) that the source of the dimensions
             does not state.
@@ -478,7 +479,7 @@ class Mechanism:
 
 
 def _outline(member: Joint | Closure | Strut | Drive | Coupling) -> tuple[str, ...]:
-    """Return the kind and the bodies of a joint or strut, without dimensions."""
+    """Return the name, kind and connected parts of a member, without dimensions."""
     if isinstance(member, Coupling):
         return member.joint, *(name for name, _ in member.ratios)
     if isinstance(member, Joint):

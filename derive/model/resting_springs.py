@@ -11,8 +11,8 @@ def springs_at_rest(robot: Mechanism) -> Mechanism:
     """Return a robot whose passive joints with springs are rigid.
 
     In an MJCF model, passive joints with springs have a stiffness and no actuator. The rigid joints
-    keep the values at which the springs exert no torque. The loops of stiff springs, such as leaf
-    springs of a leg, are therefore solved without spring forces.
+    keep the values at which the springs exert no torque. Therefore, loops with stiff springs, such
+    as the leaf springs of a leg, are solved without spring forces.
 
     Args:
         robot: A robot with loops.

@@ -180,7 +180,7 @@ class Load:
 
     @property
     def symbols(self) -> set[sp.Symbol]:
-        """The parameters that masses and their positions contain."""
+        """The parameters that occur in the masses or in the positions of the masses."""
         return {
             symbol for m in self.masses for part in (m.mass, *m.at) for symbol in part.free_symbols
         }
@@ -308,7 +308,7 @@ class SerialRobot:
             joints.
         couplings: The equations of coupled joints. Joints without a coupling have their own
             coordinates.
-        motors: The motors, and the coordinates of coupled joints with their limits.
+        motors: The motors and the coordinates of coupled joints, each with its limits.
 
     Raises:
         DescriptionError: Names are not unique, a symbol is not a parameter, coordinates are
@@ -407,7 +407,7 @@ class SerialRobot:
 
     @property
     def coordinates(self) -> "tuple[Joint | Motor, ...]":
-        """The joints and motors of the elements of ``q``."""
+        """The joint or motor of each element of ``q``."""
         if not self.couplings:
             return self.moving
         joints = {joint.name: joint for joint in self.moving}
@@ -463,7 +463,7 @@ class SerialRobot:
 
 
 def check_transmissions(transmissions: Sequence[Transmission], coordinates: Sequence[str]) -> None:
-    """Raise DescriptionError if a transmission names no coordinate or two name the same one."""
+    """Raise DescriptionError if the coordinate of a transmission is unknown or occurs twice."""
     check_unique("transmission", [law.coordinate for law in transmissions])
     for law in transmissions:
         check_choice("transmission of", law.coordinate, law.coordinate, coordinates)

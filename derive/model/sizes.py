@@ -12,7 +12,7 @@ _NONE: Mapping[sp.Symbol, int] = MappingProxyType({})
 
 
 def addends(expression: sp.Expr, known: Mapping[sp.Symbol, int] = _NONE) -> int:
-    """Return an upper bound, at most ``MANY``, of the number of terms after expansion.
+    """Return an upper bound of the number of terms after expansion, limited to ``MANY``.
 
     Args:
         expression: An expression.
@@ -32,7 +32,7 @@ def addends(expression: sp.Expr, known: Mapping[sp.Symbol, int] = _NONE) -> int:
 
 
 def size(expression: sp.Expr, known: Mapping[sp.Symbol, int]) -> int:
-    """Return the number of symbols and numbers in an expression, at most ``MANY``.
+    """Return the number of symbols and numbers in an expression, limited to ``MANY``.
 
     Args:
         expression: An expression.

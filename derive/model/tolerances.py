@@ -17,7 +17,7 @@ constants are computed from other constants, but the 40 digits of the result are
 RELIABLE_DIGITS = EVALUATION_DIGITS - 8
 """Number of correct decimal digits of a long constant."""
 ROUNDING = 10.0**-RELIABLE_DIGITS
-"""Maximum difference between an integer and a constant that counts as this integer (no unit)."""
+"""A constant counts as an integer if their difference is at most this value (no unit)."""
 
 MAX_WAVES = 0.05
 """Maximum amplitude of a periodic drive error (radian), relative to the drive gain. For ratios up
@@ -65,22 +65,24 @@ MAX_TURNED = 45.0
 """Maximum plausible joint limit (radian), which is seven turns. A joint limit above 45 may be in
 degrees."""
 UNLIMITED = 10_000
-"""Maximum width of a limited joint range (radian or meter). Some programs write limits of 1e4 to
-1e16 for unlimited joints, because the file format requires limits."""
+"""Joint ranges of at least this width, or limits of at least this magnitude, count as unlimited
+(radian or meter). Some programs write limits of 1e4 to 1e16 for unlimited joints, because the file
+format requires limits."""
 AXIS_DIGITS = 25
 """Decimal digits of axis angles without a short exact form. Rounding an angle to 25 decimal digits
 changes the angle by far less than the rounding error of a double."""
 SHORT_PROPORTION = 1000
-"""Maximum entry of a direction vector that is written as a ratio of integers."""
+"""If the components of a direction are proportional to integers up to this value, the axis angles
+are exact expressions."""
 GIMBAL_LOCK = 1e-14
 """At gimbal lock, two components of a unit vector or quaternion are at most this value (no unit).
 Rounding errors are 1e-16."""
 COMPILED_DECIMALS = 14
 """Numbers that a program computed are rounded to this number of decimal places (meter, radian)."""
 SAME_EQUATION = 1e-9
-"""Maximum difference between two equations that state the same relation between joints (relative,
-or radian or meter for the constant). Compiled ratios have 14 decimal places, so the reciprocal of a
-ratio of 0.001 has a relative error of 1e-11."""
+"""Maximum difference between two equations that state the same relation between joints. The
+difference of the constants is in radians or meters. Other differences are relative. Compiled ratios
+have 14 decimal places, so the reciprocal of a ratio of 0.001 has a relative error of 1e-11."""
 PARALLEL_GEARS = 1e-6
 """A gearbox axis and a joint axis are parallel if the magnitude of the cosine of their angle
 differs from 1 by at most this value. Directions in files have at least four digits."""
@@ -132,24 +134,25 @@ NEARLY_DEAD = 1e-3
 this value. Such loops are near a dead point."""
 CLEAR_LEG = 0.25
 """Minimum sin^2 of the transmission angle for a leg whose equation determines a joint. If sin^2 is
-below this value, the equation of another leg determines the joint. The minimum transmission angle
-is 30 degrees."""
+below this value, the equation of another leg determines the joint. The value 0.25 corresponds to a
+transmission angle of 30 degrees."""
 VANISHED = 1e-12
 """Relative to the longest vector, a computed vector below this length may be exactly zero. An exact
 test then decides whether the vector is zero. Rounding errors are 1e-16."""
 FOUND_LOOP = 1e-10
-"""Maximum residual of an implicit function of CasADi that has converged (meter, or sine of an
-angle). The last step of Newton's method is 1e-14."""
+"""Maximum residual (meter, or sine of an angle) at which an implicit CasADi function counts as
+converged. The last step of Newton's method is 1e-14."""
 ZERO_SINGULAR_VALUE = 1e-9
 """Singular values below this fraction of the largest singular value count as zero (no unit).
 Rounding errors of a Jacobian are about 1e-15. Away from singularities, the smallest singular value
 is about 1e-3 of the largest."""
 REPEATED_EQUATION = 1e-4
 """Bound for singular values of redundant equations in nearly closed loops, relative to the largest
-one. At a residual of 1e-12, a configuration may be 1e-6 from closure. At a distance of 1e-6 from
-closure, redundant equations seem to be independent."""
+singular value. At a residual of 1e-12, a configuration may be 1e-6 from closure. At a distance of
+1e-6 from closure, redundant equations seem to be independent."""
 STILL_JOINT = 1e-6
-"""Maximum change of an immovable joint's value (radian, or relative to the robot size)."""
+"""Maximum change of the value of a joint that counts as immovable. The change is in radians, or
+relative to the robot size."""
 REPEATED_AS_BUILT = 0.02
 """Bound for singular values of redundant equations in real robots. Slightly tilted axes make
 redundant equations seem independent. If axes are 2 mrad out of parallel, the singular value of a
@@ -165,15 +168,15 @@ offset configuration, Newton's method closes the loops.
 
 At larger offsets, Newton's method may find another assembly mode with other degrees of freedom. A
 singular value may be 0 at the reference only. If this singular value grows with the square of the
-offset, its value is 4e-4 at the offset 0.02, which counts as nonzero."""
+offset, it is 4e-4 at the offset 0.02 and counts as nonzero."""
 NUMERICALLY_CLOSED = 1e-7
 """Maximum closure error (radian, or relative to the size) of a closed loop in a numerical search.
 At a dead point, the closure error grows quadratically with the motion, and angles are accurate to
 3e-4 rad only."""
 DIFFERENCE_STEP = 1e-6
 """Step of central differences in a numerical search (radian, or relative to the robot size). The
-truncation error (the square of the step) and the rounding error (of a double, divided by the step)
-are both below 1e-9."""
+truncation error is about the square of the step. The rounding error of the difference quotient is
+the rounding error of a double, divided by the step. Both errors are below 1e-9."""
 WORTHWHILE_GAIN = 1e-5
 """Minimum relative decrease of the squared closure error (no unit) per step of a minimization."""
 CLOSING_GAIN = 3e-3
@@ -193,9 +196,9 @@ this value. If a strut frame defines only a point, the orientation of the frame 
 SAME_VIEW = 1e-6
 """Maximum angle (radian) between parallel directions in a drawing."""
 LAYOUT_TIE = 1e-5
-"""A value is rounded up if its fraction is a half, or less than a half by at most this tolerance
-(in units of 0.1 mm). The last digits differ between machines, but a drawing must have the same
-bytes."""
+"""A value is rounded up if its fractional part is at least 0.5 minus this tolerance (in units of
+0.1 mm). The last digits of computed values differ between machines, but the drawing file must be
+identical on all machines."""
 DRAWN_AS_ONE = 1e-6
 """Maximum distance between two points of a body that are drawn as one point (relative to the size).
 Placements have rounding errors of 1e-15."""
@@ -238,13 +241,13 @@ NEARLY_STRUCTURE = 3e-2
 nominal arm is used if Newton's method leads from the solutions of the nominal arm to the solutions
 of the true arm. If the axes deviate by more than 3e-2, Newton's method rarely converges."""
 MIN_CONVERGED = 0.9
-"""Fraction of random configurations that a nominal arm must recover. About one configuration in ten
-is near a singularity."""
+"""Minimum fraction of random configurations that Newton's method must recover from the solutions of
+a nominal arm. About one configuration in ten is near a singularity."""
 CONVERGENCE_UNLIKELY = 0.85
 CONVERGENCE_CLEAR = 0.95
 """Limits for the fraction of configurations that Newton's method recovers from the nearest nominal
-solution. Below the first limit, the nominal arm is not used. From the second limit, MIN_CONVERGED
-is not checked if the fraction of nearby configurations is at least MIN_NEARBY."""
+solution. Below the first limit, the nominal arm is not used. MIN_CONVERGED is not checked if this
+fraction reaches the second limit and the fraction of nearby configurations reaches MIN_NEARBY."""
 MIN_NEARBY = 0.5
 """Minimum fraction of random configurations of the true arm that are near a solution of the nominal
 arm. The fraction is 0 if the nominal inverse and the true inverse have different branches."""
@@ -264,7 +267,8 @@ OBLIQUE_AXES = 1e-3
 """Minimum sine of the angle between directions that are not parallel."""
 TOOL_ON_AXIS = EXACT_STRUCTURE
 """Maximum distance (meter) between tool and joint axis, or tool and base plane, that counts as
-zero. The value is also the maximum sine of their angle that counts as zero."""
+zero. The same limit applies to the sine of the angle between the tool axis and a joint axis, the
+arm plane or the base plane."""
 INDEPENDENT_SLIDES = EXACT_STRUCTURE
 """Unit vectors count as linearly dependent if the smallest singular value of their matrix is at
 most this value."""
@@ -308,15 +312,15 @@ OUTERMOST_ROOT = 1 + sp.Rational(1, 10**9)
 MEETING_ROOTS = sp.Rational(1, 10**14)
 """Maximum sin^2 of half the angle between roots that coincide."""
 EVEN_CONIC = sp.Rational(4, 10**15)
-"""Maximum magnitude of the coefficient p that counts as a rounding error. If p is a rounding error
-and the lines at t = 0 are real, p and t are set to 0. The conic of the quartic is then even in x.
-"""
+"""Maximum magnitude of the coefficient p that counts as a rounding error. If p counts as a rounding
+error and the conic at t = 0 consists of two real lines, p and t are set to 0. The conic of the
+quartic is then even in x."""
 REAL_LINES = sp.Rational(1, 10**13)
 """Maximum magnitude of a negative slope of the resolvent cubic at t = 0 that counts as a rounding
 error. If the slope is not negative, the conic at t = 0 consists of two real lines."""
 MIN_SLOPE = sp.Rational(1, 10**10)
-"""If the cubic has a triple root, rounding errors split the root. At such roots, the slope of the
-cubic is at most this value."""
+"""If the cubic has a triple root, rounding errors split the root. At these split roots, the slope
+of the cubic is at most this value."""
 GREATEST_T = sp.Rational(3, 2)
 """The root t of the resolvent cubic is at most 1. Near a triple root, Newton's method may exceed
 this limit. In that case, t is set to this limit."""
@@ -332,8 +336,8 @@ ELLIPSES_DAMPING = sp.Rational(1, 10**14)
 is below this value."""
 LOOP_DAMPING = sp.Rational(1, 10**10)
 """A Newton step on three angles is damped if the squared ratio of the singular values is below this
-value. If the Jacobian has rank 1, a squared ratio below 1e-10 can consist of rounding errors
-alone."""
+value. If the Jacobian has rank 1, rounding errors alone can produce a squared ratio of up to 1e-10.
+"""
 NEARLY_REAL = sp.Rational(1, 10**7)
 """A solution with a negative margin is refined if the magnitude of the margin is at most this
 value."""
@@ -398,10 +402,10 @@ MAX_THRESHOLD = 1e-8
 """Maximum magnitude of a rounding threshold (any unit). The largest threshold is 4e-15 times the
 fourth power of twice the arm length in meters."""
 FLOOR_EXPONENT = 0.12
-"""Exponent that converts a lower bound for double precision to a lower bound for single precision.
-"""
+"""Exponent that converts a lower bound for double precision into a lower bound for single precision
+(single = double^exponent)."""
 LARGEST_SINGLE = 1e38
-"""In single precision, constants above 1e38 are replaced by 1e38. Such large constants occur only
+"""In single precision, constants above 1e38 are replaced by 1e38. Constants above 1e38 occur only
 in code that tests whether an input is infinite."""
 SOLVED_SINGLE = 2e-5
 """Largest residual (meter or radian) of a solution in single precision. SOLVED_SINGLE is the limit

@@ -75,7 +75,7 @@ class Values:
     def _choice(self, expression: sp.Piecewise) -> mpmath.mpf:
         """Return the value for the first condition that holds.
 
-        The values of the conditions after the first true condition may be undefined.
+        Conditions after the first true condition may be undefined, because they are not evaluated.
         """
         for value, condition in expression.args:
             if self._holds(condition):

@@ -17,7 +17,7 @@ _KINDS = {
 
 @dataclass(frozen=True)
 class Operations:
-    """Operation counts of a function in the generated C."""
+    """Number of operations of each kind in the generated C code of a function."""
 
     multiply: int = 0
     add: int = 0

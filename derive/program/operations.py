@@ -120,7 +120,10 @@ class Store:
 
     @property
     def operands(self) -> tuple[Operand, ...]:
-        """The stored value in a tuple with one element, with the type of ``Compute.operands``."""
+        """The stored value as a tuple with one element.
+
+        ``Compute.operands`` has the same type.
+        """
         return (self.value,)
 
 
@@ -135,7 +138,7 @@ class Program:
         name: The name of the function with the prefix of the robot.
         arguments: Names of the arguments. An :class:`Input` contains an index into ``arguments``.
         results: Names of the outputs. A :class:`Store` contains an index into ``results``.
-        inputs: All entries that the program reads, in order.
+        inputs: All argument entries that the program reads, in order.
         statements: All statements, in the order of execution.
     """
 
@@ -156,7 +159,7 @@ class Program:
         return [statement for statement in self.statements if isinstance(statement, Store)]
 
     def has(self, operation: Operation) -> bool:
-        """Whether the program contains an operation."""
+        """Whether the program contains the given operation."""
         return any(statement.operation is operation for statement in self.computed)
 
 

@@ -13,7 +13,7 @@ from .reading import programs as read_programs
 from .unrolling import unrolled
 
 COORDINATES, RESIDUAL = 0, 1
-"""Indices of the outputs for coordinates and residual in every inverse."""
+"""Output indices of the coordinates and of the residual in every inverse function."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def with_input_check(program: Program) -> Program:
         program: The program of an inverse function that computes one solution or all solutions.
 
     Returns:
-        A program whose residual depends on every input on which the coordinates depend.
+        A program whose residual depends on all inputs that affect the coordinates.
     """
     inputs = _inputs_behind(program)
     unseen = inputs[COORDINATES] - inputs[RESIDUAL]

@@ -2,7 +2,7 @@
 
 The arithmetic of the C code is preserved operation by operation. Sparsity, work vectors and memory
 management are dropped, because functions with dense arguments and without state do not need them.
-For an unknown line or expression, the error quotes the text.
+If a line or expression is unknown, the error message quotes it.
 """
 
 import itertools

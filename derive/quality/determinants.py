@@ -5,7 +5,7 @@ entries of D^T D are sums of squared entries of D. In these sums, a meter of tra
 1, and a radian of rotation has weight 2.
 
 Source: Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
-Engineering, 3.1, after Schroeer. The zeros of det(D^T D) are the discontinuities of the model.
+Engineering, 3.1, after Schroeer.
 """
 
 from collections.abc import Sequence

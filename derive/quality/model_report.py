@@ -220,7 +220,8 @@ def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float6
         before, after = _in_symbols(pair.before, named)
         turn = () if pair.before.kind == "prismatic" else rotation("z", offset)
         along = _moving_along(before)
-        # The axis is expressed in the frame after the final motions along and about z.
+        # The axis is expressed in the nominal frame directly before the motion of the previous
+        # joint. This frame lies after the last motions along and about z.
         nominal = tuple(motion.at(named) for motion in along)
         product = inverse(nominal) + along + turn + after
     product += _between(robot, pair) + _in_symbols(pair.joint, named)[0]

@@ -21,9 +21,10 @@ class ConventionQuality:
         convention: The convention's name.
         numbers: Names of the convention's parameters.
         needed: Number of parameters for the axis: 4 for a line, 2 for a direction.
-        determinant: det(D^T D) of the convention's parameters.
-        completed: det(D^T D) with all parameters of a pose. The determinant is zero at
-            discontinuities of the model.
+        determinant: det(D^T D) for the convention's parameters. D is the derivative of the link
+            matrix with respect to the parameters.
+        completed: det(D^T D) for a link model that has all parameters of a pose. The determinant is
+            zero at discontinuities of the model.
         value: The determinant ``completed``, evaluated at the robot's dimensions (meter). None if
             the convention cannot represent the axis.
         least: The smallest axis displacement for parameters of norm 1. Lengths are relative to the
@@ -47,7 +48,7 @@ class ConventionQuality:
 
     @property
     def is_continuous(self) -> bool:
-        """Whether small axis changes need only small parameter changes."""
+        """Whether small changes of the axis require only small changes of the parameters."""
         if not self.is_complete or self.value is None:
             return False
         return self.least > CONTINUOUS_MODEL and self.value > ZERO_SINGULAR_VALUE
@@ -102,7 +103,8 @@ class ModelReport:
 
     Attributes:
         robot: The robot's title.
-        joints: Every joint except the first. The base frame determines the first axis.
+        joints: The quality of every joint except the first. The base frame determines the first
+            axis.
         revolute: Number r of revolute joints, including helical joints.
         prismatic: Number t of prismatic joints.
         helical: Number of helical joints.

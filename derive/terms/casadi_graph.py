@@ -41,7 +41,8 @@ def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Functio
     single branch. The last input ``choice`` of this function contains the signs.
 
     Args:
-        functions: The functions to convert. Functions without branch signs share converted terms.
+        functions: The functions to convert. A term that occurs in several functions without branch
+            signs is converted once.
         prefix: The robot's name.
 
     Raises:
@@ -228,7 +229,7 @@ class _Visitor:
 
 @contextmanager
 def _as_written() -> Iterator[None]:
-    """Disable the simplification of CasADi, which would create the product (c ? x : 0) * y."""
+    """Disable CasADi's simplification, because it would create the product (c ? x : 0) * y."""
     ca.GlobalOptions.setSimplificationOnTheFly(False)
     try:
         yield

@@ -29,7 +29,7 @@ class GenericPoint:
             self.values.setdefault(symbol, default.evalf(EVALUATION_DIGITS))
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """Return the numerical value of an expression in named terms."""
+        """Return the numerical value of an expression that may contain named terms."""
         for symbol, definition in self.terms.constants.items():
             self._add(symbol, definition)
         for symbol in self.terms.needed([expression]):
@@ -62,7 +62,7 @@ def _between_0_and_1(number: int, phase: int) -> sp.Expr:
 
 
 def coordinates_in(terms: Terms, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
-    """Return the coordinates of expressions by name, including the coordinates of their terms."""
+    """Return the coordinates that occur in expressions and in their terms, sorted by name."""
     meanings = [terms.definitions[symbol] for symbol in terms.needed(entries)]
     used = {symbol for e in (*entries, *meanings) for symbol in e.free_symbols}
     found = {s for s in used if s not in terms.definitions and not terms.is_constant(s)}

@@ -1,13 +1,13 @@
-"""Poses, adjoint matrices and screw axes in closed form on SymPy matrices.
+"""Closed-form functions of SymPy matrices for poses, adjoint matrices and screw axes.
 
 Conventions. A twist is the column (v, omega), with the linear part first, as in Murray, Li and
 Sastry. `T_a_b` is the pose of frame b in frame a, a 4x4 matrix [[R, p], [0, 1]]. Lengths are in
 meters and angles in radians. `swap_twist_order` converts to and from the order (omega, v).
 
 Exactness. Exact numbers lead to exact results, and symbols lead to expressions. No result is
-simplified. If a matrix contains a `Float`, all its numbers become a `Float` with the highest
-precision in the matrix. If SymPy cannot decide whether an exact number is zero, a ValueError names
-the number.
+simplified. If a matrix contains a `Float`, each number of the matrix is converted to a `Float` with
+the highest precision in the matrix. If SymPy cannot decide whether an exact number is zero, a
+ValueError names the number.
 
 Source:
     R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994.
@@ -64,8 +64,7 @@ def swap_twist_order(twists: Matrix) -> Matrix:
     """Convert twists from (v, omega) to (omega, v), or back.
 
     The argument may also be an operator on twists, such as `adjoint(T)`. To convert an operator A,
-    exchange its rows, and then its columns by means of the transpose:
-    `swap_twist_order(swap_twist_order(A).T).T`.
+    swap both its rows and its columns: `swap_twist_order(swap_twist_order(A).T).T`.
 
     Args:
         twists: (6, n) matrix, one twist in each column, such as a Jacobian.
@@ -197,8 +196,9 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
 def norm(a: Matrix) -> Expr:
     """Return the length of a vector.
 
-    The length |e| of a symbolic e is returned as e. The sign of e has no effect, because the
-    results of all functions in this module are the same for lengths e and -e.
+    If the length is the magnitude |e| of a symbolic expression e, the function returns e. The sign
+    of e has no effect, because the results of all functions in this module are the same for lengths
+    e and -e.
     """
     square = sum((e**2 for e in a), S.Zero)
     length = sqrt(square)

@@ -12,7 +12,7 @@ class Role(contract.Role):
 
     @property
     def finds_coordinates(self) -> bool:
-        """Whether the function computes coordinates of this robot or of a nominal robot."""
+        """Whether the function computes coordinates, either of this robot or of a nominal robot."""
         return self.is_inverse or self.is_start
 
     @property
@@ -35,5 +35,5 @@ def branch_label(choices: Sequence[tuple[str, str]]) -> str:
 
 
 def side_of(sign: int) -> str:
-    """Return the default name of a side from its sign."""
+    """Return "+" or "-", the default name of the side with the given sign."""
     return "+" if sign > 0 else "-"

@@ -30,9 +30,9 @@ class Argument:
 class Result:
     """An output with its entries (row-major), shape, unit and meaning.
 
-    If the function has branches, the entries describe a single branch, which the values of the sign
-    symbols select. For a function with branches, the first dimension of the shape is the number of
-    branches.
+    If the function has branches, the entries describe a single branch. The values of the sign
+    symbols select this branch. For a function with branches, the first dimension of the shape is
+    the number of branches.
     """
 
     name: str
@@ -84,7 +84,7 @@ class NativeSolverFunction(Signature):
     Attributes:
         solver: Name of the handwritten solver, whose code does not depend on the robot. Each output
             language has a file with the name of the solver.
-        tables: The numbers of the robot that the solver needs.
+        tables: Numerical data of the robot that the solver reads.
         calls: Names of the functions that the solver calls, in the order that the solver expects.
         branches: Number of solutions that fit into the output.
         operations: Approximate number of operations. The runtime uses this number to divide a batch
@@ -161,7 +161,7 @@ class SymbolicFunction(Signature):
     def definitions(self) -> list[tuple[sp.Symbol, sp.Expr]]:
         """Return the shared terms of the outputs.
 
-        A term comes after the terms in its definition.
+        Each term follows the terms on which its definition depends.
         """
         needed = self.terms.needed(entry for result in self.outputs for entry in result.entries)
         return [(symbol, self.terms.definitions[symbol]) for symbol in needed]

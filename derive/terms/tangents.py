@@ -14,7 +14,8 @@ from .terms import Terms
 
 ZERO = sp.Integer(0)
 LoopRate = Callable[["Tangent"], sp.Expr]
-"""Returns the rate of a solved angle from the rates in the equation of its loop."""
+"""Function that returns the rate of a solved loop angle. The :class:`Tangent` argument supplies the
+rates of the other symbols in the loop equation."""
 
 
 class Tangent:
@@ -79,7 +80,8 @@ def derivative_columns(
         terms: Table of named terms.
         expressions: The expressions in a column.
         symbols: The coordinates.
-        loops: The rate of each solved angle, from the rates in the equation of its loop.
+        loops: For each solved loop angle, a function that computes its rate from the differentiated
+            loop equation.
         factor: Multiplies every derivative.
     """
     rate = sp.Integer(factor)

@@ -58,7 +58,7 @@ class Terms:
             self._values.know(symbol, self._values.of(value))
 
     def let(self, expression: sp.Expr) -> sp.Expr:
-        """Return the symbol of an expression, or the negated symbol of the negated expression.
+        """Return the symbol of an expression, or minus the symbol of the negated expression.
 
         Symbols and short fractions get no name.
 
@@ -90,7 +90,10 @@ class Terms:
         return self._mixed.setdefault(frozenset(parts), self._name(expression))
 
     def partial(self, expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-        """Return the derivative with respect to a symbol. Named terms are constants."""
+        """Return the derivative with respect to a symbol.
+
+        Other named terms count as constants.
+        """
         key = expression, symbol
         if key not in self._partials:
             self._partials[key] = self.let(derivative(expression, symbol))
@@ -100,7 +103,8 @@ class Terms:
         """Store a result that is needed repeatedly, such as a pose.
 
         Args:
-            key: The key: all values that determine the result.
+            key: The key of the stored result. The key contains all values that determine the
+                result.
             made: Computes the result.
         """
         if key not in self._made:

@@ -152,8 +152,8 @@ static void chasles_circle_add(chasles_circle_roots *roots, double angle, double
     }
 }
 
-/* Sets `unresolved` if the error [rad] of a computed root is so large that the root may represent
- * several roots. */
+/* Sets `unresolved` if the error [rad] of a computed root is too large to distinguish a single root
+ * from several close roots. */
 static void chasles_circle_doubt(chasles_circle_roots *roots, double error)
 {
     roots->unresolved = roots->unresolved || !(error < CHASLES_DOUBT);
@@ -267,7 +267,8 @@ static void chasles_circle_convex(const chasles_circle_part *part, chasles_circl
 static void chasles_circle_divided(const chasles_circle_part *part, int halvings,
                                    chasles_circle_roots *roots)
 {
-    /* Each test proves that an interval contains no root, no extremum or no inflection point. */
+    /* The bounds `value`, `slope` and `bend` show whether the interval can contain roots, extrema
+     * and inflection points. */
     const double wide = 1.0 + part->nearly / part->radius;
     double change = 0.0, value = 0.0, slope = part->noise, bend = part->noise, power = 1.0;
     for (int k = 1; k < CHASLES_TERMS; k++) {

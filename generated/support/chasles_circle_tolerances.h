@@ -15,8 +15,8 @@
 /* If two roots of the determinant are closer than this distance [rad], rounding errors may exchange
  * their null vectors. */
 #define CHASLES_TWINS 1e-3
-/* The sign of the polynomial is uncertain if the magnitude is below this multiple of the rounding
- * error. */
+/* The sign of a value of the polynomial is uncertain if its magnitude is below this multiple of its
+ * rounding error. */
 #define CHASLES_UNSURE 10.0
 /* If the sign of the polynomial at an interval end is uncertain, two roots with this imaginary part
  * [rad] are assumed. */

@@ -5,9 +5,10 @@
 
 #include "chasles_closure_tolerances.h"
 
-/* A configuration w with the equation values c, their derivative D, and the factors D_u = Q R by
- * Householder reflections. Column k of `qr` contains R above the diagonal and the reflection vector
- * below. If the geometry is an input, `p` contains its parameters. */
+/* A configuration w, the values c of the closure equations at w, and their derivative D.
+ * Householder reflections factor the columns D_u of the unknown variables into Q R. Column k of
+ * `qr` contains R above the diagonal and the reflection vector below. If the geometry is an input,
+ * `p` contains its parameters. */
 typedef struct {
     double w[CLOSURE_W], c[CLOSURE_M], D[CLOSURE_M * CLOSURE_W];
     double qr[CLOSURE_U][CLOSURE_M], diagonal[CLOSURE_U], scale[CLOSURE_U];

@@ -6,13 +6,14 @@
  * joints are known: |P_i - P_k|^2 = |b_i - b_k|^2, which is bilinear in the cosines and sines of
  * t_i and t_k.
  *
- * At an angle t_1, the distances from P_1 give two angles t_2 and two angles t_3, with square roots
- * of Delta_2 and Delta_3. The last distance, F_23, is then U + V w_2 + W w_3 + X w_2 w_3 with w_i^2
- * = Delta_i. The product of F_23 over the four combinations of signs contains no square roots.
- * Multiplied by its denominators, the product is a trigonometric polynomial of degree 8 in t_1,
- * whose zeros give up to sixteen poses. With three double joints on both sides, the axes of all
- * circles lie in one plane. If all angles are measured from such a plane, their sines cancel. The
- * polynomial then has degree 8 in cos(t_1), and the poses come in mirrored pairs.
+ * For a given angle t_1, the distances from P_1 give two angles t_2 and two angles t_3. The
+ * formulas of t_2 and t_3 contain the square roots of Delta_2 and Delta_3. The last distance, F_23,
+ * is then U + V w_2 + W w_3 + X w_2 w_3 with w_i^2 = Delta_i. The product of F_23 over the four
+ * combinations of signs contains no square roots. Multiplied by its denominators, the product is a
+ * trigonometric polynomial of degree 8 in t_1, whose zeros give up to sixteen poses. With three
+ * double joints on both sides, the axes of all circles lie in one plane. If all angles are measured
+ * from this plane, the sines cancel in the polynomial. The polynomial then has degree 8 in
+ * cos(t_1), and the poses come in mirrored pairs.
  *
  * Source:
  *     Innocenti and Parenti-Castelli, Direct position analysis of the Stewart platform mechanism,
@@ -238,7 +239,7 @@ static double chasles_joint_polished(const chasles_double_joints *joints, double
 }
 
 /* Computes the orthonormal frame of a triangle, with one axis in each matrix row. Returns the sine
- * of the angle at the first corner. */
+ * of the triangle's interior angle at its first corner. */
 static double chasles_joint_axes(const double (*corners)[3], double (*axes)[3])
 {
     double side[3];
@@ -296,8 +297,8 @@ static void chasles_joint_pose(const chasles_double_joints *joints, const double
         pose[4 + i] = at[0][i] - chasles_joint_dot(R[i], b[0]);
 }
 
-/* Computes (1, cos, sin) of the three joints for a zero `angle` of the polynomial. Returns whether
- * a real pose exists at this angle. */
+/* Computes (1, cos, sin) of the three joint angles from `angle`, which is a root of the polynomial.
+ * Returns whether a real pose exists at this angle. */
 static int chasles_joint_real(const chasles_double_joints *joints, double angle, double (*x)[3])
 {
     chasles_joint_pair pairs[2];
@@ -344,7 +345,7 @@ static int chasles_joint_poses(const chasles_double_joints *joints, const double
             if (fabs(chasles_circle_wrapped(roots.angle[i] - roots.angle[k])) < CHASLES_TWINS)
                 return -1;
         }
-        /* Each simple root has exactly one pose, which is real. */
+        /* A simple root belongs to exactly one pose, and this pose is real. */
         if (roots.imaginary[k] > 0.0 || !chasles_joint_real(joints, roots.angle[k], x))
             return -1;
         chasles_joint_pose(joints, b, (const double(*)[3])x, poses[k]);

@@ -79,8 +79,8 @@ static int chasles_general_keep(const chasles_general_six *six, chasles_general_
     return own;
 }
 
-/* Computes, by one step of inverse iteration, the joint direction with the smallest pose change
- * under J. */
+/* Computes the direction of joint motion that changes the pose least, according to the Jacobian J.
+ * The method is one step of inverse iteration. */
 static void chasles_general_least(const double *J, double length, double *direction)
 {
     double a[6][7], norm = 0.0;
@@ -162,8 +162,8 @@ static int chasles_general_is_short(const chasles_general_six *six,
     return near < roots || (near - roots) % 2;
 }
 
-/* If two roots of the determinant are close, both null vectors of the matrix are starts of Newton's
- * iteration. Returns the indices of the solutions as a bit mask. */
+/* If two roots of the determinant are close, Newton's iteration starts from both null vectors of
+ * the matrix. Returns the indices of the solutions as a bit mask. */
 static unsigned chasles_general_by_twins(const chasles_general_six *six, const double *T,
                                          const chasles_general_order *order,
                                          const chasles_general_system *system,
@@ -207,7 +207,7 @@ static unsigned chasles_general_by_starts(const chasles_general_six *six, const 
 }
 
 /* Finds the solutions at the roots of the determinant, for one elimination order. Returns whether
- * the number of solutions is known to be complete. */
+ * it is certain that all solutions were found. */
 static int chasles_general_by_roots(const chasles_general_six *six, const double *T,
                                     const chasles_general_order *order,
                                     const chasles_general_system *system,
@@ -278,8 +278,9 @@ static void chasles_general_nudged(const double *T, double length, double size, 
     }
 }
 
-/* Tries elimination orders until one of them certainly finds all solutions. Returns 1 in this case,
- * otherwise 0. If two elimination orders find no solution, the pose counts as unreachable. */
+/* Tries elimination orders until one order has certainly found all solutions. Returns 1 if there is
+ * such an order, otherwise 0. If two elimination orders find no solution, the pose counts as
+ * unreachable. */
 static int chasles_general_by_orders(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
 {
@@ -379,9 +380,9 @@ static void chasles_general_by_curve(const chasles_general_six *six, const doubl
     }
 }
 
-/* Solves poses near T. For each solution of these poses, the function starts a self-motion curve
- * nearby, and searches the curve for solutions of T. The search ends as soon as a solution is
- * found. */
+/* Solves the inverse kinematics for poses near T. For each solution of these poses, the function
+ * starts a self-motion curve nearby, and searches the curve for solutions of T. The search ends as
+ * soon as a solution is found. */
 static void chasles_general_by_self_motion(const chasles_general_six *six, const double *T,
                                            chasles_general_found *found)
 {
@@ -395,7 +396,7 @@ static void chasles_general_by_self_motion(const chasles_general_six *six, const
     }
 }
 
-/* Writes to all solution slots a configuration that is not a solution. */
+/* Fills all solution slots with a configuration that is not a solution. */
 static void chasles_general_none(const chasles_general_six *six, const double *T,
                                  chasles_general_rest *rest)
 {
@@ -460,8 +461,8 @@ static inline void chasles_general_slots(const chasles_general_arm *arm, const d
     }
 }
 
-/* Writes the solutions of a pose to sixteen solution slots. The other joints are fixed at `value`
- * (rad or m), or `value` is NULL if no joint is fixed. */
+/* Writes the solutions of a pose to sixteen solution slots. All joints except the six unknown
+ * joints are fixed at `value` (rad or m). If no joint is fixed, `value` is NULL. */
 static inline void chasles_general_ik(const chasles_general_arm *arm, const double *T,
                                       const double *value, double *q, double *residual,
                                       double *margin)

@@ -53,10 +53,10 @@
  * everywhere. */
 #define CHASLES_VANISHED 1e-15
 #define CHASLES_CLEAN 1e-9
-/* Maximum residual of the eight equations that contain y, at a root that belongs to a solution.
- * Lengths in the residual are divided by the arm length, squared lengths by the square of the arm
- * length. CHASLES_TELLS is the minimum ratio of the pivots of A at which the equations determine
- * the pair of joints. */
+/* A root can belong to a solution only if the residual of the eight equations that contain y is
+ * below this value. Lengths in the residual are divided by the arm length, squared lengths by the
+ * square of the arm length. The equations determine the pair of joints only if the ratio of the
+ * smallest to the largest pivot of A exceeds CHASLES_TELLS. */
 #define CHASLES_SOLVES_ALL 1e-4
 #define CHASLES_TELLS 1e-9
 /* If the squared angle [rad^2] is below this value, a series of third order is exact to rounding.
@@ -81,7 +81,7 @@
 #define CHASLES_ORDERS 4
 /* Maximum number of Newton steps. */
 #define CHASLES_STEPS 20
-/* The half-angle substitution measures the joint angle from this angle [rad]. */
+/* Joint angle [rad] at which the variable of the half-angle substitution is zero. */
 #define CHASLES_HALF_FROM 0.61
 
 /* An elimination order, which is the order of the joints in the equations. */
@@ -191,7 +191,8 @@ static void chasles_general_fixed(const chasles_general_arm *arm, int joint, dou
     chasles_general_product(moved, arm->placed[joint + 1], placed);
 }
 
-/* Computes the arm with its fixed joints at the given values. */
+/* Computes the arm with six unknown joints that results if the fixed joints have the given values.
+ */
 static void chasles_general_set(const chasles_general_arm *arm, const double *value,
                                 chasles_general_six *six)
 {

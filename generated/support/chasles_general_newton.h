@@ -254,7 +254,8 @@ static void chasles_general_step_damped(const chasles_general_six *six, const do
     chasles_general_advance(six, T, step, iterate);
 }
 
-/* Iterates many configurations towards the pose, with damping where needed. */
+/* Runs Newton's iteration towards the pose from many configurations, with damped steps where
+ * needed. */
 static void chasles_general_together(const chasles_general_six *six, const double *T,
                                      chasles_general_iterate *iterates, int count)
 {
@@ -325,8 +326,8 @@ static void chasles_general_margins(const double (*J)[36], int count, double len
 /* Distance (rad, or relative to the arm length) between successive points on a self-motion curve.
  */
 #define CHASLES_WALK_STEP 0.1
-/* Maximum number of points on a self-motion curve in one direction, about one revolution of two
- * joints. */
+/* Maximum number of points on a self-motion curve in one direction. These points cover about one
+ * revolution of two joints. */
 #define CHASLES_WALK_POINTS 100
 /* Maximum number of corrector steps from a point onto the self-motion curve. */
 #define CHASLES_WALK_CORRECTIONS 8

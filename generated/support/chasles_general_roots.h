@@ -101,8 +101,8 @@ static void chasles_general_lower(chasles_vector (*R)[6], chasles_vector *x)
     }
 }
 
-/* Computes, column by column, the 6 x 6 triangular matrix, which is singular if M is singular, and
- * det M. */
+/* Computes det M and, column by column, a 6 x 6 triangular matrix. The triangular matrix is
+ * singular if M is singular. */
 static void chasles_general_factored(const chasles_general_system *system, const chasles_vector *c,
                                      const chasles_vector *s, chasles_vector (*R)[6],
                                      chasles_vector *determinant)
@@ -123,8 +123,8 @@ static void chasles_general_factored(const chasles_general_system *system, const
     memcpy(low + 3, high + 3, 3 * sizeof *low);
     memcpy(low + 6, high, 3 * sizeof *low);
     *determinant = zero + 1.0;
-    /* The steps of both factorizations alternate. While one factorization waits for a square root
-     * or a quotient, the processor can advance the other. */
+    /* The steps of the two QR factorizations (of `high` and of `low`) alternate. While one
+     * factorization waits for a square root or a quotient, the processor can advance the other. */
     CHASLES_UNROLL
     for (int j = 0; j < 3; j++) {
         chasles_general_reflected(high, j, 9, determinant);

@@ -27,7 +27,7 @@ typedef struct {
     double middle[3];
     int axis[3];    /* axes of the three rotation angles in theta, in order */
     int moves;      /* whether the actuators move the rod ends */
-    int paths;      /* number of complex poses, and number of solution slots */
+    int paths;      /* number of complex poses, and also of solution slots */
     int joined;     /* which side has joints shared by two rods (0 none, 1 platform, 2 base) */
     int pairs[6];   /* the rods, ordered in pairs; the two rods of a pair share a joint */
     double b[6][3]; /* rod ends on the platform, relative to the size */
@@ -35,7 +35,8 @@ typedef struct {
     chasles_hexapod_number starts[CHASLES_MAX_PATHS][CHASLES_SOMA];
 } chasles_hexapod_platform;
 
-/* The rods at given actuator coordinates, relative to the platform size. */
+/* Rod ends on the actuated side and rod lengths at given actuator coordinates, relative to the
+ * platform size. */
 typedef struct {
     double a[6][3], l[6];
 } chasles_hexapod_rods;
@@ -135,7 +136,7 @@ static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_
         const double im = c * x[k].im - s * x[k].re;
         imaginary += im * im;
     }
-    /* If the platform is far from the base, the tolerance is relative to this distance. */
+    /* The tolerance grows with the distance of the platform from the base. */
     double far = 1.0;
     for (int k = 4; k < CHASLES_SOMA; k++)
         far += real[k] * real[k];
@@ -268,7 +269,7 @@ static void chasles_hexapod_theta(const chasles_hexapod_platform *platform,
     }
 }
 
-/* Counts the path ends that have no complex conjugate path end. The polynomials are real, so path
+/* Counts the path ends whose complex conjugate is not a path end. The polynomials are real, so path
  * ends should occur in conjugate pairs. */
 static int chasles_hexapod_unpaired(const chasles_hexapod_end *ends, int count)
 {

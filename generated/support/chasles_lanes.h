@@ -122,7 +122,8 @@ static const double lanes_arctangent[] = {
 #undef lanes_mask
 #undef lanes_part
 #undef lanes_where
-/* Tuning for Skylake or Zen makes the code a third slower.
+/* LANES_TARGET contains tune=haswell, because tuning for Skylake or Zen makes the code a third
+ * slower.
  *
  * LANES_MAX and LANES_MIN return the second argument if an argument is NaN. LANES_MINUS returns the
  * sign bit in each lane in which the condition is true, and 0 in the other lanes. */
@@ -218,10 +219,11 @@ LANES_LIBM(tan)
 #endif
 LANES_BY_PARTS(sqrt, LANES_SQRT)
 
-/* Computes 1 / sqrt(x) to 2 units in the last place if x and 1 / x are normal numbers. The result
- * is NaN if x is negative or NaN. AVX-512 estimates the result with an error e of at most 2^-13.
- * The series of (1 - e)^(-1/2) refines the estimate with a truncation error of 35/128 e^4. Other
- * instruction sets compute the square root and the quotient separately. */
+/* Computes 1 / sqrt(x) with an error of at most 2 units in the last place, if x and 1 / x are
+ * normal numbers. The result is NaN if x is negative or NaN. AVX-512 estimates the result with an
+ * error e of at most 2^-13. The series of (1 - e)^(-1/2) refines the estimate with a truncation
+ * error of 35/128 e^4. Other instruction sets compute the square root and the quotient separately.
+ */
 LANES_INLINE void LANES_NAME(lanes_rsqrt)(const lanes *x, lanes *value)
 {
 #if CHASLES_ISA == 2
@@ -293,10 +295,10 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
 }
 #endif
 
-/* Computes the angle of a point (y, x). Let a <= b be |x| and |y|. The angle follows from the arc
- * tangent of (a - b) / (a + b) near a diagonal, otherwise from the arc tangent of a / b. Only a + b
- * and the division cause rounding errors. The angle is wrong if |x| and |y| differ and their sum
- * overflows. */
+/* Computes the angle of a point (y, x). Let a be the smaller and b the larger of |x| and |y|. The
+ * angle follows from the arc tangent of (a - b) / (a + b) near a diagonal, otherwise from the arc
+ * tangent of a / b. Only a + b and the division cause rounding errors. The angle is wrong if |x|
+ * and |y| differ and their sum overflows. */
 LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes *value)
 {
     const double *const p = lanes_arctangent;
@@ -322,8 +324,8 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     odd = LANES_FMA(zz, odd, LANES_OF(p[3]));
     even = LANES_FMA(zz, even, LANES_OF(p[0]));
     odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
-    /* The arc tangent is the angle from the axis or diagonal whose direction is `count` times 45
-     * degrees. */
+    /* The arc tangent of t is an angle relative to an axis or diagonal. The direction of this axis
+     * or diagonal is `count` times 45 degrees. */
     const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
     const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
     const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));

@@ -77,9 +77,9 @@ static LANES_TARGET __attribute__((noinline, unused)) int LANES_NAME(chasles_nea
     return chasles_nearest(&of, by->moves, q_seed, q, residual, margin);
 }
 
-/* Writes the nearest solutions to dense rows of q, residual and margin. Also writes the slot of
- * each solution, or the reason why there is no solution. The compiled function is an inverse with k
- * solution slots of n coordinates. */
+/* Writes the nearest solution of each pose to q, residual and margin, without gaps between the
+ * rows. Also writes the slot index of the solution, or the reason why there is no solution. The
+ * compiled function is an inverse with k solution slots of n coordinates. */
 static LANES_TARGET __attribute__((unused)) void LANES_NAME(lanes_nearest)(
     LANES_NAME(lanes_kernel) kernel, const lanes_shape *shape, size_t count,
     const double *const *inputs, const ptrdiff_t *input_steps, int n, int k,

@@ -20,10 +20,11 @@ MAX_TOGETHER = 3
 STARTS = 12
 STEPS = 60
 MIN_ZEROS = 6
-"""Minimum number of sampled zeros before a factor may be dropped from a condition."""
+"""A factor is dropped only if the search finds at least this number of common zeros of the other
+factors."""
 IMPLIED = 1e-4
-"""Maximum absolute value of a factor that counts as 0. If 1 + cos q is e, sin q is about sqrt(2 e).
-"""
+"""Maximum absolute value of a factor that counts as 0. Near q = pi, sin q is about sqrt(2 e) if 1 +
+cos q = e."""
 SEED = 40
 
 

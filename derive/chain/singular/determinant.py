@@ -19,9 +19,9 @@ from .views import Minor, minors
 MAX_JOINTS = 7
 """If an arm has more joints than this number, the minors of its Jacobian are not expanded."""
 LARGEST_BLOCK = 4
-"""Maximum block size for which the determinant is expanded."""
+"""Maximum size of a block whose determinant is expanded, if the Jacobian has one maximal minor."""
 LARGEST_OF_SEVERAL = 3
-"""Maximum block size if the Jacobian is not square and therefore has several largest minors."""
+"""Maximum size of an expanded block, if the Jacobian has several maximal minors."""
 
 MAX_OBLIQUE = 4
 """Maximum number of constant rotations by angles that are not multiples of 90 degrees."""
@@ -47,7 +47,9 @@ def determinant(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Factored | None:
 
 
 def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factored, ...] | None:
-    """Return the largest minors of the Jacobian. Minors that are always 0 are omitted.
+    """Return the maximal minors of the Jacobian.
+
+    Minors that are always 0 are omitted.
 
     Args:
         robot: A serial robot without couplings.

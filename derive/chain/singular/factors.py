@@ -1,8 +1,8 @@
-"""Factors polynomials in cosines and sines by half-angle tangents.
+"""Factors polynomials in cosines and sines after a conversion to half-angle tangents.
 
 A polynomial in tangents has unique factors. The factors are converted back to cosines and sines of
-coordinate sums. A factor is rewritten in angle sums of parallel axes if the rewritten factor is
-shorter.
+coordinate sums. A factor is expressed with sums of the angles of parallel axes if the new
+expression is shorter.
 """
 
 from collections.abc import Iterator, Sequence
@@ -169,7 +169,7 @@ def _shortest(ring: ScrewRing, polynomial: Polynomial) -> sp.Expr:
 
 
 def _in_sums(ring: ScrewRing, polynomial: Polynomial) -> Iterator[tuple[int, sp.Expr, Polynomial]]:
-    """Yield forms in which a sum or difference of adjacent angles replaces one angle."""
+    """Yield polynomials with one angle replaced by a sum or difference of adjacent angles."""
     places = {symbol: k for k, symbol in enumerate(ring.ring.symbols)}
     gens = ring.ring.gens
     pairs = [(k, k + step) for k in range(len(ring.q)) for step in (-1, 1)]
@@ -196,7 +196,7 @@ def _half(degree: int) -> int:
 def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
     """Multiply pairs of factors that have an odd degree in t = tan(q/2).
 
-    A factor t = tan(q/2) becomes sin(q)/2 by multiplication with cos(q/2)^2.
+    Multiplication by cos(q/2)^2 converts a factor t = tan(q/2) to sin(q)/2.
     """
     odd = [f for f in factors if _degree(f, t) % 2 and f != t]
     alone = [f for f in factors if f == t]

@@ -101,7 +101,8 @@ def _screws(robot: SerialRobot) -> tuple[FloatArray, float]:
 def _ranges(robot: SerialRobot, length: float) -> tuple[FloatArray, FloatArray]:
     """Return the joint limits.
 
-    The range of an unlimited joint is half a turn, or the arm length, in both directions.
+    Missing limits are replaced by -pi and pi for a revolute joint, and by plus and minus the arm
+    length for other joints.
     """
     limits = []
     for joint in robot.moving:

@@ -20,7 +20,7 @@ from .views import seen_screws
 
 FloatArray = NDArray[np.float64]
 DRAWS = 4
-"""Number of generic configurations."""
+"""Number of random configurations that represent the generic case."""
 STARTS = 24
 """Number of random start configurations in the search for configurations at which a factor is zero.
 """
@@ -47,7 +47,7 @@ class _Configuration:
         return abs(float(self.directions[i] @ self.directions[j]))
 
     def off_line(self, point: FloatArray, i: int) -> float:
-        """Return the distance of a point from an axis, divided by the size."""
+        """Return the distance of a point from an axis, divided by the size of the arm."""
         across = np.cross(point - self.points[i], self.directions[i])
         return float(np.linalg.norm(across)) / self.size
 

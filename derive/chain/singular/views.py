@@ -1,8 +1,9 @@
 """Selects the frame and reference point for which the Jacobian has the most zeros.
 
 Frame and reference point change neither the rank nor the determinant of the Jacobian (Murray, Li
-and Sastry 1994, 3.4). With a frame in the middle of the chain, the Jacobian has small blocks. A
-reference point at the intersection of joint axes has the same effect.
+and Sastry 1994, 3.4). If the Jacobian is expressed in a frame in the middle of the chain, its
+diagonal blocks are smaller. A reference point at the intersection of joint axes has the same
+effect.
 """
 
 import math
@@ -63,7 +64,7 @@ class Minor:
 
     Attributes:
         view: The frame and reference point of the Jacobian.
-        blocks: The diagonal blocks of the submatrix, which is block-triangular.
+        blocks: The diagonal blocks of the submatrix. The submatrix is block-triangular.
     """
 
     view: View
@@ -153,7 +154,7 @@ def seen_screws(S: FloatArray, q: FloatArray, body: int) -> FloatArray:
         q: Configurations (..., n).
         body: Number of joints between the base and the body.
     """
-    # The index of the component comes first, so that cross products work on whole rows.
+    # The first array index is the screw component, so that cross products use whole rows.
     seen = np.repeat(S[:, None], math.prod(q.shape[:-1]), axis=1)
     angles = q.reshape(-1, q.shape[-1], 1)
     for k in range(body):

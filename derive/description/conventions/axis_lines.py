@@ -129,7 +129,10 @@ def angle(value: mpmath.mpf) -> sp.Expr:
 
 
 def length(value: mpmath.mpf) -> sp.Expr:
-    """Return a length (meter) as a rounded decimal, without rounding errors near 0."""
+    """Return a length (meter) as a rounded decimal.
+
+    Values within rounding errors of 0 become 0.
+    """
     if abs(value) <= ZERO_COMPONENT:
         return sp.S.Zero
     return sp.Rational(mpmath.nstr(value, AXIS_DIGITS))

@@ -1,8 +1,8 @@
 """Measures how a joint axis moves if the parameters of its convention change.
 
-A revolute axis is a line, which can move in four ways. Shifts along the line and rotations about
-the line have no effect. For a prismatic joint, only the direction of the axis matters. A direction
-can change in two ways.
+The axis of a revolute joint is a line with four degrees of freedom. Shifts along the line and
+rotations about the line have no effect. For a prismatic joint, only the direction of the axis
+matters. The direction has two degrees of freedom.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -42,7 +42,7 @@ class AxisMap:
             added motions are about or along the joint axis or the preceding axis.
         columns: Twists (v; omega) of the joint frame per unit change of each parameter, shape (6,
             number of parameters), in the joint frame.
-        free: Components of the twist that move the axis.
+        free: Indices of the twist components that move the joint axis.
     """
 
     product: Placement
@@ -58,13 +58,13 @@ class AxisMap:
 
 
 def free_of(kind: JointKind) -> tuple[int, ...]:
-    """Return the components of the twist (v, omega) of a joint that move its axis."""
+    """Return the indices of the twist components (v, omega) that move the axis of a joint."""
     return FREE.get(kind, OF_A_LINE)
 
 
 @cache
 def axis_map(convention: Convention, kind: JointKind) -> AxisMap:
-    """Return the transform from one joint axis to the next in the terms of a convention.
+    """Return the transform from one joint axis to the next, in the parameters of a convention.
 
     If a transform ends with a rotation about the joint axis, a rotation and a shift along the
     preceding axis are added.
@@ -140,7 +140,9 @@ class Motions:
         self._count = len(symbols)
 
     def __call__(self, values: Sequence[float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the twists (6, k) of the last frame in its own axes, and the orientation (3, 3).
+        """Return the twists (6, k) and the orientation (3, 3) of the last frame.
+
+        The twists are expressed in the axes of the last frame.
 
         Args:
             values: One value for each symbol, in the order of the symbols.
@@ -150,7 +152,7 @@ class Motions:
         R, p = np.eye(3), np.zeros(3)
         for k in reversed(range(len(arguments))):
             turns, axis = self._axes[k]
-            # R[axis] is the axis of the elementary motion in the last frame.
+            # R[axis] is the direction of the elementary motion, expressed in the last frame.
             if turns:
                 i, j = (axis + 1) % 3, (axis + 2) % 3
                 of_motions[:3, k] = p[i] * R[j] - p[j] * R[i]
@@ -194,7 +196,10 @@ def field_values(found: Fitted) -> dict[str, sp.Expr]:
 
 
 def _coordinates(motion: Rotation | Translation) -> list[tuple[sp.Symbol, sp.Matrix]]:
-    """Return each symbol of a motion with the twist that it causes."""
+    """Return pairs (symbol, twist), one for each symbol of a motion.
+
+    The twist is the velocity for a unit rate of the symbol.
+    """
     if isinstance(motion, Rotation):
         arguments = [(motion.angle, 3 + "xyz".index(motion.axis))]
     else:

@@ -36,7 +36,7 @@ def home_pose(robot: SerialRobot, values: Mapping[sp.Symbol, sp.Expr]) -> Any:
 
 
 def placement_of(T: Any) -> Placement:
-    """Return the placement of a pose (4, 4), with position, roll, pitch and yaw."""
+    """Convert a pose (4, 4) to a placement with position, roll, pitch and yaw."""
     return from_xyz_rpy(*xyz_rpy_of(T))
 
 

@@ -68,12 +68,15 @@ class Neighbours:
         return convention.fit(self.line) if convention.fit else None
 
     def displacements(self, convention: Convention) -> NDArray[np.float64] | None:
-        """Return the displacements of the axis per convention parameter, shape (4, k) or (2, k).
+        """Return the displacement of the axis per unit of each convention parameter.
+
+        The shape is (4, k) or (2, k) for k parameters.
 
         The last two rows are rotations about the common normal and its perpendicular. If the result
         has four rows, the first two rows are shifts along these directions, in units of the arm
-        length. The position of a preceding prismatic axis is arbitrary, so its perpendicular shifts
-        count as parameters. The result is None if the convention cannot describe the axis.
+        length. If the preceding joint is prismatic, the position of its axis is arbitrary.
+        Therefore, the two translations perpendicular to the preceding axis count as additional
+        parameters. The result is None if the convention cannot describe the axis.
         """
         found = self.fit(convention)
         if found is None:
@@ -86,9 +89,9 @@ class Neighbours:
     def by_numbers(
         self, product: Placement, symbols: Sequence[sp.Symbol], values: Sequence[float]
     ) -> NDArray[np.float64]:
-        """Return the displacements of the second axis for a product of motions between two axes.
+        """Return the displacement of the second axis per unit of each symbol of ``product``.
 
-        There is one displacement per symbol.
+        The product is the transform from the first axis to the second axis.
         """
         if self.before is not None and self.before.kind == "prismatic":
             product = translation(_PLACE[0], _PLACE[1], sp.S.Zero) + product

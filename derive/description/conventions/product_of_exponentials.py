@@ -14,9 +14,9 @@ from .urdf_origin import AXIS
 
 
 def _around_the_screw(kind: JointKind, *, axis: Vector, point: Vector) -> Placements:  # noqa: ARG001
-    """Return the displacement from the link frame to the screw axis, and its inverse.
+    """Return the transform from the link frame to the screw axis, and the inverse transform.
 
-    The two displacements cancel at the zero configuration.
+    The two transforms cancel at the zero configuration.
     """
     z_to_axis, to_point = align_z(axis), translation(*point)
     return to_point + z_to_axis, inverse(z_to_axis) + inverse(to_point)
@@ -46,5 +46,6 @@ poe = Convention(
 """The joint moves along a screw with the direction ``axis`` through ``point``.
 
 Direction and point are expressed in the frame of the previous link at the zero configuration. If
-all joints of a chain are `poe` joints, each link frame is then the base frame.
+all joints of a chain are `poe` joints, all link frames coincide with the base frame at the zero
+configuration.
 """

@@ -41,7 +41,7 @@ def suitable_convention(pair: Neighbours) -> Convention:
 
 
 def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Convention], ...]:
-    """Return each moving joint with a suitable convention.
+    """Return pairs of a moving joint and a suitable convention.
 
     A prismatic axis is moved to the origin of the preceding link.
     """
@@ -94,7 +94,10 @@ class _Placed:
     shift: sp.Expr = sp.S.Zero
 
     def fields(self) -> dict[str, sp.Expr | Vector]:
-        """Return all field values, with rotation about and shift along the joint axis."""
+        """Return the values of all fields.
+
+        They include the rotation about the joint axis and the shift along it.
+        """
         fields = dict(self.fitted.values)
         if self.convention.turning:
             return fields | {
@@ -110,7 +113,10 @@ class _Placed:
         return self.convention(self.pair.joint.kind, **self.fitted.values)[0]
 
     def after(self) -> Any:
-        """Return the joint frame (4, 4), without rotation about and shift along the joint axis."""
+        """Return the joint frame (4, 4).
+
+        The frame excludes the rotation about the joint axis and the shift along it.
+        """
         return self.before * pose_in_digits(self._own(), {})
 
     def as_joint(self) -> Joint:

@@ -54,5 +54,5 @@ urdf = Convention(
     numbers=_origin,
     fit=_at_the_axis,
 )
-"""The link transform is T(xyz) Rz(yaw) Ry(pitch) Rx(roll), then the motion about or along ``axis``
-in this frame."""
+"""The link transform is T(xyz) Rz(yaw) Ry(pitch) Rx(roll), followed by the joint motion about or
+along ``axis``. The vector ``axis`` is given in the frame after the first four transforms."""

@@ -97,7 +97,8 @@ def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
         arguments: Argument values of a xacro file, each as ``name:=value``.
 
     Raises:
-        DescriptionError: The file is invalid, or a file other than a xacro file has arguments.
+        DescriptionError: The file is invalid, or arguments are given for a file that is not a xacro
+            file.
     """
     if is_xacro(file):
         return UrdfFile(f"{file} (expanded)", expanded(file, arguments))
@@ -160,7 +161,10 @@ def _chains(
 
 
 def _of_group(source: LinkedBodies, file: Path, group: str, srdf: Path | None) -> list[Chain]:
-    """Return the chains of a group with their name suffixes."""
+    """Return the chains of an SRDF group.
+
+    Each chain has a suffix for the robot name.
+    """
     groups = srdf or srdf_in_folder(file)
     if groups is None:
         raise DescriptionError(

@@ -1,8 +1,8 @@
 """Finds the end parts of an arm: fingers, wheels, short branches and ball joints.
 
 A finger is a joint with one of ``FINGER_WORDS`` in its name. If at least ``JOINTS_OF_AN_ARM``
-joints precede a finger, all branches on its parent link are fingers too. After a moving joint, a
-joint is also a finger if the name of its parent link contains a word of ``FINGER_WORDS``. If
+joints precede a finger, all branches on its parent link are fingers too. A joint that follows a
+moving joint is also a finger if the name of its parent link contains a word of ``FINGER_WORDS``. If
 several prismatic or coupled joints start at one link after a moving joint, these joints are fingers
 too, unless they carry a tool frame.
 
@@ -13,7 +13,7 @@ link.
 A wheel is a joint with a wheel word in its name or in the name of its child link. A base joint also
 counts as a wheel if it carries only wheels.
 
-A ball joint without a following joint is the end of a rod or a rope.
+A ball joint counts as the end of a rod or a rope if no moving joint comes after it in the tree.
 """
 
 import re

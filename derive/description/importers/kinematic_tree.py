@@ -1,4 +1,4 @@
-"""A tree of named links and joints, which finds the path from base to tip."""
+"""Represents named links and joints as a tree, and finds the path from base to tip."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass

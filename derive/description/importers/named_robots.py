@@ -14,7 +14,9 @@ MAX_SHOWN = 5
 
 
 def described(name: str) -> tuple[Path, tuple[str, ...]]:
-    """Return the file of a robot in robot_descriptions, downloaded with git at the first use.
+    """Return the file of a robot in robot_descriptions.
+
+    The file is downloaded with git at the first use.
 
     Args:
         name: Name of a description in the package, such as ``ur5e_description``. Without a suffix,

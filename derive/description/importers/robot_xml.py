@@ -23,7 +23,10 @@ _UTF_16 = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"<\0": "utf-16-le", b"
 
 
 def read_xml(path: str | Path) -> str:
-    """Read an XML file in its encoding, which its byte order mark or its declaration states.
+    """Read an XML file.
+
+    The byte order mark or the XML declaration states the encoding of the file. The default is
+    UTF-8.
 
     Raises:
         DescriptionError: The file cannot be read, is too long, or does not have the stated
@@ -82,8 +85,8 @@ def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
     try:
         element = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
-        # Some exporters write undeclared prefixes such as drake:. The log of the exception may
-        # contain errors of other files, so the log of the parser is used.
+        # Some exporters write namespace prefixes, such as drake:, without declaring them. The log
+        # of the exception may contain errors of other files, so the log of the parser is used.
         if any(entry.domain != etree.ErrorDomains.NAMESPACE for entry in parser.error_log):
             reason = f"well-formed XML ({error.msg})"
             raise file_error(file, error.lineno, "", None, reason) from error

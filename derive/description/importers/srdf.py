@@ -20,7 +20,7 @@ MAX_NESTED = 16
 
 
 def group_ends(file: Path, tree: KinematicTree, group: str) -> tuple[tuple[str, str], ...]:
-    """Return base link and tip link of each chain in a group.
+    """Return the base link and the tip link of each chain in a group.
 
     Args:
         file: An SRDF file, or a xacro file that expands to SRDF.
@@ -96,7 +96,11 @@ class _Srdf:
                 self._fail(joint, joint.get("name"), expected)
 
     def _links(self, element: etree._Element) -> list[str]:
-        """Return the links of a group without the root, and the child links of its joints."""
+        """Return the links of an SRDF group.
+
+        The result contains the links that the group names, except the root link of the tree. It
+        also contains the child links of the joints that the group names.
+        """
         carried = {joint.name: joint.child for joint in self.tree.joints}
         for joint in element.findall("joint"):
             if joint.get("name") not in carried:

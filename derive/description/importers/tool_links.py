@@ -29,10 +29,13 @@ MAX_OTHERS = 6
 
 
 class NoChain(DescriptionError):
-    """No joints connect two links. The caller adds the file name to the error message.
+    """The chain between base and tip cannot be determined.
+
+    The caller adds the file name to the error message.
 
     Attributes:
-        field: The wrong argument: ``base``, ``tip`` or ``link``.
+        field: What is wrong or missing, such as ``base``, ``tip``, ``link``, ``joint`` or
+            ``mimic``.
         value: The wrong value, or None if the argument is missing.
         expected: A valid value, in words.
     """
@@ -203,7 +206,7 @@ def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
 
 
 def _without_motion(base: str, leaves: Sequence[str], left_out: Sequence[EndPart]) -> Ends:
-    """Return the only end link of a tree in which no joint moves, or raise an error."""
+    """Return the base and the only end link of a tree without arm joints, or raise an error."""
     if leaves == [base]:
         raise NoChain("tip", base, "a link other than the base, and a joint that moves it")
     if len(leaves) == 1:

@@ -48,7 +48,7 @@ DELTAS = ("theta", "d", "a", "alpha")
 NEARLY_PARALLEL = (1, 2)
 """Rows of the upper arm and the forearm, whose axes are nearly parallel to the next axis."""
 WRITTEN_DIGITS = 20
-"""Number of digits of the computed placements, which exceeds the digits of a double."""
+"""Number of digits of the computed placements. This number exceeds the precision of a double."""
 
 
 @dataclass(frozen=True)
@@ -234,7 +234,7 @@ class _File:
 def _entries(node: "Node | None") -> dict[str, "Node"]:
     """Return the entries of a YAML table, or {} for any other node."""
     pairs = node.value if node is not None and node.id == "mapping" else []
-    # With nested aliases, the text of a key could have any length.
+    # Only scalar keys are read, because nested aliases could make the text of other keys very long.
     return {key.value: value for key, value in pairs if key.id == "scalar"}
 
 
@@ -245,8 +245,9 @@ def _without_large_offsets(rows: Sequence[Sequence[mp.mpf]]) -> tuple[LinkPose, 
     """Convert DH rows (theta, d, a, alpha) to poses of the joints.
 
     The origin of a joint may be any point of the joint axis. For each row index in
-    ``NEARLY_PARALLEL``, the origin after the row is moved into the plane normal to the preceding
-    axis. The tool pose stays the same.
+    ``NEARLY_PARALLEL``, the origin after the row is moved along its joint axis. The new origin is
+    in the plane that contains the preceding origin and is normal to the preceding axis. The tool
+    pose stays the same.
     """
     turns = [_turn("z", theta) * _shift(0, 0, d) for theta, d, _, _ in rows]
     arms = [_shift(a, 0, 0) * _turn("x", alpha) for _, _, a, alpha in rows]

@@ -108,7 +108,7 @@ class TransmissionReader:
         return DrivenJoints(rows, free, tuple(notes))
 
     def _check(self, parts: Sequence[etree._Element], taken: Container[str], expected: str) -> None:
-        """Raise an error if the name of a part occurs twice."""
+        """Raise an error if the name of a part is in ``taken`` or occurs twice."""
         seen: set[str] = set()
         for part in parts:
             name = identifier(str(part.get("name")))

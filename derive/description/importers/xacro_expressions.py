@@ -1,11 +1,13 @@
-"""Evaluates xacro expressions without Python's ``eval``. A file can therefore not run commands.
+"""Evaluates xacro expressions without Python's ``eval``.
+
+This prevents a file from running commands.
 
 Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``, so that a file can call any Python
-function. In chasles, Python only parses the expression. The evaluator supports numbers, strings,
-lists, tuples, dictionaries, operators, comprehensions and the documented functions of xacro. The
-evaluator rejects ``lambda``, ``type``, ``vars``, ``str.format`` and names that start with an
-underscore. No accepted symbol may call a rejected function. For example, ``map`` is rejected
-because it can call any function.
+function. chasles uses Python only to parse the expression, and computes the value with its own
+evaluator. The evaluator supports numbers, strings, lists, tuples, dictionaries, operators,
+comprehensions and the documented functions of xacro. The evaluator rejects ``lambda``, ``type``,
+``vars``, ``str.format`` and names that start with an underscore. No accepted symbol may call a
+rejected function. For example, ``map`` is rejected because it can call any function.
 """
 
 import ast
@@ -20,7 +22,7 @@ MAX_STEPS = 1_000_000
 MAX_SIZE = 1_000_000
 """Maximum length of a repeated text or list, and maximum number of bits of an integer."""
 REFUSED_FUNCTIONS = ("type", "vars", "complex", "issubclass", "hash")
-"""Functions of xacro that only inspect Python objects."""
+"""Functions of xacro that the evaluator rejects. These functions only inspect Python objects."""
 METHODS: Mapping[type, Collection[str]] = {
     str: (
         *("capitalize", "count", "endswith", "find", "index", "isalnum", "isalpha", "isdigit"),
@@ -70,7 +72,7 @@ COMPARISONS: Mapping[type[ast.cmpop], Callable[[Any, Any], bool]] = {
 
 
 class RefusedExpressionError(ValueError):
-    """An expression is outside the subset of xacro, or is too large."""
+    """An expression is outside the supported subset of xacro, or is too large."""
 
 
 @contextmanager
@@ -82,8 +84,8 @@ def replaced(module: Any, **values: Any) -> Iterator[None]:
         yield
     finally:
         for name in values:
-            # If the module had no attribute of this name, deleting the attribute makes the built-in
-            # function visible again.
+            # An attribute that did not exist before is deleted. A built-in function of the same
+            # name then becomes visible again.
             if name in before:
                 setattr(module, name, before[name])
             else:

@@ -25,8 +25,7 @@ ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
 CLASS = re.compile(r"<class '[\w.]+'>: ")
 """Name of the error class, which xacro prints before its message."""
 TWICE = re.compile(r"(?<!\S)(\S.{7,}) \1(?!\S)")
-"""Matches a text that occurs twice in a row. If xacro nests errors, xacro repeats the error
-message."""
+"""Matches a text that occurs twice in a row. Xacro repeats the message of a nested error."""
 MAX_REASON = 2000
 """Maximum length of an error message from xacro."""
 PACKAGE_ENDINGS = ("_description", "_support")
@@ -49,8 +48,9 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
     ``$(find package)`` is searched in the parent folders of the file and their subfolders, and then
     in an installed ROS. The folder of a package has the name of the package, or contains a
     package.xml with this name. Package names are compared without the suffixes of
-    ``PACKAGE_ENDINGS``. Included files and YAML files must belong to the package of the file or to
-    packages of ``$(find package)``. Without a package.xml, the package is the folder of the file.
+    ``PACKAGE_ENDINGS``. Included files and YAML files must belong to the package of the xacro file,
+    or to a package that ``$(find package)`` names. Without a package.xml, the package is the folder
+    of the file.
 
     Args:
         file: A xacro file.

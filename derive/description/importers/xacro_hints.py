@@ -1,4 +1,4 @@
-"""Finds the cause if a part of a xacro file is missing, such as an argument, macro or link.
+"""Finds out why a part of a xacro file is missing, such as an argument, a macro or a link.
 
 The hint names a nearby file that defines the missing part.
 """
@@ -116,7 +116,7 @@ def _without_links(file: Path, includes: Sequence[str]) -> str:
 
 
 def _macros(file: Path) -> list[_Macro]:
-    """Return the macros of a file that create links.
+    """Return those macros of a file that create links.
 
     If no macro creates links, all macros are returned.
     """

@@ -1,8 +1,9 @@
 """Generates C that computes many poses in parallel with SIMD instructions.
 
-``<robot>_lanes.h`` defines each function for vectors with one pose per lane. ``<robot>_batch.c``
-compiles this header for each instruction set and selects the set at run time. Other processors use
-a plain loop. ``chasles_lanes.h`` and ``chasles_batch.h`` are the same for every robot.
+``<robot>_lanes.h`` defines each function for SIMD vectors that hold one pose per lane.
+``<robot>_batch.c`` compiles this header for each instruction set and selects the set at run time.
+Other processors use a plain loop. ``chasles_lanes.h`` and ``chasles_batch.h`` are the same for
+every robot.
 """
 
 from collections.abc import Sequence
@@ -201,7 +202,7 @@ def _choice(name: str, size: Sizes) -> str:
 
 
 def _nearest(name: str, size: Sizes, function: Signature) -> str:
-    """Return the macro for the nearest solutions on SIMD lanes.
+    """Return the C macro that computes the nearest solutions on SIMD lanes.
 
     The macro refers to the variables ``n``, ``inputs``, ``input_steps``, ``seeds``, ``outputs`` and
     ``slot`` of the caller.

@@ -27,7 +27,7 @@ WIDEST = 8
 def files(
     robot: Described, functions: Sequence[SymbolicFunction], programs: Programs
 ) -> dict[str, str]:
-    """Return the header that computes the branches, keyed by name."""
+    """Return the header that computes the branches, keyed by its file name."""
     branched = [function for function in functions if function.signs]
     if not branched:
         return {}

@@ -28,7 +28,7 @@ PARAMETRIC = (
     "chasles_closure_newton.h",
     "chasles_closure_tolerances.h",
 )
-"""The support files for parametric loops."""
+"""Support files for loops whose geometry is an input."""
 MODES = ("chasles_closure_modes.h", "chasles_closure_tolerances.h")
 """Support files for inverses that solve each leg and check the result."""
 

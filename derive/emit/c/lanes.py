@@ -102,7 +102,10 @@ def _filled(lines: Iterable[str]) -> list[str]:
 
 
 class _Writer:
-    """Prints statements. Conditions are printed as lane masks."""
+    """Prints statements.
+
+    A condition is printed as a mask with one entry for each SIMD lane.
+    """
 
     def __init__(self, program: Program) -> None:
         self._program = program
@@ -178,8 +181,8 @@ class _Writer:
     def _called(self, name: str, statement: Compute) -> list[str]:
         operation, operands = statement.operation, statement.operands
         if operation in _EXTREMES and any(isinstance(o, Constant) for o in operands):
-            # The instruction returns its second argument if the first argument is NaN. The constant
-            # is the second argument, so the result for NaN is the constant.
+            # The minimum or maximum instruction returns its second argument if the first argument
+            # is NaN. The constant is the second argument, so the result for NaN is the constant.
             first, second = sorted(operands, key=lambda o: isinstance(o, Constant))
             value = f"LANES_{_EXTREMES[operation]}({self.number(first)}, {self._name(second)})"
             return [f"  const lanes {name} = {value};"]

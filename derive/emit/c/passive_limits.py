@@ -16,8 +16,8 @@ PASSIVE = "chasles_passive.h"
 def limited_variables(derivation: Derivation) -> tuple[LimitedVariable, ...]:
     """Return the limited joints and cylinders of a mechanism that are not actuated.
 
-    Full turns of a joint without a coupling keep the configuration. Such a joint is included only
-    if it has two limits that are less than a full turn apart.
+    A full turn of a joint without a coupling does not change the configuration. Such a joint is
+    included only if it has two limits that are less than a full turn apart.
     """
     mechanism, hybrid = derivation.robot, derivation.hybrid
     functions = {f.name for f in (*derivation.functions, *derivation.written)}

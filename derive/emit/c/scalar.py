@@ -62,7 +62,10 @@ def branches_file(robot: Described) -> str:
 
 
 def branches_flag(robot: Described) -> str:
-    """Return the name of the macro that the branch header defines if the compiler supports it."""
+    """Return the name of a C macro.
+
+    The branch header defines the macro if the compiler supports the SIMD code of the header.
+    """
     return f"{robot.name.upper()}_BRANCHES"
 
 
@@ -152,7 +155,7 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
 
 
 def _filled(function: SymbolicFunction) -> dict[str, str]:
-    """Map output arrays of calls to function results.
+    """Return the function result for each output array of a call, keyed by the array name.
 
     A call writes its outputs directly to the function results, without a copy.
 
@@ -214,13 +217,13 @@ def _wrapped(line: str) -> list[str]:
 
 @dataclass(frozen=True)
 class _Parts:
-    """A program, divided before the first call that computes several cosines and sines.
+    """A program, split at its first call that computes several cosines and sines.
 
     Attributes:
         before: Statements before this call.
         angles: Arguments of the cosines and sines.
         turns: Names of the results, ``c[k]`` and ``s[k]`` for angle k.
-        after: Statements after the call that computes the cosines and sines.
+        after: Statements after this call.
     """
 
     before: tuple[Compute, ...]

@@ -2,7 +2,7 @@
 
 If joints are coupled, a full turn of one joint may move several motors by fractions of a turn. For
 example, a full turn of one joint may move both motors of a differential by half a turn each. The
-limits of a coupled robot form a polytope. No tables are needed if coupled joints have no limits,
+limits of a coupled robot form a polytope. No tables are needed if the coupled joints have no limits
 and a full turn of a joint changes the coordinates only by full turns.
 """
 
@@ -37,7 +37,7 @@ def shares_limits(derivation: Derivation, wraps: Sequence[bool]) -> bool:
 def joint_limits(robot: SerialRobot) -> tuple[Limits, ...]:
     """Return the limits of each joint, or (None, None) for a joint whose value is a coordinate.
 
-    The limits of such a joint are the limits of the coordinate.
+    If the value of a joint is a coordinate, the limits of the coordinate also apply to the joint.
     """
     own = robot.linear_map
     named = [
@@ -86,7 +86,8 @@ def nearest_slots(name: str, kind: str, table: str) -> list[str]:
 
     Args:
         name: Name of the robot.
-        kind: Suffix of the support function chasles_nearest that selects a solution.
+        kind: Suffix in the name of the support function ``chasles_nearest_<suffix>``. The support
+            function selects a solution.
         table: Suffix of the table that the support function reads.
     """
     return [
@@ -123,7 +124,7 @@ def _is_own(own: LinearMap, joint: int, coordinate: int) -> bool:
 
 
 def _only(row: Sequence[sp.Expr]) -> tuple[int, sp.Expr]:
-    """Return the index and value of the only nonzero entry.
+    """Return the index and value of the only nonzero entry of a row.
 
     Returns (-1, 1) if the row has no nonzero entry or several nonzero entries.
     """

@@ -45,8 +45,8 @@ def definition(function: SymbolicFunction, described: Sequence[str], program: Pr
     Args:
         function: The function.
         described: The lines of the docstring; the first line is the summary.
-        program: The program of the function. If the function has branches, the program computes
-            one branch.
+        program: The program of the function. If the function has several branches, the program
+            computes the result of one branch.
     """
     first, *others = described
     slots = list(patterns(function)) if function.signs else []

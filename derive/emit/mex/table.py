@@ -16,7 +16,7 @@ _KEYWORDS = (
     "persistent return spmd switch try while"
 )
 _RESERVED = frozenset(_KEYWORDS.split())
-"""Keywords of MATLAB. Names in this list get a trailing underscore."""
+"""Keywords of MATLAB. An argument or result with one of these names gets a trailing underscore."""
 
 
 @dataclass(frozen=True)

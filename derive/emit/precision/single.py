@@ -43,7 +43,10 @@ def single(program: Program) -> Program:
 
 
 def _reaching_results(program: Program) -> set[Operand]:
-    """Return the operands whose values enter a result, and not only a condition."""
+    """Return the operands that affect the value of a result.
+
+    Operands that affect only a condition are excluded.
+    """
     found: set[Operand] = set()
     for statement in reversed(program.statements):
         if isinstance(statement, Store):

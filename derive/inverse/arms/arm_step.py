@@ -1,7 +1,7 @@
 """A loop step that treats the unknown joints of a loop as a serial arm between known bodies.
 
-This loop step supplements the loop steps in ``derive/loops/spatial/``. The branch of an arm is the
-branch of the reference configuration.
+This loop step supplements the loop steps in ``derive/loops/spatial/``. By default, the arm uses the
+branch that contains the reference configuration.
 """
 
 import math
@@ -45,8 +45,8 @@ class ArmStep(LoopStep):
     Attributes:
         found: Values of all joints of the arm if this step is the first step of the arm. Empty for
             later steps.
-        arm: The serial arm, in its first solution step. None in later steps, and if some joints of
-            the arm are locked.
+        arm: The serial arm if this step is the first step of the arm. None for later steps, and for
+            the step that tests whether locked joints keep their values.
     """
 
     found: tuple[sp.Expr, ...] = ()
@@ -132,7 +132,8 @@ class _EitherBranch:
     def signs(self, legs: Legs) -> Signs | None:
         """Return the requested branch signs, or the signs at the reference.
 
-        The result is None if no branch or several branches contain the reference.
+        If no branch is requested, exactly one branch must contain the reference configuration.
+        Otherwise, the result is None.
         """
         keys = [(self.arm.closure, symbol.name) for symbol in self.sides]
         if legs.branch is not None:
@@ -211,7 +212,10 @@ class _EitherBranch:
 
 
 def _arm(legs: Legs, loop: Loop) -> _EitherBranch | None:
-    """Return the unknown joints of a loop, solved as a serial arm, or None."""
+    """Solve for the unknown joints of a loop with the inverse of a serial arm.
+
+    Return None if this is impossible.
+    """
     terms, mechanism, values = legs.terms, legs.mechanism, legs.known.values
     open_ = frozenset(joint.name for joint in loop.joints if joint.name not in values)
     if not open_:
@@ -290,7 +294,10 @@ def with_arms(h: SolvedLoops) -> SolvedLoops:
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Return the functions of the main chain joints that need the inverse of a serial arm."""
+    """Return the makers of the functions that need the inverse of a serial arm.
+
+    Each of these functions takes the joint values of the main chain as an input.
+    """
     arms = from_chain_with_arms(h)
     if arms is None:
         return {}
@@ -303,7 +310,7 @@ def _with(arms: SolvedLoops, maker: Maker, _: SolvedLoops) -> SymbolicFunction:
 
 
 def from_chain_with_arms(h: SolvedLoops) -> SolvedLoops | None:
-    """Solve the loops for given main chain joints.
+    """Solve the loops for given values of the joints in the main chain.
 
     Some steps use inverses of serial arms.
 
@@ -328,7 +335,7 @@ def from_chain_with_arms(h: SolvedLoops) -> SolvedLoops | None:
 
 
 def _at_rest(h: SolvedLoops, locked: Mapping[int, sp.Expr]) -> ArmStep:
-    """Return the condition that locked joints keep their values."""
+    """Return a step whose margin is negative if the locked joints do not keep their values."""
     terms, joints = h.terms, [h.robot.moving[k] for k in locked]
     units = [h.numbers.size if joint.kind == "prismatic" else 1.0 for joint in joints]
     apart = [

@@ -79,7 +79,7 @@ class LoopArm:
         Args:
             work: State of the derivation. The function adds the branch signs and the solution steps
                 of the arm to this state.
-            entries: The entries of the pose that the arm reaches.
+            entries: The matrix entries of the pose that the arm must reach.
         """
         terms, robot = work.terms, self.robot
         solve_chain(
@@ -125,7 +125,7 @@ def loop_arm(
 def _split(
     path: tuple[Joint, ...], open_: Collection[str]
 ) -> tuple[tuple[Joint, ...], tuple[Joint, ...]]:
-    """Return the joints before the first unknown joint of a path, and all other joints."""
+    """Split a path into the joints before its first unknown joint and the remaining joints."""
     first = next((k for k, joint in enumerate(path) if joint.name in open_), len(path))
     return path[:first], path[first:]
 

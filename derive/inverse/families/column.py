@@ -55,7 +55,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     a1, a2, a3, a4, a5, a6 = lines.axes
 
-    # 1 to 3. The orientation of the tool: joints 1 and 4 rotate it by the sum of their angles.
+    # 1 to 3. The tool orientation determines angles 5 and 6 and the sum of angles 1 and 4, because
+    # axes 1 and 4 are parallel.
     center = lines.meeting(4, 5)
     meaning = "the common point of axes 5 and 6"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, center))
@@ -98,7 +99,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
     work.remainder((a1, a4))
 
-    # 5, 6. Joints 2 and 3 are prismatic and move the wrist in their plane.
+    # 5, 6. The prismatic joints 2 and 3 move the wrist in the plane of their two directions.
     displacement = subtracted(
         terms, rotated(terms, a1.h, q1.back, V), subtracted(terms, a4.p, a1.p)
     )
@@ -111,7 +112,8 @@ def _far_from_the_column(
     """Return the sum of angles 1 and 4.
 
     If the orientation does not determine this sum, axis 4 is placed as far as possible from the
-    column, because joint 1 must rotate axis 4 into the plane of the prismatic joints.
+    column. Joint 1 can rotate axis 4 into the plane of the prismatic joints only if this distance
+    is large enough.
     """
     x, y, z = W
     best = sp1(terms, column.h, reach, (-x, -y, -z)).turn

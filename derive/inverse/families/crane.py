@@ -6,8 +6,8 @@ the parallel axes. If there is a fifth axis, it is also perpendicular to the par
 steps are those for a rotating base with three parallel axes. The telescope changes one side of the
 triangle.
 
-Maximum number of solutions: 4 with five joints and 2 with four joints for a pose, and 8 for
-position and pitch.
+Maximum number of solutions for a pose: 4 with five joints, 2 with four joints. Maximum number of
+solutions for a position and a pitch: 8.
 """
 
 import numpy as np

@@ -34,7 +34,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     S = lines.meeting(1, 2)
 
     # 1 to 3. Joints 2 to 4 do not move the intersection point of their axes. Joint 1 moves the
-    # intersection point relative to the base. Joints 6 and 5 move the point as seen from the tool.
+    # intersection point relative to the base. Joints 5 and 6 move the intersection point relative
+    # to the tool.
     if a1.stays or a6.stays:
         q1, q6, q5 = _two_of_three(work, lines, target, S)
     else:

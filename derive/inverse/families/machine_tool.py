@@ -1,8 +1,8 @@
 """Machine tools: consecutive prismatic joints and revolute joints.
 
-Gantries and single joints also have this structure. At most three prismatic joints follow each
-other. The orientation determines the revolute joints. The position error that remains determines
-the prismatic joints.
+Gantries and single joints also have this structure. At most three prismatic joints are consecutive.
+The orientation determines the revolute joints. The remaining position error determines the
+prismatic joints.
 
 An arm of this family has at most two revolute joints, with two exceptions. Three revolute joints
 are possible if the arm also has three prismatic joints. Three consecutive revolute joints are
@@ -11,8 +11,8 @@ orientation determines only the sum of angles 1 and 3. With three prismatic join
 the position for any angle 1. If fixed joints rotate the directions of the three prismatic joints
 into one plane, the position determines angle 1. The axes need not intersect or be perpendicular.
 
-Maximum number of solutions: 1 for a pose, 2 for a pose with three revolute joints, 2 for a position
-and a direction. For an unreachable pose, the steps return a nearby pose.
+A pose has at most one solution, or two if the arm has three revolute joints. A position and a
+direction have at most two solutions. For an unreachable pose, the steps return a nearby pose.
 """
 
 from functools import partial

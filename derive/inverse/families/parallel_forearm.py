@@ -1,8 +1,9 @@
 """Six revolute joints. Axes 2, 3 and 4 are parallel.
 
-Joints 2 to 4 do not change vector components along axes 2 to 4. The component of the direction h_6
-of axis 6 along these axes gives one equation. The component of a point on axis 6 gives a second
-equation. Subproblem 6 solves the two equations for angles 1 and 5. Maximum number of solutions: 8.
+Joints 2 to 4 do not change vector components along axes 2 to 4. Two equations follow for axis 6.
+The first equation contains the component of the direction h_6 along axes 2 to 4. The second
+equation contains the component of the position of a point on axis 6 along axes 2 to 4. Subproblem 6
+solves the two equations for angles 1 and 5. Maximum number of solutions: 8.
 
 Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel).
 """
@@ -55,7 +56,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     h = a2.h
 
-    # 1, 2. Joints 2 to 4 do not change components along h_2.
+    # 1, 2. Joints 2 to 4 do not change vector components along h_2, the direction of their axes.
     W = subtracted(terms, target.point(terms, a6.p), a1.p)
     v = target.turned(terms, a6.h)
     reach = subtracted(terms, a6.p, a5.p)
@@ -128,9 +129,9 @@ def _nearer(
     The angles are unchanged unless the refinement reduces both errors.
 
     If axis 6 is nearly parallel to axes 2 to 4, the component of a vector along these axes
-    determines the vector only to 1e-8. The part of the vector normal to the axes is accurate to
-    double precision. Let two unit vectors have components c and c' along the axes. Let p and p' be
-    the parts of the two unit vectors normal to the axes. The parts p and p' satisfy
+    determines the vector only to 1e-8. The component normal to the axes is accurate to double
+    precision. Let c and c' be the components of two unit vectors along the axes. Let p and p' be
+    the projections of these unit vectors onto the plane normal to the axes. The projections satisfy
     ``|p|^2 - |p'|^2 = (c' - c)(c' + c)``.
     """
     let, h = terms.let, lines.axes[1].h

@@ -165,7 +165,8 @@ def _frame(
 ) -> tuple[Vector, Vector, Vector]:
     """Return three vectors for joints 1 to 3 at zero.
 
-    They are the vector from shoulder to wrist, the normal of the arm plane and the side direction.
+    The vectors are the direction from shoulder to wrist, the normal of the arm plane and the side
+    direction.
 
     If the upper arm and the forearm move in a plane normal to the elbow axis, the side direction
     lies in this plane. This direction is also defined for a stretched arm. For other arms, the side

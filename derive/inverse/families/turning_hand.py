@@ -2,8 +2,8 @@
 
 Joint 4 does not move the points on its axis. The target determines the position of a point on axis
 4. The first three joints move this point to its target position. Joint 4 produces the rotation that
-joints 1 to 3 do not produce. The residual includes the conditions that the steps do not use.
-Maximum number of solutions: 4.
+joints 1 to 3 do not produce. The solution steps use only some components of the target pose. The
+residual includes the errors of the unused components. Maximum number of solutions: 4.
 """
 
 import numpy as np
@@ -70,8 +70,9 @@ def _best_point(lines: Lines) -> Vector:
 
     A point that lies on the axis of an earlier joint does not determine the angle of this joint.
 
-    The selected point determines as many joint angles as a generic point of axis 4, if any
-    candidate point does. Among equally good points, the first point is selected.
+    The function selects the candidate point that determines the most joint angles. No candidate is
+    rated higher than a generic point of axis 4. Among equally good points, the first point is
+    selected.
     """
     arm, points = _arm(lines), _moved_points(lines)
     most = directions_at_right_angles(arm, _there(lines, SOME_SLIDE * (lines.length or 1.0)))
@@ -91,8 +92,8 @@ def _arm(lines: Lines) -> Lines:
     return Lines(lines.terms, lines.axes[:3], lines.tolerance)
 
 
-# The axes are numbered only from the base. If the axes were numbered from the tool, the inverse of
-# an arm with right angles would find no solution for some poses.
+# This family numbers the axes only from the base. If the axes were numbered from the tool, the
+# inverse of an arm with right angles would find no solution for some poses.
 TURNING_HAND = Family(
     "three joints and a revolute wrist joint", (4,), _requires, _solve, readings=("base",)
 )

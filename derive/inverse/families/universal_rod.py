@@ -7,7 +7,7 @@ delta (R-U-U) have this structure if their rods have printed universal joints.
 In a linear delta (P-U-U), joint 1 is prismatic, and its direction is perpendicular to axis 2. Joint
 1 moves axis 2, and joint 2 moves the end of the rod on a circle about axis 2.
 
-Joints 1 and 2 do not change components along their axes. Therefore, the direction of axis 5
+Joints 1 and 2 do not change vector components along axis 2. Therefore, the direction of axis 5
 determines the sum of angles 3 and 4. The position of a point on axis 5 determines angle 3. If the
 tool is oriented like the base, the sum of angles 3 and 4 is 0, and the two solutions for this sum
 coincide. A triangle determines angles 1 and 2. Angles 1 and 2 also determine the tool orientation.
@@ -91,7 +91,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _tilt(work: Work, lines: Lines, kept: Axis, target: Target) -> FoundTurn:
     """Return the angle of joint 3 that sets the angle between axis 5 and the axis ``kept``.
 
-    The sine follows from the other component, because a cosine determines small sines inaccurately.
+    The sine of the angle between the axes is computed as the norm of a cross product. A small sine
+    would be inaccurate if it were computed from the cosine.
     """
     terms, third, fifth = work.terms, lines.axes[2], lines.axes[4]
     aim = target.turned(terms, fifth.h)

@@ -134,8 +134,8 @@ def choose(robot: SerialRobot) -> Choice | None:
     """Return the elimination orders of an arm, or None if no elimination order is suitable.
 
     If no set of :func:`sets_to_fix` is suitable, all sets of joints are tried. For example, two of
-    five parallel joints must be fixed. All sets are also tried if a seven-joint arm is nearly
-    singular after its prismatic joint is fixed.
+    the parallel joints must be fixed in an arm with five parallel joints. All sets are also tried
+    if a seven-joint arm is nearly singular after its prismatic joint is fixed.
 
     Args:
         robot: The description.
@@ -340,9 +340,10 @@ def _separations(found: LineEquations, order: EliminationOrder, q: Array) -> tup
     The result is NaN if the elimination order is unsuitable.
 
     Args:
-        found: The coefficients (C, 14, 9) and (C, 3, 14, 9) of the equations.
+        found: The coefficients of the equations at C configurations: two arrays with the shapes (C,
+            14, 9) and (C, 3, 14, 9).
         order: The elimination order of the equations.
-        q: Joint values (C, 6). Only the suppressed joint is read.
+        q: Joint values (C, 6). The function uses only the value of the suppressed joint.
     """
     M = suppressed(found, order.halved)
     turns = 2 * np.pi * np.arange(SAMPLES) / SAMPLES

@@ -45,7 +45,7 @@ def quantities(p: Array, direction: Array) -> Array:
 
 
 def motion(T: Array) -> Array:
-    """Return the matrix (15, 15) of the linear map of (x, 1) for a rigid motion T (4, 4)."""
+    """Return the matrix (15, 15) by which a rigid motion T (4, 4) maps the vector (x, 1)."""
     R, d = T[:3, :3], T[:3, 3]
     A = np.zeros((SIZE, SIZE), T.dtype)
     h, dd, cross = R.T @ d, d @ d, hat(d) @ R

@@ -1,12 +1,13 @@
 """Equations of Raghavan and Roth for general six-joint arms.
 
 The arm and the tool pose form a closed loop. Let C_k be the placement after joint k. The placement
-C_6 leads from the tool back to the base and contains the target pose. The product of the factors
-``Rz(theta_k) C_k`` for k = 1 to 6 is the identity matrix.
+C_6 closes the loop from the tool back to the base, and therefore contains the target pose. The
+product of the factors ``Rz(theta_k) C_k`` for k = 1 to 6 is the identity matrix.
 
 An elimination order is a numbering of the joints. The numbering of the joints may start at any
-joint and may run in either direction. The method eliminates joints 1 and 2 together. Joint 3 is
-suppressed. Joint 6 does not move its axis, so the equations of the axis do not contain joint 6.
+joint and may run in either direction. The method eliminates joints 1 and 2 together. Joint 3 is the
+suppressed joint, whose angle appears only in the coefficients of the equations. Joint 6 does not
+move its own axis, so the equations for this axis do not contain the angle of joint 6.
 
     Let a be the axis of joint 6. Then ``Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 a = C_2^-1 Rz_2^-1 C_1^-1
     Rz_1^-1 C_6^-1 a``.
@@ -44,7 +45,7 @@ from .line_quantities import COUNT, Array, motion, quantities, slide, turn
 
 JOINTS = 6
 Parts = Callable[[int], tuple[Array, Array, Array]]
-"""Returns the coefficient matrices of a joint. ``sense`` is the sign of the joint coordinate."""
+"""Returns the coefficient matrices of a joint. The argument is the sign of the joint coordinate."""
 
 
 @dataclass(frozen=True)

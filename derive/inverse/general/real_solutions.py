@@ -1,4 +1,6 @@
-"""Computes all real solutions of a general arm for one pose, as an example in its article.
+"""Computes all real solutions of a general arm for one pose.
+
+The generated article about the arm shows these solutions as an example.
 
 The suppressed angle theta solves M(theta) u = 0. This is a quadratic eigenvalue problem in
 tan(theta / 2). The generated C needs no eigenvalue library. Newton's method reduces the pose error

@@ -1,9 +1,9 @@
 """Inverse of a robot whose forward kinematics solves the loops by iteration.
 
 A tool pose determines the joints of the main chain. These joints determine the actuators in closed
-form. Each loop has two branches, because its links can fold in two ways. If the loops take degrees
-of freedom from the main chain, the loop equations decide whether a pose is reachable. An example is
-a delta robot with a rotated platform.
+form. Each loop has two branches, because its links can fold in two ways. If the loops reduce the
+degrees of freedom of the main chain, the loop equations decide whether a pose is reachable. An
+example is a delta robot with a rotated platform.
 """
 
 from collections.abc import Sequence
@@ -108,7 +108,7 @@ def missing(h: SolvedLoops) -> str:
 
 
 def _chain(h: SolvedLoops) -> Chain | None:
-    """Return the main chain and a structure that solves its pose, or None if none exists."""
+    """Return the main chain with its inverse, or None if no known structure fits the chain."""
     whole = _whole_chain(h)
     moving = moving_chain(h, FAMILIES) if whole is None else None
     return (whole if moving is None else moving[0]) or carried_wrist(h) or carried_arm(h)
@@ -178,7 +178,7 @@ def _settled(
 
 
 def _idle_in_legs(h: SolvedLoops, function: SymbolicFunction, chain: Chain) -> frozenset[int]:
-    """Return the branch signs of legs that have no effect on the coordinates.
+    """Return the indices of branch signs that belong to legs and do not affect the coordinates.
 
     The loops of a platform with all degrees of freedom can be closed at every pose.
     """

@@ -15,7 +15,7 @@ Each equation is linear in the cosine and sine of a revolute joint before or on 
 equation is also linear in the displacement of a prismatic joint. Up to three joints before or on
 the platform are unknown. The remaining joints before or on the platform are fixed inputs.
 Handwritten C eliminates the unknowns one after the other, down to the roots of a trigonometric
-polynomial. ``ik_legs`` solves the platform and the legs for the values of the joints.
+polynomial. Finally, ``ik_legs`` solves for the platform and the legs.
 """
 
 from collections.abc import Sequence
@@ -57,7 +57,7 @@ SOLUTIONS = {
     (1, 2): 24,
     (2, 1): 6,
 }
-"""Maximum number of solutions. Each key is the number of unknown prismatic joints, followed by the
+"""Maximum number of solutions. Each key contains the number of unknown prismatic joints and the
 number of unknown angles. If two angles are unknown, each value of the second angle gives up to two
 values of the first angle."""
 ON_BOTH_SIDES = 48
@@ -74,8 +74,8 @@ class CarriedArmTables(Tables):
         joints: Total number of joints before the platform and on the platform.
         before: Number of joints before the platform.
         unknown: Number of unknown joints.
-        slides: Number of prismatic joints among the unknown joints. They come first among the
-            unknown joints.
+        slides: Number of prismatic joints among the unknown joints. The prismatic joints come first
+            among the unknown joints.
         dixon: Whether the last unknown joint follows from Dixon's resultant.
         solutions: Maximum number of solutions for the unknown joints.
         places: For each map, the number of its joint, counted from the base.
@@ -86,7 +86,8 @@ class CarriedArmTables(Tables):
         maps: Terms of the inverse pose of each joint. For a revolute joint, the terms are the
             factors of 1, cosine and sine. For a prismatic joint, the terms are the constant, the
             factor of the displacement, and 0.
-        planes: Unit normal and negative offset of each plane in the frame of the legs (1, meter).
+        planes: For each plane, the unit normal and the negative offset (meter) in the frame of the
+            legs.
         points: The ball joints in the platform frame (meter).
     """
 
@@ -179,7 +180,10 @@ class CarriedArm:
         )
 
     def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
-        """Return the argument for all joints except the legs, and all main-chain coordinates."""
+        """Return (arguments, coordinates of the main chain).
+
+        The only argument contains the values of the joints before and on the platform.
+        """
         carried, own = self.carried, self.argument
         values = {
             joint.name: symbol for joint, symbol in zip(carried.others, own.symbols, strict=True)
@@ -225,7 +229,7 @@ class CarriedArm:
         )
 
     def _platform(self, values: dict[str, sp.Expr]) -> list[sp.Expr]:
-        """Return the platform pose's entries in the frame of the legs."""
+        """Return the entries of the platform pose in the frame of the legs."""
         m, terms, carried = self.h.mechanism, self.h.terms, self.carried
         base = self.h.robot.base if carried.before else ()
         B = pose_along(m, terms, carried.before, (), values, base)
@@ -269,8 +273,8 @@ def _found(h: SolvedLoops) -> CarriedArm | str:
     equations = PlaneEquations(h, carried)
     count = equations.rank()
     obstacles = []
-    # The search first tries the joints near the tool as unknowns. It therefore prefers to fix rails
-    # and turntables.
+    # The search first tries the joints near the tool as unknowns. The search therefore prefers to
+    # fix rails and turntables.
     for unknown in combinations(range(len(names))[::-1], count):
         if equations.rank(unknown) == count:
             order = _order(equations, unknown)

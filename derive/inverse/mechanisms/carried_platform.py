@@ -204,7 +204,7 @@ def names_of(robot: SerialRobot) -> list[str]:
 
 
 def _plane(h: SolvedLoops, parts: _Parts, loop: Loop) -> Plane | None:
-    """Return the plane in which a leg keeps its ball joint, or None if the ball leaves a plane."""
+    """Return the plane in which a leg keeps its ball joint, or None if there is no such plane."""
     closure, chain = loop.loop_joint, {joint.name for joint in h.robot.joints}
     if not isinstance(closure, Closure) or closure.kind != "ball":
         return None
@@ -241,7 +241,10 @@ def _plane_of_leg(h: SolvedLoops, parts: _Parts, own: Frame, other: Frame) -> Pl
 
 
 def _plane_of_chain(platform: SerialRobot, terms: Terms) -> Plane | None:
-    """Return the plane of a leg, or None. The last three axes of the leg are its ball joint."""
+    """Return the plane in which a leg moves its ball joint, or None.
+
+    The last three axes of the leg form the ball joint.
+    """
     lines = Lines(terms, axes_of(platform, terms))
     if len(lines.axes) != LEG_JOINTS + TURNS or not all(a.turns for a in lines.axes[LEG_JOINTS:]):
         return None
@@ -254,7 +257,10 @@ def _plane_of_chain(platform: SerialRobot, terms: Terms) -> Plane | None:
 
 
 def _normal(axes: Sequence[Axis]) -> FloatArray | None:
-    """Return the normal of the plane in which the joints of a leg move points, or None."""
+    """Return the normal of the parallel planes in which the joints move points.
+
+    Return None if there are no such planes or no joint is revolute.
+    """
     normal = next((axis.direction for axis in axes if axis.turns), None)
     return normal if normal is not None and all(_keeps(a, normal) for a in axes) else None
 

@@ -8,11 +8,11 @@ condition that ball joint b_i lies in plane i is the equation
 
     n_i . R (b_i - c) = d_i - n_i . w,   i = 1, 2, 3.
 
-After the first equation, two angles of R are unknown. R maps the direction of b_1 - c to the
-direction with the azimuth alpha about n_1, and rotates by beta about this direction. The other two
-equations are linear in cos(beta) and sin(beta). Their resultant is a trigonometric polynomial of
-degree 4 in alpha, so that there are at most eight rotations. Handwritten C code computes the
-rotations. The function ``ik_legs`` solves the legs and the wrist for each platform pose.
+The first equation leaves two angles of R unknown. R maps the direction of b_1 - c to the direction
+with the azimuth alpha about n_1, and rotates by beta about this direction. The other two equations
+are linear in cos(beta) and sin(beta). Their resultant is a trigonometric polynomial of degree 4 in
+alpha, so that there are at most eight rotations. Handwritten C code computes the rotations. The
+function ``ik_legs`` solves the legs and the wrist for each platform pose.
 """
 
 from collections.abc import Sequence
@@ -94,7 +94,7 @@ class CarriedWrist:
     axes: Lines
 
     given = ()
-    """Joints whose values are inputs of the inverse: none."""
+    """Joints whose values are inputs of the inverse; always empty."""
     solver, solutions, label = SOLVER, ROTATIONS, "platform rotation"
     """Name of the C solver, its maximum number of solutions, and the name of a solution."""
 
@@ -113,7 +113,7 @@ class CarriedWrist:
         The only argument is the platform pose.
 
         Args:
-            work: Table that receives the signs and the solution steps.
+            work: Object that receives the branch signs and the solution steps.
         """
         values, platform = [], pose_of_entries(PLATFORM.symbols)
         seen = relative_entries(work.terms, platform, TOOL)

@@ -147,8 +147,8 @@ def _rows(
         left.append(one.across @ (one.point - other.point))
         for n, m in zip(one.axes, other.axes, strict=True):
             rows.append(np.hstack([np.zeros((3, 3)), -_cross(n)]))
-            # The direction of a line may be reversed. The direction of an axis of a pose must not
-            # be reversed.
+            # The two directions of a line are equivalent. For the axes of a pose, opposite
+            # directions are different.
             left.append(size * (n - (m if len(one.axes) > 1 or n @ m > 0 else -m)))
     return np.concatenate(rows), np.concatenate(left)
 

@@ -1,8 +1,8 @@
 """Numeric poses and Jacobians of robots whose loops have no closed form.
 
-A straight line connects the reference with each configuration. Newton's method closes the loops at
-several points on this line, with a few steps at each point. Newton's method follows all lines at
-the same time.
+In the space of actuated coordinates, a straight line connects the reference with each
+configuration. Newton's method closes the loops at several points on this line, with a few steps at
+each point. Newton's method follows all lines at the same time.
 """
 
 import numpy as np
@@ -15,9 +15,9 @@ from ...terms.casadi_graph import lower
 
 FloatArray = NDArray[np.float64]
 STATIONS, STEPS, LAST_STEPS = 4, 2, 4
-"""Number of points on a line, of Newton steps per point, and of Newton steps at the end. If
-Newton's method needs more steps than this number, as near a singularity, the result counts as not
-converged."""
+"""Number of points on a line, Newton steps per point, and Newton steps at the last point. If
+Newton's method needs more than LAST_STEPS steps at the end, for example near a singularity, the
+result counts as not converged."""
 
 
 class Followed:
@@ -49,7 +49,7 @@ class Followed:
     def _closed(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the loop variables (N, W) and the derivatives (N, M, W) of the loop equations.
 
-        The variables are NaN without convergence.
+        The loop variables are NaN if the iteration does not converge.
         """
         start, unknown = self.closure.start, self.closure.unknown
         w = np.repeat(start.w[None], len(q), 0)

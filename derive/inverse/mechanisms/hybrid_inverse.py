@@ -109,7 +109,7 @@ def _by_structure(
         hybrid: The robot.
         families: The families of axis structures to try.
         give: Indices of the chain joints to fix.
-        built: The as-built robot for which ``hybrid`` is the nominal robot, or None. The loops of
+        built: The as-built robot if ``hybrid`` is its nominal robot, otherwise None. The loops of
             the built robot may need coordinates beyond a dead point of the nominal robot.
     """
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
@@ -196,7 +196,10 @@ def _of_nominal(
     give: tuple[int, ...],
     closure: LoopClosure | None,
 ) -> Inverses | None:
-    """Return the inverse refined from a nominal robot. None if too few poses converge."""
+    """Return the inverse that refines the solutions of a nominal robot.
+
+    Return None if too few poses converge.
+    """
     design = solved_loops(loop_model(nominal.mechanism, hybrid.terms))
     exact = _by_structure(design, families, give, hybrid) if not design.forward.open else None
     found = exact.classification.found if exact and exact.solved else None

@@ -7,8 +7,9 @@ the leg is an arm whose last link has a known pose. A family of closed-form inve
 arm. Examples with closed forms are a tripteron (one prismatic and three parallel joints per leg),
 an Exechon, a 3-UPU, and rods between universal joints.
 
-Several configurations of a leg can have the same actuated coordinate. These configurations share a
-solution slot. The residual of the slot is the smallest residual of these configurations.
+Several configurations of a leg can have the same actuated coordinate. A single solution slot
+represents all of these configurations. The residual of the slot is the smallest residual of these
+configurations.
 """
 
 from collections.abc import Sequence

@@ -30,7 +30,7 @@ BoolArray = NDArray[np.bool_]
 SAMPLES, MAX_DRAWN = 200, 4000
 """Number of test configurations, and maximum number of random trials.
 
-In crank-and-rod loops, one of twenty trials can be closed.
+In crank-and-rod mechanisms, the loops may close in as few as one of twenty trials.
 """
 PARTS, FEW = (1.0, 0.1, 0.01, 0.001), 20
 """Sampling ranges for lengths without limits, as fractions of the mechanism size.

@@ -26,8 +26,8 @@ from .carried_wrist import PLATFORM, CarriedWrist, carried_wrist
 IK, LEGS, FK = "ik", "ik_legs", "fk"
 SOLVER = "closure_modes"
 REFERENCE_DIGITS = 9
-"""Reference angles are rounded to this number of decimal places, so that they are the same on all
-machines."""
+"""Number of decimal places of the rounded reference angles. Rounding makes the angles the same on
+all machines."""
 IDENTITY = (
     "fk(q[k]) = T if residual[k] is a rounding error; if residual[k] is infinite and q[k] is not "
     "NaN, the loops close with q[k] at T, but in another assembly mode than at fk(q[k])"
@@ -40,13 +40,14 @@ def with_legs(
     """Add the function ``ik``, which checks the results of the leg inverse ``ik_legs``.
 
     Args:
-        makers: Functions that derive the robot functions, keyed by name. The function under the key
-            ``ik``, if present, derives the leg inverse.
+        makers: Functions that derive the robot functions, keyed by name. The function with the key
+            ``ik``, if any, derives the leg inverse.
         closure: The closure equations of the loops.
     """
     if IK not in makers:
         return dict(makers), {}
-    # Cached, because ``ik`` needs the number of solution slots before its C code is printed.
+    # The leg inverse is cached, because ``ik`` needs the number of solution slots before its C code
+    # is printed.
     solved = cache(makers[IK])
     named = {
         LEGS if name == IK else name: (lambda h: _on_legs(solved(h))) if name == IK else maker

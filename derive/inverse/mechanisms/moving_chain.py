@@ -35,8 +35,8 @@ class MovingChain:
     Attributes:
         whole: The main chain.
         robot: The main chain. Locked joints are fixed joints.
-        lines: The axes of the moving joints. Joint numbers count the joints of the whole chain.
-        found: The structure that the axes of the moving joints fit.
+        lines: The axes of the moving joints. The joint numbers are indices in the whole chain.
+        found: The structure of axes that matches the axes of the moving joints.
         locked: The value of each locked joint, keyed by its number in the whole chain.
     """
 

@@ -39,10 +39,11 @@ placement after these joints."""
 
 @dataclass(frozen=True)
 class JointMap:
-    """The inverse pose of a joint as a linear expression in functions of the joint coordinate.
+    """The inverse pose of a joint: a sum of constant matrices times functions of the coordinate.
 
     Attributes:
-        joint: Index of the joint in the list of the joints before the platform and on the platform.
+        joint: Index of the joint in one list: first the joints before the platform, then the joints
+            on the platform.
         is_slide: Whether the joint is prismatic.
         parts: Matrices (4, 4) that multiply 1, cosine and sine of an angle, or 1, a displacement
             and 0.
@@ -65,9 +66,9 @@ class JointMap:
 
 @dataclass(frozen=True)
 class PlaneEquations:
-    """The equations that keep three ball joints in planes.
+    """The equations that keep each of three ball joints in its own plane.
 
-    The unknowns are joints before and after the platform.
+    The unknowns are the values of joints before the platform and on the platform.
 
     Attributes:
         h: The robot.
@@ -97,7 +98,10 @@ class PlaneEquations:
 
     @cached_property
     def rows(self) -> FloatArray:
-        """Plane coefficients (3, 4), normal and negative offset, times a constant matrix."""
+        """Plane coefficients (3, 4), multiplied by a constant matrix.
+
+        The coefficients of a plane are its normal and its negative offset.
+        """
         planes = self.carried.planes
         rows = np.array([[*plane.normal, -plane.offset] for plane in planes])
         return rows @ self._still(self.carried.before, self.h.robot.base, ())
@@ -109,7 +113,7 @@ class PlaneEquations:
         return points @ self._still(self.carried.behind, (), self.h.robot.tool).T
 
     def rank(self, unknown: Sequence[int] | None = None) -> int:
-        """Return the number of joints that the planes determine.
+        """Return the number of joint values that the plane equations determine.
 
         Args:
             unknown: Numbers of the joints that are not fixed; by default, all joints.

@@ -18,7 +18,9 @@ ROOT = sp.Rational(1, 2)
 
 
 def beyond_dead_points(terms: Terms, entries: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-    """Replace sqrt(x) by sqrt(|x|) in expressions, so that real values stay the same.
+    """Replace sqrt(x) by sqrt(|x|) in expressions.
+
+    For x >= 0, the value does not change.
 
     Args:
         terms: Table of named terms, which receives the new terms.

@@ -49,7 +49,7 @@ class Slides:
     Attributes:
         values: The displacements as functions of the actuated coordinates.
         weights: Matrix that converts the displacements to the values of the prismatic joints in the
-            shortened chain, with one row for each of these joints.
+            shortened chain. Each of these joints has one row.
     """
 
     values: tuple[sp.Expr, ...]
@@ -175,9 +175,10 @@ def actuators_of(
 ) -> dict[sp.Symbol, sp.Expr] | None:
     """Solve for the actuated coordinates that produce given prismatic displacements.
 
-    The displacements must be linear in one actuated coordinate, which belongs to a slider.
+    One of the two actuated coordinates must be a slider coordinate, and the displacements must be
+    linear in this coordinate.
 
-    The second actuated coordinate is a crank angle. The slider coordinate is eliminated, which
+    The other actuated coordinate is a crank angle. The slider coordinate is eliminated, which
     leaves an equation for the crank angle. This equation must be linear in the cosine and sine of
     the crank angle.
 

@@ -1,4 +1,4 @@
-"""Angle of the first of two aligned axes.
+"""Angle about the first of two parallel axes.
 
 If the first and the last of three revolute axes are parallel, the orientation determines only the
 sum or difference of their angles. The position then determines the first angle. Let ``v`` be the
@@ -7,9 +7,9 @@ direction of a prismatic joint with displacement d. If the prismatic joint is be
 the last axis, ``R_1 (w + d u) = v``. If the prismatic joint is before the first or after the last
 axis, ``R_1 w = v - d u``.
 
-If there are three prismatic joints, the angle is arbitrary. For coplanar directions of the
-prismatic joints, the first angle solves ``n.(R_1 w) = n.v`` or ``n.(R_1^T v) = n.w``. Here, n is
-the normal of the plane of the directions.
+If three prismatic joints have linearly independent directions, the first angle is arbitrary. If the
+directions of the prismatic joints are coplanar, the first angle solves ``n.(R_1 w) = n.v`` or
+``n.(R_1^T v) = n.w``. Here, n is the normal of the plane of the directions.
 
 Both sides of ``R_1 (w + d u) = v`` or ``R_1 w = v - d u`` have equal lengths, which gives a
 quadratic equation for d. Subproblem 1 then gives the first angle.

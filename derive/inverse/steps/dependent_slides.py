@@ -22,11 +22,13 @@ from ..subproblems.turns import perpendicular
 DEPENDENT_SLIDES = sp.Float("1e-14", 20)
 """Maximum sine of the angle at which prismatic joints count as linearly dependent.
 
-The angle is between two joints, or between a joint and the plane of two other joints.
+The angle is measured between two joint directions, or between one joint direction and the plane of
+two other joint directions.
 """
 _TRIPLE = 3
 OneOf = Callable[..., sp.Expr]
-"""Type of functions that select one of three values, one for each cyclic order of directions."""
+"""Type of a function that returns one of its three arguments. Each argument belongs to one cyclic
+order of three directions."""
 
 
 def dependent_lengths(
@@ -69,12 +71,13 @@ def plane_normal(terms: Terms, directions: Sequence[Vector]) -> Vector:
 
 
 def _widest_last(terms: Terms, directions: Sequence[Vector]) -> tuple[OneOf, list[Vector]]:
-    """Rotate the order of three directions cyclically.
+    """Permute three directions cyclically.
 
     Returns a permutation function and the permuted directions.
 
     The last two returned directions have the largest angle between them. The returned function
-    selects one of three values: the value with the original index of the first returned direction.
+    takes three arguments and returns argument k, where ``directions[k]`` is the first returned
+    direction.
     """
     squares = [squared_sine(terms, directions[k - 2], directions[k - 1]) for k in range(_TRIPLE)]
     is_first = sp.And(squares[0] >= squares[1], squares[0] >= squares[2])
@@ -118,7 +121,7 @@ def _normal(terms: Terms, direction: Vector, later: Sequence[Vector]) -> Vector:
 def normal_to_both(terms: Terms, a: Vector, b: Vector) -> Vector:
     """Return the cross product of two vectors.
 
-    The entries are expanded, so that terms cancel.
+    The entries are expanded so that terms with opposite signs cancel.
     """
     x, y, z = sp.Matrix([terms.spelled(e) for e in a]).cross(
         sp.Matrix([terms.spelled(e) for e in b])

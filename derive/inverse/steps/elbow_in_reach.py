@@ -1,4 +1,4 @@
-"""Angle sum of three parallel joints if the tool orientation does not determine the sum."""
+"""Selects the angle sum of three parallel joints if the tool orientation does not fix it."""
 
 import sympy as sp
 

@@ -39,7 +39,7 @@ class _State:
 def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
     """Apply a Gauss-Newton step to a solution.
 
-    The solution belongs to the chain with an additional joint.
+    The step is applied only if the chain contains an added joint, whose value is always 0.
 
     Args:
         work: Object that records the solution steps.
@@ -117,8 +117,8 @@ def _state(
     tilts = [cross(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     tilt = combination(terms, (sp.Rational(1, 2),) * 3, (tilts[0], tilts[1], tilts[2]))
     error = [*(let(scale * v) for v in off), *tilt]
-    # The vector ``tilt`` is also 0 if the rotation error is half a turn. The squared error
-    # therefore uses the differences between the frame axes.
+    # The vector ``tilt`` is 0 if there is no rotation error, but also for a rotation error of half
+    # a turn. The squared error therefore uses the differences between the frame axes.
     apart = [subtracted(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     square = let(
         sum((v**2 for v in error[:3]), ZERO) + let(sum((dot(terms, d, d) for d in apart), ZERO) / 2)

@@ -269,8 +269,8 @@ def _to_height(
         axis: The revolute axis, along which the height is measured.
         point: Position of the moved point relative to the axis, before the step.
         goal: The goal point.
-        in_reach: Function that returns a displacement for the case that the prismatic joint does
-            not change the height.
+        in_reach: Function that returns the displacement to use if the prismatic joint does not
+            change the height.
     """
     terms = work.terms
     found = slide_to_plane(terms, axis.h, slide.h, point, dot(terms, axis.h, goal))
@@ -281,7 +281,7 @@ def _to_height(
 def _to_distance(
     work: Work, slide: Axis, axis: Axis, displacement: Vector, point: Vector, goal: Vector
 ) -> sp.Expr:
-    """Solve for the prismatic joint that moves ``point`` as far from the axis as ``goal`` is.
+    """Solve for the displacement at which ``point`` and ``goal`` are equally far from the axis.
 
     Args:
         work: Records the step.

@@ -41,7 +41,7 @@ def telescope(
     """Solve for the telescope (a prismatic joint) and the first revolute joint.
 
     Args:
-        work: Two steps are recorded.
+        work: Object that records the solution steps. The function adds two steps.
         axes: The two revolute axes and the telescope, in the order of the chain.
         hand: The home position of a point that all three joints move.
         position: Target position of the point `hand`, relative to the first revolute axis. The

@@ -40,7 +40,7 @@ def turn_to_plane(
     reason: str,
     sides: Sequence[Vector] = (),
 ) -> tuple[Vector, CosSin]:
-    """Solve for joint 1 from the coordinate of a point along the second axis.
+    """Solve for joint 1 from a point's coordinate along the second axis.
 
     Args:
         work: Records the step.

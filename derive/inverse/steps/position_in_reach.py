@@ -1,12 +1,12 @@
 """Selects the value of a joint that the position does not determine.
 
-This happens at special values of the fixed joints.
+The joint value is undetermined at special values of the fixed joints.
 
-The height of a point along a revolute axis h determines the value of a joint. The angle between the
-axis of this joint and h may depend on fixed joints. A revolute joint parallel to h does not change
-the height. A prismatic joint perpendicular to h does not change the height either. In these cases,
-the joint may have any value at which the other joints reach the target in the plane perpendicular
-to h. The functions of this module select such a joint value.
+In general, the height of a point along a revolute axis h determines the value of one joint. The
+angle between the axis of this joint and h may depend on fixed joints. A revolute joint parallel to
+h does not change the height. A prismatic joint perpendicular to h does not change the height
+either. In these cases, the joint may have any value at which the other joints reach the target in
+the plane perpendicular to h. The functions of this module select such a joint value.
 """
 
 from collections.abc import Callable
@@ -81,7 +81,9 @@ def hypotenuse2(terms: Terms, axis: Vector, *sides: Vector) -> sp.Expr:
 def slide_to_distance(
     terms: Terms, axis: Vector, slide: Vector, start: Vector, distance2: sp.Expr
 ) -> sp.Expr:
-    """Return the displacement at which a point is closest to a given distance from an axis.
+    """Return the displacement that brings a point to a given distance from an axis.
+
+    If this distance is unreachable, the point comes as close as possible to the axis.
 
     Args:
         terms: Table of named terms.

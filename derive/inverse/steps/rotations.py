@@ -25,8 +25,7 @@ class Aligned:
         angle: Function that computes the first angle from the second angle and a sign.
         condition: An additional condition: the first angle is computed only if the condition is
             true.
-        end: The article states in one sentence how the first angle is computed. This text is the
-            end of the sentence.
+        end: The end of the sentence in the article that explains the first angle.
     """
 
     angle: Callable[[CosSin, sp.Expr], CosSin]
@@ -144,7 +143,7 @@ def last_turn(
         work: Records the step.
         axis: The last axis.
         e: A direction perpendicular to the last axis.
-        wanted: The direction after the rotation by all joints.
+        wanted: The direction that ``e`` must have after the rotations of all joints.
         before: The axes and rotations of all joints before the last joint, starting at the base.
         behind: Text that names the joints before the last joint, such as " after joints 1 to 5".
         is_regular: Whether the rotated direction is perpendicular to the last axis for every

@@ -1,8 +1,8 @@
 """Prismatic and revolute joints in any order. The tool orientation determines the revolute joints.
 
 There are up to three revolute joints. Two consecutive revolute joints are never parallel. With the
-revolute joints known, the position is linear in up to three displacements. Maximum number of
-solutions: 1 for up to two revolute joints, 2 for three.
+revolute joints known, the position is linear in up to three displacements. With up to two revolute
+joints, there is at most one solution. With three revolute joints, there are at most two solutions.
 """
 
 from collections.abc import Iterator, Sequence

@@ -40,21 +40,22 @@ class Target:
     def point(self, terms: Terms, point: Vector) -> Vector:
         """Displace a point of the body.
 
-        Only the vector from ``home``, a point of the body, to ``point`` is rotated. A wrist center
-        near the tool is therefore accurate even far from the base.
+        The rotation applies only to the vector from the body point ``home`` to ``point``.
+        Therefore, the position of a wrist center near the tool is accurate even if the tool is far
+        from the base.
         """
         return added(terms, self.position, self.turned(terms, subtracted(terms, point, self.home)))
 
     def reversed(self) -> "Target":
         """Return the inverse displacement.
 
-        This is the target if the chain is numbered from the tool.
+        The inverse displacement is the target of a chain whose joints are numbered from the tool.
         """
         x, y, z = zip(*self.axes, strict=True)
         return Target((x, y, z), self.position, self.home)
 
     def without_last(self, terms: Terms, k: Vector, p: Vector, turn: CosSin) -> "Target":
-        """Remove the motion of the last joint: ``G exp(S_n theta_n)^-1``."""
+        """Return ``G exp(S_n theta_n)^-1``, the displacement without the last joint's motion."""
         kept = tuple(rotated(terms, k, turn.back, e) for e in IDENTITY)
         axes = tuple(self.turned(terms, e) for e in kept)
         lever = rotated(terms, k, turn, subtracted(terms, self.home, p))

@@ -55,7 +55,9 @@ class NamedVector:
 
 @dataclass(frozen=True)
 class Remainder:
-    """A joint whose angle is an angle sum minus the angles of the other joints in the sum.
+    """A joint whose angle follows from a known angle sum.
+
+    The angles of the other joints are subtracted from the sum.
 
     Attributes:
         joints: Names of the joints in the sum, ordered as in the solution step.
@@ -95,9 +97,10 @@ class Work:
         locked: Indices of the joints that loops lock.
         signs: The symbols of the signs (1 or -1), in the order of the solution slots.
         settled: Indices of the signs that are not needed and always 1.
-        choices: Number of signs requested so far, including the signs that are not needed.
-        sides: For each sign that selects a branch of a loop: the name of the loop, and the names of
-            its branches. The names of the branches are keyed by the value 1 or -1 of the sign.
+        choices: Number of calls of ``sign`` so far, including the calls for signs that are always
+            1.
+        sides: The name of a loop and the names of its branches, keyed by the sign symbol that
+            selects the branch. The branch names are keyed by the sign value, 1 or -1.
         steps: The solution steps in order.
         vectors: The named vectors.
     """

@@ -159,7 +159,7 @@ def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
 
 
 def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
-    """Return the axis through p.
+    """Return the axis through the point p in the direction h.
 
     The stored point is the point of the axis that is nearest to the base origin.
     """
@@ -191,7 +191,8 @@ def numbers(terms: Terms, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
 def rotation(k: NDArray[np.float64], angle: float | NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the rotation matrices (..., 3, 3) for angles (..., 1, 1) about a unit vector k.
 
-    Rodrigues gives the formula. A single angle may be a number.
+    The function uses the formula of Rodrigues. For a single angle, pass a number. The result is
+    then one (3, 3) matrix.
     """
     K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
     return np.asarray(np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K)
@@ -206,7 +207,8 @@ class Lines:
         axes: The axes, starting at the base or at the tool.
         tolerance: Largest deviation of axes that count as parallel or intersecting. An angle is in
             radian, a distance is divided by the arm length.
-        whole: All axes of the chain at home if some joints of the chain are fixed, otherwise empty.
+        whole: All axes of the chain in the home configuration. Empty if no joint of the chain is
+            fixed.
     """
 
     terms: Terms
@@ -280,7 +282,8 @@ class Lines:
     def meeting_deviation(self, indices: Sequence[int]) -> float:
         """Return how far axes are from intersecting in one point, relative to the arm length.
 
-        The result is the largest distance of an axis from this point.
+        First, the point with the least sum of squared distances to all axes is computed. The result
+        is the largest distance between this point and an axis.
 
         The result is infinite for parallel axes, because they intersect at infinity.
         """

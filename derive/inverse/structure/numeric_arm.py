@@ -21,7 +21,7 @@ class NumericArm:
         directions: Directions (n, 3) of the axes in the home pose.
         points: Points (n, 3) on the axes.
         turns: Flags (n,) of the revolute joints.
-        senses: Directions (n,) of the coordinates, 1 or -1.
+        senses: Signs (n,) of the coordinates relative to the axis directions, 1 or -1.
         home: Tool pose (4, 4) with all joints at zero.
         length: Arm length (meter).
         offsets: Components (meter) of all translations in the description.

@@ -36,7 +36,7 @@ def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
 def directions_at_right_angles(lines: Lines, point: NDArray[np.float64]) -> int:
     """Sum the ranks of a point's Jacobian over all joint angles that are multiples of 90 degrees.
 
-    The sum includes the Jacobian of every subset of the joints.
+    At each configuration, every subset of the joints contributes the rank of its Jacobian columns.
 
     The sum of ranks is smaller for points on a joint axis than for other points.
 

@@ -14,18 +14,19 @@ Let ``w = sin^2(theta / 2)``, so that ``cos = 1 - 2 w``. The equation becomes ``
 0``. Here, ``a = 4 (D - E)``, ``b = 2 B + a`` and ``e = h.p - h.v``.
 
 Up to two roots lie in [0, 1]. Each root gives two angles of opposite sign. If the formula for a
-root subtracts similar numbers, the root is computed from the product of both roots instead. ``1 -
-w`` is also computed from a product. The discriminant is ``-4 a (x - h.v)`` with the extreme
-component ``x = h.p - b^2 / 4 a``. Three components may be 1 or -1: h.p, the component at theta =
-pi, and x. If a component is 1, its difference from h.v is computed as half the squared length of
-``h - v``. If a component is -1, its difference from h.v is minus half the squared length of ``h +
-v``. Therefore, the solutions of a straight or folded wrist are as accurate as all other solutions.
+root subtracts similar numbers, the root is computed from the product of both roots instead. The
+difference ``1 - w`` is computed in the same way, as a root of its own quadratic equation. The
+discriminant is ``-4 a (x - h.v)`` with the extreme component ``x = h.p - b^2 / 4 a``. Three
+components may be 1 or -1: h.p, the component at theta = pi, and x. If a component is 1, its
+difference from h.v is computed as half the squared length of ``h - v``. If a component is -1, its
+difference from h.v is minus half the squared length of ``h + v``. Therefore, the solutions of a
+straight or folded wrist are as accurate as all other solutions.
 
 Boundary: two solutions coincide at a double root, and at w = 0 or w = 1. Solutions that differ only
 by rounding errors are merged, as in subproblem 4.
 
-Degenerate: k1 and k2 must not be parallel, nor h and k1, nor p and k2. If the vectors of one of
-these pairs are parallel, a is 0.
+Degenerate: a is 0 if k1 and k2, h and k1, or p and k2 are parallel. None of these pairs may be
+parallel.
 
 Source: elementary.
 """

@@ -5,12 +5,12 @@ Statement: The equation is ``a0 + a1 c + b1 s + a2 cos(2 phi) + b2 sin(2 phi) = 
 
 Derivation: the axes are rotated by half the angle of (a2, b2). The polynomial then is the conic ``g
 (x^2 - y^2) + p x + q y + r = 0`` with ``g = |(a2, b2)|``. The roots are the intersections of the
-conic with the unit circle. A multiple lambda of x^2 + y^2 - 1 may be added to the conic. Let ``r' =
-r/g``, ``P = (p/2g)^2`` and ``Q = (q/2g)^2``. The conic becomes a pair of lines if lambda = g tau
-solves the cubic ``(tau^2 - 1)(tau - r') + P (tau - 1) + Q (tau + 1) = 0``. If -1 <= tau <= 1, both
-lines are real. The cubic has the value -2 P at tau = -1 and 2 Q at tau = 1. Therefore, the cubic
-always has a root tau between -1 and 1. Each line gives two roots of the quartic. If a line misses
-the circle, its two roots are complex.
+conic with the unit circle. The expression x^2 + y^2 - 1 is 0 on this circle. Therefore, lambda
+times this expression may be added to the conic. Let ``r' = r/g``, ``P = (p/2g)^2`` and ``Q =
+(q/2g)^2``. The conic becomes a pair of lines if lambda = g tau solves the cubic ``(tau^2 - 1)(tau -
+r') + P (tau - 1) + Q (tau + 1) = 0``. If -1 <= tau <= 1, both lines are real. The cubic has the
+value -2 P at tau = -1 and 2 Q at tau = 1. Therefore, the cubic always has a root tau between -1 and
+1. Each line gives two roots of the quartic. If a line misses the circle, its two roots are complex.
 
 If the cubic has several roots, the root farthest from the other roots is used. With this choice,
 two coincident roots of the quartic lie on the same line, so no accuracy is lost. A double root tau
@@ -19,20 +19,21 @@ the other roots are on opposite sides of tau, so the method converges monotonica
 farthest from the other roots is outside -1 <= tau <= 1, the conic does not intersect the circle.
 The other two roots tau then follow from a quadratic equation.
 
-For tau > 0, x and y are exchanged. Then t = 1 + tau is in [0, 1]. Newton's method refines t in
-``t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P = 0``. Even a small t has full relative accuracy.
-Let alpha^2 = g t and beta^2 = g (2 - t). The lines are ``alpha x + beta y + m`` and ``alpha x -
-beta y + n``. Three equations determine m and n: ``alpha (m + n) = p``, ``beta (n - m) = q`` and ``m
-n = r + g - g t``. If alpha^2 > |p|, the values of m + n and n - m determine m and n. Otherwise, the
-values of n - m and m n determine m and n. With this choice, a relative error eps of t changes the
-roots no more than a relative error eps of max(|p|, |q|, |r|) would. If p is only a rounding error,
-t is set to exactly 0. The solution is accurate at a fourfold root only if t is exactly 0.
+For tau > 0, x and y are exchanged, which changes the sign of tau. Therefore, t = 1 + tau is in [0,
+1]. Newton's method refines t in ``t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P = 0``. Even a
+small t has full relative accuracy. Let alpha^2 = g t and beta^2 = g (2 - t). The lines are ``alpha
+x + beta y + m`` and ``alpha x - beta y + n``. Three equations determine m and n: ``alpha (m + n) =
+p``, ``beta (n - m) = q`` and ``m n = r + g - g t``. If alpha^2 > |p|, the values of m + n and n - m
+determine m and n. Otherwise, the values of n - m and m n determine m and n. With this choice, a
+relative error eps of t changes the roots no more than a relative error eps of max(|p|, |q|, |r|)
+would. If p is only a rounding error, t is set to exactly 0. The solution is accurate at a fourfold
+root only if t is exactly 0.
 
 Degenerate: for g = 0, the conic is one line and the second line is far away. If g = 0, g is
 replaced by 1e-20 to avoid a division by zero. If all coefficients are 0, the points are arbitrary.
 
 Source: the pencil of two conics (Ferrari 1545, and Richter-Gebert, Perspectives on Projective
-Geometry, 11.4). The choice of lambda and the forms without cancellation are original.
+Geometry, 11.4). The choice of lambda and the formulas without cancellation are our own derivation.
 """
 
 from dataclasses import dataclass
@@ -266,8 +267,8 @@ def _on_lines(
         terms, far > w, let(product / let(far + DIRECTION_FLOOR)), let(HALF * let(total - spread))
     )
     # The two lines intersect outside the circle. Inside the circle, one line is entirely above the
-    # other line, or entirely to the right of the other line. So the y or x coordinate of a root
-    # shows on which line the root lies.
+    # other line, or entirely to the right of the other line. Therefore, one coordinate of a root (y
+    # or x) shows on which line the root lies.
     above = let(size * let(2 - t)) >= let(sp.Abs(q) * t)
     by_y = select(terms, swap, select(terms, above, ONE, ZERO), select(terms, above, ZERO, ONE))
     label = select(terms, by_y > HALF, let(signs[0] * signs[1]), signs[0])

@@ -1,4 +1,4 @@
-"""Second-order step to a common root of two equations for two angles.
+"""One step of second order towards the common root of two equations in two angles.
 
 Statement: The equations are ``g + n.x + x.(G x) / 2 = 0`` and ``h + m.x + x.(H x) / 2 = 0``, where
 x is the small step of two angles. The matrices G and H are diagonal, because no term contains the
@@ -24,7 +24,7 @@ from .turns import direction
 
 
 class Expansion(NamedTuple):
-    """An equation for two angles: its value and its first and second derivatives."""
+    """Value, first derivatives and second derivatives of an equation for two angles."""
 
     value: sp.Expr
     first: sp.Expr

@@ -4,8 +4,9 @@ Statement: The equation ``R(k, theta) p = v`` is solved for the angle theta.
 
 Derivation: let ``p' = p - k (k.p)``. The rotated vector is ``k (k.p) + cos p' + sin (k x p)``. The
 vectors p' and k x p are perpendicular and equally long. Therefore, ``p'.v = |p'|^2 cos`` and ``(k x
-p).v = |p'|^2 sin``. The angle is the direction of ``(p'.v, (k x p).v)`` for any length of v. If v
-and p differ in length or in the component along k, the angle is the least-squares solution.
+p).v = |p'|^2 sin``. For any length of v, theta is the direction angle of the planar vector ``(p'.v,
+(k x p).v)``. If v and p differ in length or in the component along k, the angle is the
+least-squares solution.
 
 Degenerate: if p or v is parallel to k, the angle is arbitrary and set to 0.
 

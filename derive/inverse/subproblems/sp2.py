@@ -38,8 +38,8 @@ def sp2(
         first = sp4(terms, v, k1, k2, dot(terms, k2, p), sign)
     else:
         first = _first(terms, k1, k2, p, v, r2, sign)
-    # If theta1 exists for all targets, p has the same distance from the axis k2 as v after the
-    # rotation by -theta1.
+    # If theta1 exists for all targets, ``R(k1, -theta1) v`` and p have equal distances from axis
+    # k2.
     is_regular = terms.is_constant(r2) and first.margin is None
     return first, sp1(terms, k2, p, rotated(terms, k1, first.turn.back, v), is_regular=is_regular)
 

@@ -79,8 +79,9 @@ def by_cosine(
 ) -> CosSin:
     """Solve subproblem 3 with fewer operations than :func:`sp3`.
 
-    Near a folded or stretched elbow, only half of the digits are correct. This function is used
-    only where every angle is a solution, and the returned angle is merely the preferred one.
+    Near a folded or stretched elbow, only half of the digits of the angle are correct. This
+    function is used only where every angle is a solution, and the returned angle is merely the
+    preferred one.
     """
     _, (a, b, e) = _line(terms, k, p0, p, across2)
     return on_line(terms, a, b, e, sign, terms.let(terms.let(a**2 + b**2) - e**2)).turn

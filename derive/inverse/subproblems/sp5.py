@@ -11,11 +11,11 @@ two equations with up to four solutions. The angle theta2 is the rotation about 
 
 At a shoulder singularity, v and w are almost parallel to k2. The squared lengths then determine the
 components v' and w' normal to k2 with an accuracy of only 1e-8. If the squared lengths do not
-distinguish two solutions, the start values are on both sides of the common point of the two
-solutions. A second-order step in v' and w' moves each start value to the nearer root and restores
-the accuracy. If first derivatives vanish, the second-order step is not accurate enough. Therefore,
-damped Newton steps on ``v - R2 w = 0`` refine all three angles. A step is used only if it reduces
-the closure error.
+distinguish two solutions, two start values are used. The two start values are on opposite sides of
+the point where the two solutions coincide. A second-order step in v' and w' moves each start value
+to the nearer root and restores the accuracy. If first derivatives vanish, the second-order step is
+not accurate enough. Therefore, damped Newton steps on ``v - R2 w = 0`` refine all three angles. A
+step is used only if it reduces the closure error.
 
 Boundary: at a double solution, the determinant of the Jacobian is 0.
 
@@ -85,7 +85,7 @@ def sp5(
         k2: Unit vector of the second axis.
         p2: The vector that rotates about the second axis.
         k3: Unit vector of the third axis.
-        p3: The vector that rotates about the third and the second axis.
+        p3: The vector that rotates first about the third axis and then about the second axis.
         signs: Two symbols (1 or -1). The four combinations of the two signs select all four
             solutions.
     """

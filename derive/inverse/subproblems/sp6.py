@@ -6,17 +6,18 @@ angles. Geometrically, two ellipses intersect in up to four points. Another form
 
 Derivation: the vectors (x1, x2) that solve both equations form a plane ``X + N z``. X is the point
 of the plane nearest to 0, and N has two orthonormal columns. Since ``|x1|^2 + |x2|^2 = 2``, z lies
-on the circle ``z = rho (cos phi, sin phi)`` with ``rho^2 = 2 - |X|^2``. The condition ``|x1|^2
-- |x2|^2 = 0`` is then a trigonometric polynomial of degree 2 in phi, that is, a quartic
-(:mod:`..quartic`). Neither angle is eliminated, so A1 and A2 may be singular. Only ``[A1 A2]`` must
-have rank 2. Two Householder reflections give X and N. Newton steps then refine the two angles. Near
-singular Jacobians, the steps are damped. A step is used only if it reduces the error of the
-equations.
+on the circle ``z = rho (cos phi, sin phi)`` with ``rho^2 = 2 - |X|^2``. The condition ``|x1|^2 -
+|x2|^2 = 0`` is then a trigonometric polynomial of degree 2 in phi, that is, a quartic
+(:mod:`..quartic`). The derivation eliminates neither angle. Therefore, A1 and A2 may be singular.
+Only the combined matrix ``[A1 A2]`` must have rank 2. Two Householder reflections give X and N.
+Newton steps then refine the two angles. Near singular Jacobians, the steps are damped. A step is
+used only if it reduces the error of the equations.
 
 Labels: the second sign is the sign of the Jacobian determinant, which changes only at double
 solutions. The first sign distinguishes two solutions with equal second signs. If A1, A2 and b
-change along a closed path, these two solutions may change places. In this case, no continuous rule
-can define the first branch sign of a solution. The first sign then jumps somewhere on the path.
+change along a closed path, these two solutions may change places. In this case, the first branch
+sign of a solution cannot stay constant along the whole path. The first sign then jumps somewhere on
+the path.
 
 Boundary: at a double solution, the determinant of the Jacobian is 0.
 
@@ -228,7 +229,7 @@ def _improved(
 
 
 def advanced(terms: Terms, turn: CosSin, step: sp.Expr) -> CosSin:
-    """Return the rotation ``turn`` plus the angle whose tangent is ``step``."""
+    """Return the rotation ``turn``, advanced by the angle whose tangent is ``step``."""
     let = terms.let
     return direction(terms, let(turn.c - step * turn.s), let(turn.s + step * turn.c))
 

@@ -36,15 +36,16 @@ NO_TURN = CosSin(sp.Integer(1), sp.Integer(0))
 def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False) -> CosSin:
     """Return the rotation by the angle of the vector (x, y).
 
-    The vector is divided by the length of its rounded components. So the result has unit length
-    even if x and y are small differences of large numbers. The vector (0, 0) gives the angle 0.
+    The vector is divided by the length of its rounded components. Therefore, the result has unit
+    length even if x and y are small differences of large numbers. The vector (0, 0) gives the angle
+    0.
 
     Args:
         terms: Table of named terms.
         x: First component.
         y: Second component.
-        is_regular: Whether the vector is never 0. The cosines and sines of opposite vectors then
-            share all terms except for the sign.
+        is_regular: Whether the vector (x, y) is nonzero for all inputs. If True, the vectors (x, y)
+            and (-x, -y) give the same terms with opposite signs.
     """
     if y == 0 and x == 1:
         return NO_TURN

@@ -62,7 +62,8 @@ def component(
         k: The axis.
         p: The rotated vector.
         d: The required component of ``R(k, theta) p`` along h.
-        size2: Squared magnitude of the terms whose difference is p. The default is the square of p.
+        size2: Squared magnitude of the terms whose difference is p. The default is the squared
+            length of p.
     """
     along = terms.let(dot(terms, h, k) * dot(terms, k, p))
     size2 = dot(terms, p, p) if size2 is None else size2

@@ -29,7 +29,7 @@ ROTATION = tuple(POSE_SYMBOLS[4 * i + j] for i in range(3) for j in range(3))
 
 
 def orients(lines: Lines, given: Sequence[int]) -> bool:
-    """Whether exactly three revolute joints are free, and no consecutive axes of them are parallel.
+    """Whether exactly three revolute joints are free and their consecutive axes are not parallel.
 
     Args:
         lines: The chain.
@@ -46,8 +46,8 @@ def orientation_task(robot: SerialRobot, lines: Lines, given: Sequence[int]) -> 
     Args:
         robot: The description.
         lines: Its axes.
-        given: Indices of the fixed joints; their values follow the orientation in the argument
-            list.
+        given: Indices of the fixed joints. In the argument list, the values of the fixed joints
+            come after the orientation.
     """
     terms = lines.terms
     work = Work(terms)

@@ -205,7 +205,7 @@ def name_direction(work: Work) -> Vector:
 
 
 def target_of_direction(robot: SerialRobot, work: Work) -> Target:
-    """Return a pose with the target position and the target direction as third axis.
+    """Return a pose at the target position whose third axis has the target direction.
 
     Source: Duff et al. 2017, Building an orthonormal basis, revisited.
     """

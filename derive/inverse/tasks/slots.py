@@ -107,8 +107,9 @@ def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
 def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
     """Return the residual, the square root of the larger of ``distance2`` and ``angle2``.
 
-    If the squared distance or the squared angle is NaN, the residual is NaN. The C function fmax
-    ignores NaN, so a pose whose loops cannot be closed would count as solved.
+    If the squared distance or the squared angle is NaN, the residual is NaN. The C function fmax is
+    not used, because it ignores NaN. With fmax, a pose whose loops cannot be closed would count as
+    solved.
 
     The function does not compare the two values, because a SymPy comparison of real numbers would
     not propagate NaN.
@@ -130,8 +131,6 @@ def with_rounding(terms: Terms, residual: sp.Expr, lengths: Iterable[sp.Expr]) -
 
 def margin_of(work: Work, loops: Sequence[sp.Expr] = ()) -> sp.Expr:
     """Return the smallest margin of all steps and loops.
-
-    The margin is 1 if no step can fail.
 
     If no step or loop has a margin, the result is 1.
     """
@@ -235,7 +234,7 @@ def _labels(work: Work) -> tuple[str, ...]:
     parts: list[str] = []
     for sign in work.signs:
         # If a step has two branch signs, the step stores the first sign symbol. The second sign
-        # symbol is the next symbol of the list.
+        # symbol is the next symbol in ``work.signs``.
         loop = work.sides[sign][0] if sign in work.sides else ""
         parts.append(loop or joints.get(sign) or (parts[-1] if parts else sign.name.lstrip("_")))
     return tuple(

@@ -47,7 +47,7 @@ def _has_direction(robot: SerialRobot, lines: Lines) -> bool:
 
 
 def off_axis(robot: SerialRobot, lines: Lines, k: int) -> tuple[float, float]:
-    """Return (distance of the tool origin from an axis, sine of the tilt of the axis)."""
+    """Return (distance of the tool origin from an axis, sine of the angle to the tool z axis)."""
     axis, home = lines.axes[k], _home(robot, lines)
     lever = np.cross(axis.direction, home[:3, 3] - axis.origin)
     tilt = np.cross(axis.direction, home[:3, 2])

@@ -125,7 +125,7 @@ def couplings(page: CoupledPage) -> str:
 
 
 def inverse_of_coupled(page: CoupledPage) -> str:
-    """Print the inverse kinematics of the chain, and the solutions in coordinates."""
+    """Print the inverse kinematics of the chain, and the coordinates of the solutions."""
     found = page.derivation.inverse or page.chain.inverse
     if found.classification.found is None or not found.solved:
         return text(missing_structure(found.classification))

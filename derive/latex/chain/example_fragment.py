@@ -114,7 +114,7 @@ def example(
         coordinates: The coordinates of the robot.
         symbols: LaTeX names of the robot's coordinates.
         q: The values of the coordinates (radian, meter).
-        known: Values of further inputs of an inverse, keyed by joint name.
+        known: Values of all inputs of an inverse function except the pose, keyed by joint name.
         called: LaTeX names of the joints in ``known``, if the LaTeX names differ from the joint
             names.
         pose: LaTeX name of the tool's pose.

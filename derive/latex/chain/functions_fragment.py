@@ -17,7 +17,7 @@ SHORT = 50.0
 
 
 def forward_kinematics(page: Page) -> str:
-    """Print the tool pose as a matrix or, if too wide, entry by entry."""
+    """Print the tool pose as a matrix, or entry by entry if the matrix is too wide."""
     fk = page.equations.fk
     T = sp.ImmutableMatrix(POSE_COLUMNS, POSE_COLUMNS, fk.entries)
     terms = _shared(page, fk.definitions, "shared")

@@ -42,7 +42,7 @@ def parameters(page: Page, vector: str = "q") -> str:
 def joints(page: Page) -> str:
     """Print the joint tables and explain their abbreviations."""
     notation = page.equations.notation
-    # The description prints numeric lengths as decimals.
+    # The joint tables print numeric lengths as decimals.
     printer = Printer(notation.tex, notation.order)
     runs = tables.joint_tables(page.robot, notation, printer)
     if len(runs) > MAX_RUNS:

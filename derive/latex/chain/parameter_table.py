@@ -9,9 +9,8 @@ from ..setting.printer import Printer, number
 from . import tables
 
 _FEW = 2
-"""Maximum number of consecutive symbols that are all printed. Lists with more than two consecutive
-symbols show the first and the last symbol.
-"""
+"""Maximum number of consecutive symbols that are printed in full. If a sequence is longer, only its
+first and last symbol are printed."""
 
 
 def parameter_table(found: Sequence[GeometryParameter], printer: Printer) -> str:

@@ -57,7 +57,7 @@ class _Segments:
 
 
 def parametric(page: Page) -> str:
-    """Print the table of p, the tool pose for p, and its derivatives."""
+    """Print the table of the parameters p, the tool pose for p, and the derivatives of the pose."""
     found = page.geometry
     if found is None:
         return ""

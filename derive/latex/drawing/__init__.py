@@ -62,11 +62,11 @@ def drawing(
     r"""Draw a robot with loops.
 
     Each body is drawn between its joints. Main-chain bodies are drawn with thicker lines than other
-    bodies. Actuated joints are red. A name and an arrow show each coordinate and its positive
-    sense. The label of a geared motor is next to the joint that the motor moves. Loops are numbered
-    in the order of :func:`chasles.derive.loops.model.planes.loops`. Planar loops are viewed along
-    their normal. Mechanisms that are not planar are viewed obliquely from above, without
-    perspective. The picture is at most 140 mm wide and 110 mm high, including labels.
+    bodies. Actuated joints are red. Each coordinate is drawn with its name and an arrow in its
+    positive direction. The label of a geared motor is next to the joint that the motor moves. Loops
+    are numbered in the order of :func:`chasles.derive.loops.model.planes.loops`. Planar loops are
+    viewed along their normal. Mechanisms that are not planar are viewed obliquely from above,
+    without perspective. The picture is at most 140 mm wide and 110 mm high, including labels.
 
     Args:
         mechanism: The description.
@@ -100,7 +100,8 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
     r"""Draw a serial robot with its joint axes, base frame and tool frame.
 
     A planar arm is viewed along its axes. Arms that are not planar are viewed obliquely from above,
-    without perspective. A name and an arrow show each coordinate and its positive sense.
+    without perspective. Each coordinate is drawn with its name and an arrow in its positive
+    direction.
 
     Args:
         robot: The description.

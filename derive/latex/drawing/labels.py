@@ -24,11 +24,12 @@ _AWAY = 1.2
 _GAP = 6
 """Distance between the end of a leader line and the label."""
 _CROSSED = 3
-"""Cost per unit of line length that a label covers."""
+"""Cost of a label that covers drawn lines, per unit of covered line length."""
 _LEVEL, _STEEP = 380, 380
-"""A label is placed in a direction from its point. If the magnitude of the horizontal component
-exceeds `_LEVEL` (per mille), the label is anchored at its left or right side. If the magnitude of
-the vertical component exceeds `_STEEP` (per mille), the label is anchored at its top or bottom."""
+"""The direction from a point to its label determines the anchor of the label. If the magnitude of
+the horizontal component exceeds `_LEVEL` (per mille), the label is anchored at its left or right
+side. If the magnitude of the vertical component exceeds `_STEEP` (per mille), the label is anchored
+at its top or bottom."""
 
 Line = tuple[Point, Point, int]
 P = TypeVar("P")
@@ -138,7 +139,7 @@ def _length(box: Box, lines: Sequence[Line]) -> float:
 
 
 def placed(label: Label, obstacles: Obstacles) -> list[str]:
-    """Place a label at its best free position and return its TikZ."""
+    """Place a label at its best free position and return its TikZ code."""
     positions = [(step, direction) for step in _STEPS for direction in range(len(_DIRECTIONS))]
     best = _least(positions, lambda p: _AWAY * p[0], lambda p: _cost(label, obstacles, *p))
     near, box, anchor = _place(label, *best)

@@ -64,7 +64,8 @@ class ToolPosition:
     """The position of the tool's origin as a function of the coordinates.
 
     Attributes:
-        at: Positions (m, 3) at configurations (m, n). Rows with open loops are NaN.
+        at: Positions (m, 3) at configurations (m, n). The rows of configurations at which a loop
+            does not close are NaN.
         lower: Lowest value of each coordinate (n,).
         upper: Highest value of each coordinate (n,).
         size: The robot's size (meter).
@@ -138,10 +139,11 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
     """Return the region that a serial robot's tool reaches within the joint limits.
 
     If the tool stays in a coordinate plane, the tool's region lies in this plane. Angles without
-    limits cover one revolution. The samples fill the coordinate box evenly. Relative to the range
-    of each coordinate, the values are multiples of the square root of a prime, modulo 1. Further
-    samples near the boundary of the region make its outline accurate. Cell sizes are not simple
-    fractions of lengths, so rounding errors of the machine do not change the result.
+    limits cover one revolution. The samples fill the coordinate box evenly. Each coordinate value,
+    as a fraction of its range, is a multiple of the square root of a prime, modulo 1. Further
+    samples near the boundary of the region make its outline accurate. The sizes of the grid cells
+    are not simple fractions of lengths. Therefore, rounding errors that differ between machines do
+    not change the result.
 
     Args:
         skeleton: The bodies of a serial robot.
@@ -289,7 +291,10 @@ def _closed(q: Array, seen: Callable[[Array], Array]) -> tuple[Array, Array]:
 
 
 class _Cells:
-    """Grid cells of a plane. Each cell stores a configuration that reaches it."""
+    """Grid cells of a plane.
+
+    Each reached cell stores a configuration at which the point lies in the cell.
+    """
 
     def __init__(self, corner: Array, side: float, shape: tuple[int, int], n: int) -> None:
         self.corner, self.side, self.shape = corner, side, shape

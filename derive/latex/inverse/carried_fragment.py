@@ -24,7 +24,7 @@ from .printed_task import PrintedTask
 
 Solve = Callable[[Work, Sequence[sp.Expr]], list[sp.Expr]]
 Part = tuple[SerialRobot, Solve, Lines, Attempt | None]
-"""An arm, the function that solves it, its axes and their structure."""
+"""Tuple (arm, function that solves the arm, axes of the arm, structure of these axes or None)."""
 DIGITS = 6
 """Number of printed digits in the plane equations and in the positions of the ball joints."""
 
@@ -60,7 +60,7 @@ def carried(page: LoopPage, chain: CarriedWrist | CarriedArm) -> list[str]:
 
 
 def _steps(page: LoopPage, *parts: Part) -> list[tuple[str, PrintedTask]]:
-    """Print the steps of several arms with consecutive numbers."""
+    """Print the solution steps of several arms, numbered consecutively across the arms."""
     printed, first = [], 1
     for robot, solve, lines, found in parts:
         work = Work(page.terms)
@@ -158,7 +158,7 @@ _ROW = r"$M\,(1, \cos, \sin)^{\mathsf{T}} = 0$"
 
 
 def _elimination(chain: CarriedArm, slides: Sequence[str], angles: Sequence[str]) -> str:
-    """Explain how the equations are solved for the given displacements and angles."""
+    """Explain how the equations are solved for the unknown displacements and angles."""
     if chain.has_dixon_resultant:
         return _dixon(chain, *slides, *angles)
     without = ""

@@ -88,7 +88,7 @@ def printed_tasks(
 
 
 def method(tasks: Iterable[PrintedTask]) -> str:
-    """Explain the subproblems and the steps with two solutions."""
+    """Explain how subproblems are numbered and how steps with two solutions are solved."""
     methods = {step.step.method for task in tasks for step in task.steps}
     numbered = ""
     if any("subproblem" in method for method in methods):

@@ -140,7 +140,8 @@ class InverseSymbols:
 
         Args:
             joints: Names of the joints.
-            done: Indices of the solved prismatic joints, which the sum skips.
+            done: Indices of the prismatic joints that are already solved. The axes of these joints
+                are skipped.
         """
         if joints[0] in self.actuators:
             return self.actuators[joints[0]]

@@ -95,7 +95,7 @@ class PrintedTask:
         rest: Coordinates that follow from an angle sum, and their values.
         free: Coordinates that the task does not determine. Undetermined coordinates are set to 0.
         locked: Coordinates that the loops keep constant.
-        symbols: The printed symbol of each original input and sign.
+        symbols: The printed symbols, keyed by the original symbols of inputs and signs.
     """
 
     solved: Solved

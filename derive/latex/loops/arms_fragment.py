@@ -57,7 +57,7 @@ class OwnArm:
         arm: The arm without the constant transforms at its base and tool.
         begin: Pose of the first joint frame in the frame of the body ``base``.
         base: The known body before the first joint.
-        body: The body after the last joint, whose pose is known.
+        body: The known body after the last joint.
     """
 
     arm: LoopArm
@@ -199,7 +199,7 @@ def _joints(symbols: Page) -> tuple[str, ...]:
 def arm_page(page: LoopPage, robot: SerialRobot) -> Page:
     """Return the symbols of a serial arm in a robot with loops.
 
-    Each moving joint of the arm is a joint or a closure of the robot.
+    Each moving joint of the arm is a joint of the robot or a joint that closes a loop.
     """
     q = [page.joints.get(joint.name) or page.letters.next("angle") for joint in robot.moving]
     chain, whole = page.chain, page.chain.equations.notation

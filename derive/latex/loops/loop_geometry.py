@@ -24,7 +24,7 @@ linear systems, for any number of parameters $p$."""
 
 
 def parametric_of_loops(geometry: MechanismGeometry | None) -> str:
-    """Print the table of p, the loop closure and the derivatives with respect to p.
+    """Print the parameter table, the loop closure and the derivatives with respect to p.
 
     Args:
         geometry: The parametric functions, or None if none was derived.

@@ -40,7 +40,7 @@ LETTERS: Mapping[str, tuple[str, ...]] = {
     "beta": (r"\beta", r"\varepsilon", r"\mathrm{b}"),
     "delta": (r"\delta", r"\Delta", r"\mathrm{d}"),
 }
-"""Letters for intermediate results, best letter first."""
+"""Alternative letters for each intermediate result, in order of preference."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,8 @@ class Members:
         theta: LaTeX names of the main-chain joints.
         q: LaTeX names of the actuated coordinates.
         of: LaTeX names of all configuration entries, keyed by name.
-        struts: Names of the rods and cylinders on pins, keyed by the name of their angle.
+        struts: Names of the rods and cylinders with pin joints at their ends, keyed by the name of
+            their angle.
     """
 
     theta: tuple[str, ...]

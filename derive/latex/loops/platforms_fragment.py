@@ -68,7 +68,7 @@ class PrintedPlatform:
         terms: The terms of the robot, which depend only on coordinates and parameters.
         rods: The rods in the order of the description.
         axes: The base axes along which at least one rod has a nonzero component.
-        free: The components of the tool twist in base axes that can be nonzero.
+        free: Indices of the components of the tool twist (in base axes) that can be nonzero.
     """
 
     def __init__(self, page: LoopPage) -> None:
@@ -104,7 +104,10 @@ class PrintedPlatform:
 
     @cached_property
     def J_x(self) -> sp.Matrix:
-        """Return the line coordinates of the rods in the free directions."""
+        """Return the line coordinates of the rods.
+
+        The columns correspond to the components of the tool twist that can be nonzero.
+        """
         rows = [line_coordinates(n, r) for n, r in zip(self.n, self.r, strict=True)]
         return sp.Matrix([[row[k] for k in self.free] for row in rows])
 
@@ -129,7 +132,7 @@ class PrintedPlatform:
         return None if triad is None else PrintedTriad(self, triad)
 
     def symbol(self, tex: str, rank: int = 0) -> sp.Symbol:
-        """Return a symbol for this fragment."""
+        """Return a symbol with the given LaTeX code."""
         return self.page.chain.equations.notation.symbol(tex, (TERM, (rank, tex)))
 
     def of(self, expression: sp.Expr) -> sp.Expr:

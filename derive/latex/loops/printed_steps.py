@@ -2,8 +2,8 @@
 
 Solution steps have equations in their own symbols
 (:class:`~chasles.derive.loops.planar.loop_step.StepEquations`). The module replaces the symbols of
-the step equations by printed symbols. Short values are written out. All kinds of steps share this
-code.
+the step equations by printed symbols. Short values are written out. The same code converts all
+kinds of steps.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -55,8 +55,9 @@ class PrintedRate:
     Attributes:
         left: Unknown rates with their factors.
         right: Known rates with their factors.
-        projected: LaTeX names of two vectors. The left side is the first vector times the
-            derivative of the second vector. None if the left side is a sum of products.
+        projected: LaTeX names of two vectors. The left side is the dot product of the first vector
+            and the derivative of the second vector. The tuple is empty if the left side is a sum of
+            products.
     """
 
     left: Weighted
@@ -101,7 +102,7 @@ class PrintedLoopStep:
 
 
 class VectorPrinter(FractionPrinter):
-    """Prints scalar products and vector products too."""
+    """Prints expressions that may contain scalar products and vector products."""
 
     def _factor(self, factor: sp.Expr) -> str:
         if isinstance(factor, Cross | Dot):
@@ -109,7 +110,7 @@ class VectorPrinter(FractionPrinter):
         return super()._factor(factor)
 
     def alone(self, product: sp.Expr) -> str:
-        """Print a product of two vectors without brackets."""
+        """Print a product of two vectors, without brackets around the product."""
         sign = r"\times" if isinstance(product, Cross) else r"\cdot"
         return f" {sign} ".join(map(self.tex, product.args))
 
@@ -139,8 +140,8 @@ def printed_steps(
     """
     values = {solution.values[name]: s for name, s in joints.items() if name in solution.values}
     for name in _leaders(solution):
-        # The equations of coupled joints contain the angle of this joint, wrapped to one turn by an
-        # inverse tangent. The article prints the joint's symbol instead.
+        # In the equations of coupled joints, an inverse tangent wraps the angle of this joint to
+        # one turn. The article prints the joint's symbol instead.
         wrapped = reported(solution, solution.values, name)
         if wrapped in terms.terms.definitions and wrapped != solution.values[name]:
             terms.call(wrapped, joints[name])

@@ -42,7 +42,7 @@ class Rates:
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
     def equations(self, step: PrintedLoopStep) -> list[tuple[PrintedRate, sp.Expr]]:
-        """Return each printed rate equation of a step, and the rate as an expression."""
+        """Return each rate equation of a step, with its right-hand side as an expression."""
         self.definitions |= dict(step.vectors)
         results = []
         for rate in step.rates:

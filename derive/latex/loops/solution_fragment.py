@@ -206,7 +206,7 @@ def _overdetermined(page: LoopPage) -> str:
 
 
 def _by_arms(page: LoopPage) -> str:
-    """Return a sentence with the actuators that serial arms determine in closed form, or ""."""
+    """List the actuated joints that serial arms determine in closed form, or return ""."""
     if from_chain_with_arms(page.hybrid) is None:
         return ""
     open_ = page.hybrid.backward.open

@@ -10,7 +10,7 @@ from .notation import ENTRY, LETTERS, Notation
 class ArmNotation(Notation):
     """Notation of an arm.
 
-    The constants and terms belong to the notation of the robot.
+    The arm uses the constants and terms of the robot's notation.
     """
 
     def __init__(self, whole: Notation, q: Sequence[sp.Symbol], called: Sequence[str]) -> None:

@@ -1,6 +1,6 @@
 r"""Formats equations and matrices in LaTeX so that they fit the width of the page.
 
-The results need only amsmath. The results belong in text, not in a formula.
+The results need only amsmath. The results must be placed in LaTeX text, not inside a formula.
 """
 
 from collections.abc import Sequence

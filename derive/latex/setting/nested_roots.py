@@ -18,7 +18,8 @@ from ...model.values import Values
 from .printer import number
 
 STEPS = 30
-"""Number of angles with recognized cosines and sines, in steps of 1.5 degrees up to 45 degrees."""
+"""Number of angles whose cosines and sines are recognized. The angles are the multiples of 1.5
+degrees up to 45 degrees."""
 DIGITS = 50
 LARGEST_DENOMINATOR = 10**7
 MINUTES = 180 * 60

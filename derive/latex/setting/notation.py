@@ -55,7 +55,7 @@ class Notation:
             ...
         tex: LaTeX of coordinates, parameters and short symbols.
         order: Sort key of each printed symbol, for the order of the factors in a product.
-        meanings: Expressions that the abbreviating symbols stand for, keyed by symbol.
+        meanings: The full expressions that the symbols abbreviate, keyed by symbol.
         angles: For each angle, the accent and index of the symbols for the cosine and sine of this
             angle. The angles are in order of first use.
         constants: The named constants, in order of first use.
@@ -148,7 +148,7 @@ class Notation:
         return expression.func(*map(self._shortened, expression.args))
 
     def expanded(self, expression: sp.Expr) -> sp.Expr:
-        """Return an expression of coordinates and parameters without named terms."""
+        """Replace the named terms of an expression by coordinates and parameters."""
         known: dict[sp.Symbol, sp.Expr] = {}
         for symbol in expression.free_symbols:
             definition = self.terms.definitions.get(symbol, self.terms.constants.get(symbol))

@@ -106,7 +106,7 @@ class Page:
 
 
 def listed(formulas: Iterable[str]) -> str:
-    """Join formulas to an enumeration in a sentence.
+    """Join formulas with commas, for use in a sentence.
 
     Lines may break between formulas.
     """

@@ -1,6 +1,6 @@
 r"""Prints expressions with lengths first and without a leading minus sign where possible.
 
-A sum is a list of signed terms, so that long sums can be broken.
+A sum is represented as a list of signed terms, so that a long sum can be broken between terms.
 """
 
 from collections.abc import Callable, Mapping
@@ -69,7 +69,7 @@ class Printer:
         coefficient, rest = (-addend if _is_negative(addend) else addend).as_coeff_Mul()
         factors = sorted(sp.Mul.make_args(rest), key=self._factor_key) if rest != 1 else []
         plain = [f for f in factors if f.is_number and not (_base(f).is_Function or f.is_Add)]
-        # A factor after a cosine would look like a part of its argument.
+        # A factor printed after a cosine would look like a part of the cosine's argument.
         others = sorted((f for f in factors if f not in plain), key=_ends_in_argument)
         shown = [self._factor(factor) for factor in others]
         constant = coefficient * sp.Mul(*plain)

@@ -40,7 +40,7 @@ class Printed:
     Attributes:
         definitions: New shared terms of the function. Each term depends only on terms before it.
         entries: The entries in row-major order.
-        names: The name of each entry. The name of an unnamed entry is None.
+        names: The name of each entry, or None for an entry without a name.
     """
 
     definitions: tuple[Definition, ...]

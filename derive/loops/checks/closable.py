@@ -33,8 +33,8 @@ FEW, FEW_STEPS = 60, 17
 HALVINGS = 20
 OMITTED = 0.01
 """The check compares the assumed value of an omitted actuator with the value at which the loops
-close. If they differ by more than this threshold (radian, or relative to the size), the check
-prints both."""
+close. If the two values differ by more than this threshold (radian, or relative to the size), the
+check prints both values."""
 LITTLE = 0.5
 """If the loops close at a smaller fraction of the configurations than this value, the check prints
 a remark."""
@@ -96,10 +96,10 @@ def limits_in_words(
 
     Args:
         mechanism: The description.
-        reference: The actuated coordinates of the reference. The reference value replaces a missing
-            limit of a coordinate.
+        reference: The actuated coordinates of the reference. If a coordinate lacks a limit, its
+            reference value replaces both limits.
         is_closed: Returns whether the loops close at actuated coordinates.
-        samples: Number of random configurations in the box.
+        samples: Number of random configurations within the coordinate limits.
         steps: Number of grid values between the limits of each coordinate.
     """
     coordinates = mechanism.coordinates
@@ -127,7 +127,10 @@ def limits_in_words(
 
 
 def _bounds(coordinates: tuple[Coordinate, ...], reference: Floats) -> tuple[Floats, Floats]:
-    """Return lower and upper limits. The reference value replaces a missing limit."""
+    """Return lower and upper limits.
+
+    If a coordinate lacks a limit, its reference value replaces both limits.
+    """
     low, high = reference.copy(), reference.copy()
     for k, c in enumerate(coordinates):
         lowest, highest = c.limits
@@ -175,7 +178,7 @@ def omitted_actuators(h: SolvedLoops) -> str:
     If an assumed value does not match the stated joint values, the text also states the value at
     which the loops close.
 
-    The text is empty if the reference contains the values of all actuators, or no values.
+    The text is empty if the reference contains all actuator values, or no values at all.
     """
     mechanism, bodies = h.mechanism, NumericMechanism(h.mechanism)
     omitted = [c.moves for c in mechanism.coordinates if c.moves in mechanism.omitted]
@@ -199,7 +202,7 @@ def omitted_actuators(h: SolvedLoops) -> str:
 
 
 def moved_reference(h: SolvedLoops) -> str:
-    """State which reference joint value differs most from its value at the closed configuration.
+    """State which joint value differs most between the reference and the closed configuration.
 
     The reference values of dependent joints only select the branch. A large difference usually
     means that the actuated coordinates are wrong. The text is empty if all values agree closely, up

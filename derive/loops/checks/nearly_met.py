@@ -1,9 +1,9 @@
-"""Detects loops that almost have a closed form, such as loops of a real robot.
+"""Detects loops that almost meet the conditions of a closed form, as on a real robot.
 
-There are two closed forms. A platform on pairs of equal, parallel rods only translates. A loop with
-parallel axes is planar. If the rods are not exactly equal and parallel, and the axes are not
-exactly parallel, Newton's method must close the loops. The report states a small difference between
-the geometry and the conditions of a closed form.
+There are two closed forms. A platform on pairs of equal, parallel rods translates without rotation.
+A loop with parallel axes is planar. If a loop meets neither of these conditions exactly, Newton's
+method must close the loop. The report states a small difference between the geometry and the
+conditions of a closed form.
 """
 
 from collections.abc import Iterator
@@ -69,7 +69,11 @@ def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
 
 
 def _around(h: SolvedLoops) -> Iterator[AtReference]:
-    """Yield the reference, and configurations on both sides of it."""
+    """Yield the reference configuration and two configurations near it.
+
+    One of these two configurations increases all actuated coordinates, and the other decreases
+    them.
+    """
     own, terms = h.forward.reference, h.terms
     for part in (0.0, SAMPLED_RANGE, -SAMPLED_RANGE):
         steps = [own.size if c.unit == "m" else 1.0 for c in h.mechanism.coordinates]
@@ -90,13 +94,13 @@ def _groups(numbers: Floats, most: float) -> list[list[int]]:
 
 
 def _apart(numbers: Floats, a: int, b: int) -> float:
-    """Return the largest difference of two spheres in center or radius (meter)."""
+    """Return the largest center distance or radius difference of two spheres (meter)."""
     off = numbers[:, a] - numbers[:, b]
     return float(max(np.linalg.norm(off[:, :3], axis=-1).max(), np.abs(off[:, 3]).max()))
 
 
 def _planes(h: SolvedLoops) -> Iterator[str]:
-    """Yield sentences on nearly planar loops."""
+    """Yield messages about nearly planar loops."""
     for loop in h.loops.spatial:
         turning = [joint for joint in loop.joints if joint.kind == "revolute"]
         is_pin = isinstance(loop.loop_joint, Closure) and loop.loop_joint.kind == "pin"

@@ -1,1 +1,4 @@
-"""Closes loops numerically: reference, mobility, actuation, and diagnosis of open loops."""
+"""Closes loops numerically from the reference.
+
+Also computes the mobility, checks the actuation, and diagnoses open loops.
+"""

@@ -77,8 +77,9 @@ def spare_actuators(loops: ClosedLoops) -> int:
 def overactuated_start(mechanism: Mechanism) -> dict[str, float]:
     """Return a closed configuration of a platform with redundant actuators, near its reference.
 
-    Missing actuator values follow from the other actuators or from the platform pose. If the
-    reference values contradict each other, the platform pose determines all actuators.
+    If the reference omits an actuator value, this value follows from the other actuators or from
+    the platform pose. If the reference values contradict each other, the platform pose determines
+    all actuators.
     """
     bodies = NumericMechanism(mechanism)
     loop_joints = [loop_joint.name for loop_joint in mechanism.loop_joints]

@@ -34,7 +34,7 @@ ITERATIONS = 60
 POLISHING = 2
 HALVINGS = 12
 SAMPLES = 6
-"""Number of random configurations for the rank."""
+"""Number of random configurations at which the rank is computed."""
 
 
 class ClosedLoops:

@@ -86,7 +86,7 @@ class Counts:
 
     Attributes:
         mechanism: The description.
-        terms: The symbolic expressions that have names.
+        terms: The table of named symbolic expressions.
         planar: The planar linkages.
         in_plane: Names of the closures and struts of planar loops.
         order: Dimension lambda of the motion group: 3 if all bodies move in parallel planes,

@@ -1,7 +1,7 @@
 """Closes overconstrained loops in the least-squares sense.
 
-Overconstrained loops have more equations than variables. For example, if the other joints of a loop
-already keep the links in a plane, the pin that closes the loop repeats this constraint. If a
+Overconstrained loops have more equations than variables. For example, the pin joint that closes a
+planar loop keeps the links in a plane. The other joints already impose this constraint. If a
 parallelogram has three cranks, the third crank repeats the constraint on the direction of the
 coupler. On a real robot, redundant constraints contradict each other slightly.
 """
@@ -72,7 +72,7 @@ def least_squares_closure(mechanism: Mechanism) -> LeastSquaresClosure | None:
     """Return the least-squares configuration of overconstrained loops near the reference.
 
     The result is None if all loops close, if no equation is redundant, or if a closure error is too
-    large for a manufacturing error. The result is also None if the actuated coordinates are not
+    large to be a manufacturing error. The result is also None if the actuated coordinates are not
     independent.
     """
     bodies = NumericMechanism(mechanism)

@@ -60,7 +60,7 @@ class LoopModel:
 
 
 def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
-    """Return the coordinates of a mechanism whose loops close.
+    """Return the loop model of a mechanism, with symbols for its coordinates.
 
     Args:
         mechanism: The description.
@@ -89,7 +89,8 @@ def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
         ("z", len(variables), either, "full configuration"),
         ("zd", len(variables), f"{either}/s", "rates of the full configuration"),
     ):
-        # A parameter may be called theta4, but never _theta4.
+        # The prefix _ avoids name conflicts, because a parameter may be called theta4, but never
+        # _theta4.
         symbols = coordinates(f"_{name}", count)
         arguments[name] = Argument(name, symbols, (count,), shown, meaning)
     q, theta = arguments["q"].symbols, arguments["theta"].symbols

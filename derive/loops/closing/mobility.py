@@ -27,10 +27,11 @@ class Mobility:
         bodies: Number n of bodies, including the base. A rod counts as one body, and a cylinder as
             two bodies.
         joints: Number j of joints, including the ends of rods and cylinders.
-        freedoms: Sum of the joint freedoms f in the motion group of the mechanism.
+        freedoms: Sum f of the degrees of freedom of all joints, counted in the motion group of the
+            mechanism.
         order: Dimension lambda of the motion group: 3 if all bodies move in one plane, otherwise 6.
-        loop_freedoms: Sum of the joint freedoms f. For each joint, only the freedoms in the motion
-            group of its loop are counted.
+        loop_freedoms: Sum f of the degrees of freedom of all joints. For each joint, only the
+            degrees of freedom in the motion group of its loop are counted.
         loop_orders: Dimension lambda of the motion group of each independent loop.
         idle: Number of struts with two ball ends, which can rotate about their own axes (idle
             rotations).
@@ -200,7 +201,8 @@ def mobility_of(loops: ClosedLoops, equations: Sequence[ClosureEquations]) -> Mo
         idle=sum(s.ends == "ball" and not s.has_universal for s in mechanism.struts),
         coordinates=z,
         rank=loops.rank() + swings,
-        # Loops that close only in the least-squares sense have one equation per passive variable.
+        # If the loops close only in the least-squares sense, there is one equation per passive
+        # variable.
         equations=sum(loops.passive) + swings if loops.in_least_squares else found,
         actuated=len(mechanism.actuated),
     )

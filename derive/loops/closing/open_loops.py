@@ -2,8 +2,9 @@
 
 The report states the closure error of the loop, and lengths that would close the loop.
 
-The loops are closed one by one, from the reference and from random configurations. Loops are added
-one by one. The report describes the first loop with which the loops so far cannot all be closed.
+The module adds the loops one by one. After each addition, it tries to close all added loops, from
+the reference and from random configurations. The report describes the first loop that does not
+close together with the earlier loops.
 """
 
 import math
@@ -28,10 +29,10 @@ from .tilted_pins import explain_open_loop
 STARTS = 8
 """Number of random start configurations before a loop counts as open."""
 MAX_REFINED = 3
-"""Number of start configurations to refine, in the order of increasing closure error."""
+"""Number of start configurations to refine, starting with the smallest closure error."""
 MAX_REMEDIES = 5
-"""Maximum number of lengths and angles in a message. The smallest changes come first. A message
-also lists the reachable values of the actuated coordinates."""
+"""Maximum number of lengths and angles in a message. The smallest changes come first. Changes of
+actuated coordinates are listed even beyond this maximum."""
 DOUBLINGS, HALVINGS = 12, 16
 FARTHEST = 8.0
 """Longest tested length, relative to the size of the mechanism."""
@@ -336,7 +337,7 @@ def _constants(
 
 
 def _spans_moving(mechanism: Mechanism, name: str, moved: set[str]) -> bool:
-    """Whether a strut spans a joint of a loop."""
+    """Whether a joint in ``moved`` lies between the base and one end of the strut ``name``."""
     for strut in mechanism.struts:
         if strut.name == name:
             paths = {j.name for f in (strut.a, strut.b) for j in mechanism.path_to(f.body)}
@@ -381,7 +382,10 @@ def _ordered(near: float, far: float | None, sense: float) -> tuple[float | None
 def _off_dead_point(
     bodies: NumericMechanism, configuration: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return a configuration near a dead point at which the joint directions are defined."""
+    """Return a slightly shifted configuration.
+
+    At this configuration, unlike at a dead point, the joint directions are defined.
+    """
     moved = dict(configuration)
     for k, name in enumerate(bodies.unknown):
         moved[name] += ASIDE * (-1) ** k * (bodies.size if bodies.is_length(name) else 1.0)
@@ -404,7 +408,7 @@ def _inside(
 ) -> tuple[float, dict[str, float]] | None:
     """Return a length or angle that closes the loop, with the closed configuration.
 
-    None if no plausible value closes the loop.
+    The result is None if no plausible value closes the loop.
     """
     reach = bodies.size if bodies.is_length(name) else math.pi
     for start in (0.0, 0.1, -0.1, 0.5, -0.5, 1.0, -1.0):

@@ -22,10 +22,12 @@ SAMPLES = 20
 
 
 def with_pose_change(mechanism: Mechanism) -> Mechanism:
-    """Record the largest change of the tool pose by noise removal, over all samples.
+    """Record the largest change in tool pose caused by removing noise from the robot file.
+
+    The pose changes are computed at the reference and at random configurations.
 
     Args:
-        mechanism: A robot with exact values whose loops close at the reference.
+        mechanism: A robot whose values are exact and whose loops close at the reference.
     """
     if mechanism.as_written is None:
         return mechanism
@@ -39,7 +41,7 @@ def with_pose_change(mechanism: Mechanism) -> Mechanism:
 
 
 def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, float]]:
-    """Yield the distance (meter) and angle (radian) between the tools at random configurations."""
+    """Yield the tool displacement (meter) and rotation (radian) due to cleaning at each sample."""
     exact = NumericMechanism(mechanism)
     own = NumericMechanism(written, _planes(exact, written))
     rows, own_rows = NumericRows(exact), NumericRows(own)

@@ -4,7 +4,7 @@ import math
 
 DIGITS, DECIMALS = 4, 6
 UNITS = {True: ("mm", 1000.0), False: ("deg", 180 / math.pi)}
-"""Unit and factor of a length, and of an angle."""
+"""Display unit and conversion factor. The key is True for a length and False for an angle."""
 
 
 def shown(value: float, is_length: bool) -> str:

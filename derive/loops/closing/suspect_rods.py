@@ -1,7 +1,7 @@
 """Names a rod whose length is much too large or too small for the mechanism.
 
-Usually, the length of the rod has the wrong unit. The rod may be outside the open loop, because the
-bodies at the ends of the rod may also belong to other loops.
+Usually, the length of the rod has the wrong unit. The rod may be outside the loop that does not
+close, because the bodies at the ends of the rod may also belong to other loops.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ def suspect_rod(bodies: NumericMechanism, loops: Sequence[str]) -> str:
 
     Args:
         bodies: A mechanism with an open loop.
-        loops: Names of the loops that the corrected length must close.
+        loops: Names of the loops that must close with the corrected length.
     """
     for strut in bodies.mechanism.struts:
         name = _constant(bodies, strut)
@@ -64,7 +64,7 @@ def _closes(bodies: NumericMechanism, name: str, value: float, loops: Sequence[s
 
 
 def _constant(bodies: NumericMechanism, strut: Strut) -> str:
-    """Return the name of the constant that is the length of a rod, or ""."""
+    """Return the name of the constant that gives the rod length, or "" if there is none."""
     if length_of(strut) in bodies.constants:
         return length_of(strut)
     return strut.length.name if isinstance(strut.length, sp.Symbol) else ""

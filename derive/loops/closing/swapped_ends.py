@@ -18,7 +18,9 @@ NEAR = 0.2
 If the ends of a correct rod are exchanged, the loops may close at a distant configuration.
 """
 CLEARLY = 0.02
-"""Maximum distance between the closed configuration and a roughly stated reference."""
+"""Rods are tested for swapped ends if the closed configuration is farther from the reference than
+this distance (radian, or relative to the size). Smaller distances may be due to rounded reference
+values."""
 PART = 0.1
 """An exchange of rod ends is reported only if it reduces the distance from the reference to at most
 this fraction."""
@@ -63,8 +65,7 @@ def _best(mechanism: Mechanism) -> tuple[tuple[str, ...], float]:
     planes = NumericMechanism(mechanism).planes
     found = {names: _motion(_exchanged(mechanism, names), planes) for names in _groups(mechanism)}
     for names in sorted(found, key=found.__getitem__):
-        # If the ends of a rod are exchanged, the pins of the rod may lie outside the plane of the
-        # loop.
+        # An exchange of the rod ends may move the pins of the rod out of the plane of the loop.
         if found[names] < math.inf and _motion(_exchanged(mechanism, names)) < math.inf:
             return names, found[names]
     return (), math.inf

@@ -120,8 +120,8 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
     If the file allows least-squares closure, a rod with tilted pins constrains only a length.
 
     Raises:
-        DescriptionError: A pin-ended rod is in a spatial loop, and the file does not allow
-            least-squares closure or the loop is far from planar.
+        DescriptionError: A pin-ended rod is in a spatial loop. Either the file does not allow
+            least-squares closure, or the loop is far from planar.
     """
     found = tilts(mechanism, terms)
     if not found:

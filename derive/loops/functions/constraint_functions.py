@@ -60,7 +60,7 @@ def constraint_D_z_dot(h: LoopModel) -> SymbolicFunction:
 
 
 def makers(h: LoopModel) -> dict[str, Maker]:
-    """Return the builders of the loop equations by the names of the functions."""
+    """Return the builders of the constraint functions, keyed by function name."""
     return dict(_EQUATIONS) if h.mechanism.is_constrained else {}
 
 

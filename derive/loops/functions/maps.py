@@ -26,7 +26,8 @@ class Joints:
         hybrid: The robot.
         coordinates: The coordinates are named ``q`` for the actuators, or ``theta`` for the
             main-chain joints.
-        named: Returns the values of joints, swing angles and cylinders by name.
+        named: Function that returns the values of the joints, swing angles and cylinders with the
+            given names.
         rates: The time derivatives of joints, swing angles and cylinders.
         passive: Names of the passive joints.
         interval: Text about the interval of the angles, or "" if it is unbounded.
@@ -75,7 +76,7 @@ class Map:
     """A generated function that returns joint values, with the texts for its documentation.
 
     Attributes:
-        name: Name of the generated function and of the group of computed joints.
+        name: Name of the generated function. The group of computed joints has the same name.
         symbol: Symbol of the vector of joint values.
         names: Returns the names of the computed joints.
         noun: The noun that the documentation of the function uses for the computed joints.
@@ -104,7 +105,7 @@ class Map:
         return of.hybrid.driven(values) if self is ACTUATORS else values
 
     def function(self, of: Joints) -> SymbolicFunction:
-        """Build the function from coordinates to joint values."""
+        """Build the function that maps coordinates to joint values."""
         summary = self.summary.format(interval=of.interval)
         identity = self.identity.format(names=", ".join(self.names(of)))
         result = self._result(of, 0, self.values(of), self.meaning)
@@ -202,7 +203,7 @@ ACTUATORS = Map(
     ("{} of the actuated coordinates.", "actuator {}"),
 )
 _DOMAINS = {"q": ACTUATORS, "theta": CHAIN}
-"""The map that computes a joint vector, keyed by the name of this vector."""
+"""The map that computes each joint vector, keyed by the name of the vector."""
 
 
 def margin(h: SolvedLoops) -> SymbolicFunction:
@@ -225,7 +226,7 @@ def chain_all(h: SolvedLoops) -> SymbolicFunction:
 
 
 def actuators_all(h: SolvedLoops) -> SymbolicFunction:
-    """Build the function that returns the actuators of every branch."""
+    """Build the function that returns the actuator values of every branch."""
     branches = [(h.actuators_in(solution), solution) for solution in backward_branches(h)]
     return _all(
         h,
@@ -294,7 +295,8 @@ def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tup
 def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple[sp.Expr, ...]:
     """Return the margins of one branch.
 
-    If solutions are merged, the first solution with closed loops is used.
+    If several solutions share the branch, the margins of the first solution with closed loops are
+    returned.
 
     If a branch does not contain a step, the margin of this step is 1.
     """
@@ -370,7 +372,7 @@ def forward_makers(of: Joints) -> dict[str, Maker]:
 
 
 def backward_makers(of: Joints) -> dict[str, Maker]:
-    """Return the builders of the maps from the main chain to the actuators, by function name."""
+    """Return the builders of maps from the main chain to actuators, keyed by function name."""
     found = {
         "actuators": ACTUATORS.function,
         "actuators_D_chain": ACTUATORS.derivative,

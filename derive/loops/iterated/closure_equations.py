@@ -1,10 +1,10 @@
 """Closure equations of loops without a closed form, and start values for Newton's method.
 
-A strut keeps two points at a constant distance, with pins or balls as its ends. The loop of a strut
-therefore has a single equation |b - a| = l. The variables w are the configuration z without the
-swing angles of struts, which follow from the points. The equations are c(w) = 0. Let c_u and c_a be
-the derivatives of c. The actuated variables a and the unknown variables u then satisfy c_u du =
--c_a da.
+A strut with pin or ball ends keeps two points at a constant distance. The loop of a strut therefore
+has a single equation |b - a| = l. The variables w are the entries of the configuration z except the
+swing angles of struts. The two points of each strut determine its swing angle. The equations are
+c(w) = 0. Let c_u and c_a be the derivatives of c. The actuated variables a and the unknown
+variables u then satisfy c_u du = -c_a da.
 """
 
 from collections.abc import Mapping, Sequence
@@ -45,8 +45,8 @@ class Start:
         tangent: (n_u, n) derivative of the unknown variables with respect to the actuated
             coordinates.
         determinant: Determinant of c_u, the derivative of the equations with respect to the unknown
-            variables. If c_u is not square, the product of the diagonal of R in its QR
-            decomposition.
+            variables. If c_u is not square, the value is the magnitude of the product of the
+            diagonal entries of R, where c_u = Q R.
         is_regular: Whether c_u has full rank.
     """
 
@@ -134,8 +134,8 @@ class LoopClosure:
 def loop_closure(hybrid: SolvedLoops) -> LoopClosure:
     """Return the equations of a mechanism.
 
-    The actuated coordinates are the inputs. All struts get ball ends, so swing angles are not
-    variables.
+    The actuated coordinates are the inputs. Pin ends of struts are replaced by ball ends.
+    Therefore, swing angles are not variables.
     """
     mechanism, terms = on_balls(hybrid.mechanism), hybrid.terms
     variables = configuration_names(mechanism)

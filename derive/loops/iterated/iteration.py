@@ -34,7 +34,7 @@ FIRST = "at"
 
 
 class Iteration:
-    """The loop variables and their derivatives, as results of solver calls.
+    """The loop variables and their derivatives, computed by calls of a numerical solver.
 
     Attributes:
         closure: The equations of the loops.
@@ -65,8 +65,8 @@ class Iteration:
     def _vector(self, name: str, unit: str) -> Argument:
         """Return one symbol per variable.
 
-        Expressions in the symbols of the main chain therefore also apply to joint values that the
-        solver returns.
+        If ``_is_of_chain`` is false, the main-chain joints keep their symbols ``theta``.
+        Expressions in these symbols therefore also apply to joint values that the solver returns.
         """
         symbols = list(coordinates(f"{self._prefix}{name[1:]}", self._size))
         if not self._is_of_chain:
@@ -93,7 +93,10 @@ class Iteration:
 
     @cached_property
     def _ratios(self) -> dict[int, tuple[int, sp.Expr]]:
-        """Return the coordinate of each input variable and the ratio variable / coordinate."""
+        """Return the coordinate index and the ratio of each input variable.
+
+        The ratio is the value of the input variable divided by the coordinate.
+        """
         driven = [c.ratio for c in self.hybrid.mechanism.coordinates]
         ratios = [sp.S.One] * self._n if self._is_of_chain else driven
         return {k: (j, ratios[j]) for j, k in enumerate(self.closure.given)}
@@ -161,8 +164,8 @@ class Iteration:
 
         Args:
             function: The function.
-            seed: Name of the input with a start configuration. With "", the iteration starts at the
-                reference.
+            seed: Name of the input that contains the start configuration. With "", the iteration
+                starts at the reference.
         """
         needed = {s for _, term in function.definitions() for s in term.free_symbols}
         needed |= {s for r in function.outputs for entry in r.entries for s in entry.free_symbols}
@@ -205,7 +208,7 @@ def _inner(closure: LoopClosure, name: str, _: SolvedLoops) -> SymbolicFunction:
 
 
 def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Maker]:
-    """Return the functions that build the maps between actuated and other joints, by name.
+    """Return the builders of the maps between actuated and other joints, keyed by function name.
 
     Args:
         iteration: The loop variables as functions of the actuated coordinates.

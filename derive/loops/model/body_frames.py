@@ -17,7 +17,7 @@ from ...terms.vectors import added, combination, dot, named, subtracted
 def pose_of(
     mechanism: Mechanism, terms: Terms, frame: Frame, values: Mapping[str, sp.Expr]
 ) -> Pose:
-    """Return axes and origin of a frame on a body in the base frame.
+    """Return the pose of a frame on a body, as axes and origin in the base frame.
 
     Args:
         mechanism: The description.
@@ -37,10 +37,10 @@ def pose_along(
     values: Mapping[str, sp.Expr],
     base: Placement = (),
 ) -> Pose:
-    """Return axes and origin of the last frame of a joint sequence, in its first frame.
+    """Return the last frame of a joint sequence, as axes and origin in the first frame.
 
     Args:
-        mechanism: The description with the joints.
+        mechanism: The description of the mechanism.
         terms: Names of the terms.
         path: The joints, in order from the base.
         tool: The frame on the last body.

@@ -1,14 +1,14 @@
 """Closure equations of loops on SE(3), as independent scalar equations.
 
-A loop starts at a body. Two branches of joints lead from the first body of the loop to the closure
-or strut. The loop follows branch a, crosses the closure or strut, and returns along branch b. The
-product of all displacements along a closed loop is 1.
+Each loop starts at a body. From this body, two branches of joints lead to the closure or strut. The
+loop follows branch a, crosses the closure or strut, and returns along branch b. The product of all
+displacements along a closed loop is 1.
 
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
-Each screw holds for zero joint values and is expressed in the frame of the body at which the loop
-starts. M is the displacement between the ends of the two branches if all joint values are zero. If
-the product of exponentials is 1, the scalar equations hold. The equations of a planar loop compare
+Each screw xi_i is the joint screw at zero joint values, expressed in the frame of the body at which
+the loop starts. M is the displacement between the ends of the two branches if all joint values are
+zero. The scalar equations follow from this matrix equation. The equations of a planar loop compare
 two points, each a sum of rotated vectors. The equations of a spatial loop compare the poses of both
 branches.
 """
@@ -58,7 +58,7 @@ class ConfigurationVariable(NamedTuple):
 
 @dataclass(frozen=True)
 class LoopEquations:
-    """The equations of one loop in the full configuration.
+    """The equations of one loop as functions of the full configuration.
 
     Attributes:
         loop: The loop, which consists of a closure or strut and two branches.
@@ -94,7 +94,7 @@ class LoopEquations:
 
     @property
     def home(self) -> sp.ImmutableMatrix:
-        """The displacement (4, 4) around the loop if all joint values are zero."""
+        """The displacement around the loop at zero joint values, as a matrix (4, 4)."""
         return self._around[1]
 
     @property
@@ -144,8 +144,8 @@ def constraints(
         mechanism: The description.
         terms: Receives the terms.
         z: The full configuration in the order of :func:`configuration_names` (radian or meter).
-        may_stay_open: Whether the loops may close only in the least-squares sense. If True, an
-            equation that holds in no configuration causes no error.
+        may_stay_open: Whether it is sufficient that the loops close in the least-squares sense. If
+            True, an equation that holds in no configuration causes no error.
 
     Raises:
         DescriptionError: A loop never closes, or a spatial loop contains a strut with pin ends.
@@ -170,7 +170,8 @@ def residuals(
         loop_joints: Names of closures and struts.
 
     Returns:
-        A pair (residual, unit) for each equation of :func:`constraints`. The unit is m or 1.
+        A pair (residual, unit) for each equation of :func:`constraints`. The unit is m for a length
+        and 1 for a direction cosine.
     """
     at = _Constraints(mechanism, terms, values)
     requested = [
@@ -381,7 +382,7 @@ class _Planar:
         return self._met(barrel.point((length, ZERO)) - far)
 
     def _turn(self, edge: SlideEdge | WeldEdge) -> Complex:
-        """Return the cosine and sine of the angle between frame b and its closed orientation."""
+        """Return the cosine and sine of the angle by which frame b deviates from closure."""
         wanted = product(self.a.rotor, edge.rotor)
         rotor = product(self.b.rotor, conjugate(wanted))
         re, im = tidied(self.terms, sp.Matrix(rotor))

@@ -88,9 +88,9 @@ def is_length(member: Joint | Strut) -> bool:
 
 
 def joint_couplings(mechanism: Mechanism, names: Sequence[str]) -> tuple[tuple[float, ...], ...]:
-    """Return the factors of the joints in each coupling.
+    """Return the factor of each joint in each coupling, as one row per coupling.
 
-    The sum of factor * joint value is constant in a coupling.
+    In each row, the sum of factor * joint value over all joints is constant.
 
     Args:
         mechanism: The description.

@@ -10,7 +10,7 @@ from ...model.tolerances import DIFFERENCE_STEP, NUMERICALLY_CLOSED
 Floats = NDArray[np.float64]
 ITERATIONS = 80
 START, WEAKEST, STRONGEST, FACTOR = 1e-4, 1e-15, 1e8, 2
-"""Initial, minimum and maximum damping, and the first factor of its growth."""
+"""Initial, minimum and maximum damping, and the factor of the first damping increase."""
 MAX_POOR = 2
 """The search ends after this number of consecutive steps with little gain."""
 
@@ -30,7 +30,7 @@ def least(
     Args:
         residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).
         x: The start values (n,).
-        apart: Mask (n,) of values that must be equal within a batch.
+        apart: Mask (n,) of values that must be equal in all rows of a batch.
         worthwhile: Minimum relative decrease of the sum that counts as progress.
 
     Returns:
@@ -50,7 +50,7 @@ def least(
         try:
             step = -np.linalg.solve(J.T @ J + damping * np.eye(len(x)), g)
         except np.linalg.LinAlgError:
-            # Rounding errors can be as large as a weak damping, so that the matrix is singular.
+            # If the damping is as small as the rounding errors, the matrix may be singular.
             damping, growth = damping * growth, growth * FACTOR
             continue
         promised = float(step @ (damping * step - g))
@@ -76,7 +76,7 @@ def _linear(
     Args:
         residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).
         x: The values.
-        apart: Mask (n,) of values that must be equal within a batch.
+        apart: Mask (n,) of values that must be equal in all rows of a batch.
     """
     steps = DIFFERENCE_STEP * np.eye(len(x))
     r, *ahead = residual(np.concatenate([x[None], x + steps[~apart]]))

@@ -16,7 +16,7 @@ from .phasors import ZERO
 from .planes import Axes, Linkage, Loop, tidied_entry
 
 SPELLED = 64
-"""Maximum number of terms of an entry that is not replaced by a named term."""
+"""An entry with more than this number of terms is replaced by a named term."""
 Side = Literal["a", "loop joint", "b"]
 
 

@@ -34,7 +34,8 @@ class Row:
         unit: Unit of the residual, m or 1.
         powers: Pairs (power, motion) for the motions of both branches. The power is the derivative
             of the residual with respect to the value of the motion.
-        length: The strut length that is subtracted from a distance, or 0 without a strut.
+        length: The strut length that the residual subtracts from the distance of the strut ends. 0
+            for other equations.
     """
 
     residual: sp.Expr
@@ -59,7 +60,7 @@ def loop_rows(
     Args:
         mechanism: The description.
         terms: Receives the terms.
-        geometry: The geometry of the robot as variables.
+        geometry: The symbolic geometry of the robot.
         bodies: The frames of the bodies by name.
     """
     ends = (_Ends(terms, geometry, bodies, loop) for loop in loops(mechanism))

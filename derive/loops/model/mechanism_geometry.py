@@ -9,8 +9,8 @@ A passive joint has no offset parameter, because its loop determines its value. 
 passive joint has an offset parameter. For example, the offset of a gear pair depends on the teeth
 that mesh. The ratio of a coupling is exact. The pose of a body on six consecutive passive joints is
 arbitrary, so the axes of these joints have no parameters. The parameters of a planar loop keep its
-parts in the plane. A revolute axis has no tilt parameters, and the end of a closure or strut has no
-parameter along the plane normal.
+parts in the plane. Therefore, a revolute axis in a planar loop has no tilt parameters. The end of a
+closure or strut in a planar loop has no parameter along the plane normal.
 """
 
 from collections.abc import Mapping, Sequence
@@ -54,7 +54,7 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True)
 class MechanismGeometry:
-    """The geometry of a robot with loops as variables.
+    """The symbolic geometry of a robot with loops.
 
     Attributes:
         parameters: The parameters p in the order base, joints, loops, tool.
@@ -124,7 +124,7 @@ class _Numbered:
         )
 
     def _actuated(self, q: Sequence[sp.Symbol]) -> dict[str, sp.Expr]:
-        """Return the values of the actuated joints and cylinders with drive corrections."""
+        """Return the values of the actuated joints and cylinders, including drive corrections."""
         found = {}
         for coordinate, symbol in zip(self.mechanism.coordinates, q, strict=True):
             member = self.mechanism.members[coordinate.moves]

@@ -45,7 +45,7 @@ class NumericMechanism:
             lengths and frame offsets that do not depend on parameters.
         values: Reference values of joints and cylinders by name (radian or meter).
         unknown: Names of the passive joints and cylinders.
-        size: The longest translation or rod (meter), or 1 if all are zero.
+        size: Length of the longest translation or rod (meter), or 1 if all these lengths are zero.
         couplings: The equations of the couplings.
         planes: A matrix (3, 3) for each planar loop, keyed by the name of its closure or strut. The
             columns are the axes x and y and the normal of the plane, in the frame of the first
@@ -180,7 +180,7 @@ class NumericMechanism:
         return found
 
     def closure_errors(self, values: Mapping[str, float]) -> dict[str, ClosureResidual]:
-        """Return the closure error of each loop by the name of its closure or strut.
+        """Return the closure error of each loop, keyed by the name of the closure or strut.
 
         The error of a coupling has the name of the coupled joint.
         """
@@ -342,7 +342,7 @@ class NumericMechanism:
         return np.array([1.0 if turn else self.size for turn in self.couplings.is_turn])
 
     def is_length(self, name: str) -> bool:
-        """Whether a joint, cylinder or constant is a length."""
+        """Whether the value of a joint, cylinder or constant is a length."""
         member = self.mechanism.members.get(name)
         if member is not None:
             return isinstance(member, Strut) or member.kind == "prismatic"
@@ -431,7 +431,7 @@ def _rotation_vector(R: Floats) -> Floats:
 
 
 def _scaled(sine: Floats, cosine: Floats) -> Floats:
-    """Scale a vector of length sin(angle) to the length angle (radian).
+    """Scale a vector from the length sin(angle) to the length ``angle`` (radian).
 
     For a zero vector, the result points along the first axis.
     """

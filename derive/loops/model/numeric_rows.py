@@ -1,8 +1,8 @@
 """Closure equations in double precision, and their Jacobian.
 
-Each equation has a wrench. If only the body at end b moves, the rate of the residual is the power
-of the wrench on that body. If only the body at end a moves, the rate of the residual is the
-negative of this power.
+Each closure equation has a corresponding wrench. If only the body at end b moves, the rate of the
+residual is the power of the wrench on that body. If only the body at end a moves, the rate of the
+residual is the negative of this power.
 """
 
 from collections.abc import Iterator, Mapping
@@ -29,11 +29,11 @@ class NumericRows:
     Attributes:
         bodies: Bodies and frames as numbers.
         names: Names of the joints and cylinders.
-        owners: The closure or strut of each equation. The owner of a coupling equation is the
-            coupled joint.
+        owners: The name of the closure or strut of each equation. For a coupling equation, the name
+            of the coupled joint.
         is_turn: Whether each equation relates directions or angles instead of lengths.
         facing_owners: For each direction cosine, the name of its closure. If the cosine is
-            negative, two frame axes of this closure point in opposite directions.
+            negative, corresponding axes of the two closure frames point in opposite directions.
     """
 
     def __init__(self, bodies: NumericMechanism) -> None:
@@ -76,7 +76,7 @@ class NumericRows:
         return axes
 
     def at(self, w: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the equations at values of the joints and cylinders.
+        """Evaluate the closure equations at given values of the joints and cylinders.
 
         Args:
             w: Values (n,) in the order of ``names`` (radian or meter).
@@ -129,7 +129,7 @@ class NumericRows:
         return J * columns / np.where(self.is_turn, 1.0, self.bodies.size)[:, None]
 
     def polished(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Close nearly closed loops up to rounding errors.
+        """Reduce the closure errors of nearly closed loops to the level of rounding errors.
 
         Newton steps with a constant Jacobian move the passive joints and cylinders. If the loops
         cannot close, the steps minimize the closure errors.

@@ -4,9 +4,9 @@ A point of a planar mechanism is a sum of complex vectors that rotate with the b
 
     p = sum_k c_k exp(i psi_k)
 
-The angles psi_k are linear in the coordinates and in the solved angles. The vectors c_k are exact
-pairs (re, im) of constants, parameters and variable lengths. Equal terms cancel exactly. Therefore,
-a parallelogram is recognized as a pure translation.
+The angles psi_k are linear in the coordinates and in the solved angles. Each vector c_k is an exact
+pair (re, im). Its components contain constants, parameters and variable lengths. Equal terms cancel
+exactly. Therefore, a parallelogram is recognized as a pure translation.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -104,7 +104,7 @@ class PhasorSum:
         """Return an equivalent sum with a lower cost, using the loop equations.
 
         Args:
-            relations: One sum for each loop, which is zero if the loop is closed.
+            relations: One vector sum for each loop. The sum is zero if the loop is closed.
             cost: The quantity to minimize, for example the number of terms.
         """
         candidates = [

@@ -3,8 +3,8 @@
 A loop is planar if its revolute axes are parallel and its sliders are perpendicular to them. Loops
 that share a joint form one *linkage*. Each body of a linkage has its own planar axes. The x axis is
 the first axis of the body frame (x, y, z) that lies in the plane. The y axis points to the left of
-the x axis. The normal of the plane is the first revolute axis of the linkage, or the normal of its
-sliders.
+the x axis. The plane normal is the first revolute axis of the linkage. Without revolute axes, the
+plane normal is perpendicular to the slider directions.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -96,7 +96,7 @@ Edge = PinEdge | SlideEdge | WeldEdge
 
 @dataclass(frozen=True)
 class Linkage:
-    """The bodies and joints of planar loops that move together.
+    """The bodies and joints of planar loops that share joints.
 
     Attributes:
         root: The body that carries the plane.
@@ -152,7 +152,7 @@ def _loop(mechanism: Mechanism, loop_joint: Closure | Strut) -> Loop:
 
 
 def planar_loop_joints(mechanism: Mechanism) -> dict[str, Linkage]:
-    """Return the linkages of planar loops by closure or strut."""
+    """Return the linkage of each planar loop, keyed by the name of its closure or strut."""
     return {name: linkage for linkage in _linkages(mechanism)[0] for name in linkage.loop_joints}
 
 
@@ -259,7 +259,7 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
 def axes_in_numbers(
     mechanism: Mechanism, terms: Terms, loop: Loop
 ) -> tuple[list[str], list[Vector], tuple[Vector, Vector]]:
-    """Return names and axes of a loop's revolute and helical joints, and the two loop ends.
+    """Return the names and axes of a loop's revolute and helical joints, and the loop ends.
 
     All vectors are in the frame of the base body (meter).
     """

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 
 
 class Along(NamedTuple):
-    """The component of the vector between both origins along an axis of frame a."""
+    """The vector from origin a to origin b, projected on an axis of frame a."""
 
     axis: int
 

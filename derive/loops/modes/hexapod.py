@@ -32,7 +32,7 @@ class Hexapod:
     """Six rods that connect actuated points to a platform.
 
     Points are expressed in the axes of the first three joints of the main chain. The origin is the
-    intersection of the last three axes of the main chain at zero coordinates.
+    point where the last three axes of the main chain intersect if all coordinates are zero.
 
     Attributes:
         a: The endpoints of the rods on the actuated bodies.
@@ -165,8 +165,8 @@ class RodNumbers:
         size: The size of the platform (meter).
         origin: The centroid of the rod ends on the actuated side, divided by `size`.
         middle: The centroid of the rod ends on the platform, divided by `size`.
-        family: The rods at all configurations. On the actuated side and on the platform, the origin
-            is the centroid of the rod ends.
+        family: The rods at all configurations. Rod ends on the actuated side are relative to
+            `origin`, and rod ends on the platform are relative to `middle`.
     """
 
     def __init__(self, a: Array, b: Array, lengths: Array) -> None:
@@ -240,8 +240,8 @@ class HexapodTables(Tables):
             axes: Index (0 to 2) of the axis of each angle of the platform.
             joints: The double joints.
             own: Six rods with generic dimensions for the platform.
-            poses: (n, 8) all complex poses of the platform at which each rod in ``own`` has its
-                given length.
+            poses: All n complex platform poses at which each rod in ``own`` has its given length,
+                as an array (n, 8).
         """
         slots = np.zeros((MAX_POSES, SOMA), np.complex128)
         slots[: len(poses)] = poses

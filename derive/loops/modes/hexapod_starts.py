@@ -4,8 +4,9 @@ The coordinates of the rods in all configurations span an affine space. The sear
 generic complex coordinates from this space. A generic platform has forty complex poses. A table
 lists the poses of one generic platform. A special platform may be flat or have shared rod ends. For
 generic rod lengths, some of the forty paths lead to all poses of a special platform. The other
-paths diverge to infinity. By Sard's theorem, almost all values of a smooth function are regular. So
-no pose is singular for generic rod lengths, and singular end poses are not used as starts.
+paths diverge to infinity. By Sard's theorem, almost all values of a smooth function are regular.
+Therefore, no pose is singular if the rod lengths are generic. Singular end poses are not used as
+start poses.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7
@@ -159,7 +160,7 @@ def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
 
     Args:
         start: Rods whose poses are known.
-        end: The final rods, which are reached at t = 1.
+        end: The rods at the end of the paths (t = 1).
         x: (n, 8) poses of the platform with the rods ``start``.
 
     Returns:
@@ -226,6 +227,6 @@ def _solved(J: Array, right: Array) -> Array:
 
 
 def condition(rods: SixRods, x: Array) -> Array:
-    """Return the condition numbers (n,) of the Jacobian at unit poses."""
+    """Return the condition numbers (n,) of the Jacobian at poses of unit norm."""
     _, J = _linear(quadrics(rods), np.zeros((7, SOMA, SOMA)), np.zeros(len(x)), x, x)
     return np.asarray(np.linalg.cond(J))

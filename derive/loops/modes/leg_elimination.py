@@ -1,9 +1,8 @@
 """Eliminates the position of a planar platform, as equations for the article.
 
-The module :mod:`.triad` derives the equations. Legs whose ends move on circles come before
-legs whose ends move on lines.
-The linear pair is ``w . m_i = k_i``. The vector m_i is u_i for a leg with a circle, and the normal
-n_i for a leg with a line.
+The module :mod:`.triad` derives the equations. Legs whose ends move on circles come before legs
+whose ends move on lines. The two linear equations are ``w . m_i = k_i``. The vector m_i is u_i for
+a leg with a circle, and the normal n_i for a leg with a line.
 """
 
 from collections.abc import Callable
@@ -42,8 +41,8 @@ class LegElimination:
         distances: The distances between the platform points b_i. For legs whose ends move on lines,
             also the distances from a_1 to their base points a_i. Each distance has a symbol.
         scale: The square of the length that normalizes the polynomial, as a function of the
-            distances.
-        power: The exponent of the normalizing length.
+            distances and the rod lengths.
+        power: The exponent of the length that normalizes the polynomial.
         harmonics: Maximum number of harmonics in the polynomial.
     """
 
@@ -63,7 +62,7 @@ class LegElimination:
 
 
 def leg_elimination(legs: Triad, phi: sp.Expr, name: Name) -> LegElimination:
-    """Return the equations of three legs in given symbols.
+    """Return the equations of three legs, in the symbols that ``name`` returns.
 
     Args:
         legs: The legs. Legs whose ends move on circles come before legs with ends on lines.

@@ -1,11 +1,11 @@
 """Planar platforms on legs with three joints. Each leg has a single closure equation.
 
-With a fixed actuator, a leg with three joints is a body between two passive joints. A leg gives one
-equation for the position p and the rotation R of the platform. A is a fixed point, and b is a point
-of the platform. A leg with two revolute joints is a rod of length L with the equation |p + R b - A|
-= L. With a prismatic joint on the fixed side, b moves on a fixed line with the equation n . (p + R
-b - A) = 0. With a prismatic joint on the platform, A lies on a line that is fixed to the platform.
-The equation is R n . (p + R b - A) = 0.
+If the actuator of a leg with three joints is fixed, the leg acts as one body between two passive
+joints. A leg gives one equation for the position p and the rotation R of the platform. A is a fixed
+point, and b is a point of the platform. A leg with two revolute joints is a rod of length L with
+the equation |p + R b - A| = L. With a prismatic joint on the fixed side, b moves on a fixed line
+with the equation n . (p + R b - A) = 0. With a prismatic joint on the platform, A lies on a line
+that is fixed to the platform. The equation is R n . (p + R b - A) = 0.
 
 A leg with two passive prismatic joints determines only the platform angle, and is not supported.
 """
@@ -40,7 +40,7 @@ class ChainAxes(NamedTuple):
     """The axes x and y of the main chain, in the axes of the root body of the linkage.
 
     Attributes:
-        origin: The point of the plane with x = y = 0.
+        origin: The origin of the coordinates x and y in the plane.
         x: The direction of the x axis.
         side: 1 if the y axis is to the left of x, otherwise -1.
         rotor: The orientation of the platform at phi = 0.
@@ -55,7 +55,10 @@ class ChainAxes(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """The equation of a leg: a rod with a length, or a line with a normal."""
+    """The equation of a leg.
+
+    The leg is either a rod of given length or a constraint that keeps a point on a line.
+    """
 
     A: Complex
     b: Complex
@@ -132,12 +135,12 @@ def _axes(h: SolvedLoops, linkage: Linkage) -> ChainAxes | None:
 
 
 def _seen(point: PhasorSum, body: PlanarPose) -> PhasorSum:
-    """Return a point of a rigid group in the frame of a body of this group."""
+    """Convert a point of a rigid group to the frame of one of its bodies."""
     return _along(point - body.origin, body)
 
 
 def _along(vector: PhasorSum, body: PlanarPose) -> PhasorSum:
-    """Return a vector of a rigid group in the axes of a body of this group."""
+    """Convert a vector from the axes of a rigid group to the axes of a body of the group."""
     return vector.turned(-body.angle).times(conjugate(body.rotor))
 
 

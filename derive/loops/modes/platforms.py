@@ -1,4 +1,6 @@
-"""Platforms on legs, which are rods between actuated bodies and a free platform.
+"""Free platforms on legs.
+
+Each leg is a rod between an actuated body and the platform.
 
 The main chain is virtual: x, y and phi, or six coordinates. The length of rod i gives an equation
 between theta and q:
@@ -168,7 +170,7 @@ def velocity_relation(h: SolvedLoops) -> SymbolicFunction:
 
 
 def _relation_of_rods(h: SolvedLoops) -> tuple[list[tuple[sp.Expr, ...]], tuple[sp.Expr, ...]]:
-    """Return the rows of J_x for a twist in base axes, and the entries of J_q."""
+    """Return the rows of J_x, which act on twists in base axes, and the entries of J_q."""
     found = rods_of(h)
     tool = tool_position(h)
     rows = []

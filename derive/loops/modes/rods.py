@@ -25,7 +25,9 @@ from ..solve.solved_loops import SolvedLoops
 
 @dataclass(frozen=True)
 class Rod:
-    """A strut at joint values theta and actuator values q, in the base frame (meter).
+    """A strut in the base frame (meter).
+
+    The strut depends on joint values theta and actuator values q.
 
     Attributes:
         a: The endpoint of the strut on an actuated body or on the base.
@@ -44,7 +46,11 @@ class Rod:
     def actuator_row(
         self, terms: Terms, n: Sequence[sp.Expr], q: Sequence[sp.Symbol]
     ) -> list[sp.Expr]:
-        """Return the row of J_q: the speed of end a along the rod per actuator rate.
+        """Return the row of J_q for this rod.
+
+        The row has one entry for each actuator. Each entry is the sum of two rates that occur if
+        the actuator moves at unit rate. The first is the velocity of end a along the rod. The
+        second is the rate of the strut length.
 
         Args:
             terms: Receives the terms.
@@ -103,7 +109,7 @@ def tool_position(h: SolvedLoops) -> Vector:
 
 @dataclass(frozen=True)
 class FreePlatform:
-    """Virtual joints of a free platform and both ends of each strut, all at zero joint values.
+    """Virtual joints of a free platform, and the end points of all struts, at zero joint values.
 
     Attributes:
         directions: The positive direction of each joint, in the base frame.
@@ -151,7 +157,8 @@ def free_platform(h: SolvedLoops, kinds: Sequence[str]) -> FreePlatform | None:
 def joint_values(h: SolvedLoops) -> dict[str, sp.Expr]:
     """Return joint values by name.
 
-    Chain joints depend on theta, and actuated joints and cylinders on q.
+    The values of chain joints depend on theta. The values of actuated joints and cylinders depend
+    on q.
     """
     coordinates = zip(h.mechanism.coordinates, h.q, strict=True)
     values = {c.moves: c.ratio * symbol for c, symbol in coordinates}

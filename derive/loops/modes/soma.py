@@ -1,12 +1,13 @@
 """Numerical model of a platform on six rods in Study (soma) coordinates.
 
-Quaternions e and g = p e with e.g = 0 represent the rotation b -> e b / e and the position p of the
-platform. L and R are the matrices of quaternion products from the left and right. The equation of a
-rod with length l from a to b has two forms:
+The platform has the position p. The platform rotation maps a vector b to e b / e with the
+quaternion e. The quaternions e and g = p e represent this pose and satisfy e.g = 0. L and R are the
+matrices of quaternion products from the left and right. The equation of a rod with length l from a
+to b has two forms:
 
     |g + e b - a e|^2 = l^2 e.e,   g.g + 2 g.M e + e.S e = 0.
 
-The second form contains M = R(b) - L(a), S = c + 2 L(a) R(b) and c = |a|^2 + |b|^2 - l^2.
+In the second form, M = R(b) - L(a), S = c + 2 L(a) R(b), and c = |a|^2 + |b|^2 - l^2.
 
 All numbers may be complex. Scalar products have no complex conjugation.
 

@@ -11,15 +11,16 @@ Subtracting the first equation from the other two gives two linear equations in 
 
     w . u_i = k_i,   k_i = (L_i^2 - L_1^2 - |u_i|^2) / 2
 
-The two linear equations have the solution w = J (k_3 u_2 - k_2 u_3) / (u_2 x u_3) with the quarter
-turn J. With this w, the equation |w|^2 = L_1^2 becomes a polynomial equation for phi.
+The two linear equations have the solution w = J (k_3 u_2 - k_2 u_3) / (u_2 x u_3). The matrix J
+rotates a vector by 90 degrees counterclockwise. With this w, the equation |w|^2 = L_1^2 becomes a
+polynomial equation for phi.
 
     k_2^2 |u_3|^2 - 2 k_2 k_3 u_2 . u_3 + k_3^2 |u_2|^2 = L_1^2 (u_2 x u_3)^2
 
 Every factor of this equation has degree 1 in cos(phi) and sin(phi). The factors |u_i|^2 and u_2 .
-u_3 have degree 1 too, because R preserves lengths and scalar products. So the polynomial for phi
-has degree 3 in cos(phi) and sin(phi). In exp(i phi), the polynomial has degree 6, so there are at
-most six assembly modes.
+u_3 have degree 1 too, because R preserves lengths and scalar products. Each term has at most three
+factors of degree 1, so the polynomial has degree 3 in cos(phi) and sin(phi). In exp(i phi), the
+polynomial has degree 6, so there are at most six assembly modes.
 
 A leg with a prismatic joint gives a line instead of a circle: n_i . (w + u_i) = 0. The unit normal
 n_i of the line is constant or rotates with the platform. For a leg with a prismatic joint, n_i
@@ -66,11 +67,13 @@ class LegLine:
 
 @dataclass(frozen=True)
 class Triad:
-    """Three legs of a planar platform. Rods come first, then lines.
+    """Three legs of a planar platform.
+
+    The legs with rods precede the legs with lines.
 
     Attributes:
-        A: Fixed points (x, y), meter. The fixed points are rod ends, points of fixed lines, or
-            points on platform lines.
+        A: Fixed points (x, y), meter. Each fixed point is a rod end, a point of a fixed line, or a
+            point through which a line of the platform passes.
         b: Points in platform axes, meter.
         L: The rod lengths, meter.
         lines: The lines.
@@ -362,7 +365,10 @@ class _Factors:
         return x, y
 
     def _is_rod(self, i: int) -> bool:
-        """Whether the second leg (0) or the third leg (1) is a rod."""
+        """Whether leg ``i`` is a rod.
+
+        Index 0 is the second leg, and index 1 is the third leg.
+        """
         return i < len(self.rises)
 
     def _at(self, pair: tuple[Complex, Complex], turn: Complex) -> Complex:

@@ -1,14 +1,15 @@
 """Parametric functions of a robot with loops.
 
 The geometry is an additional input of these functions. The loop equations are c(w, p) = 0 with the
-variables w = (q, u). The values u belong to passive joints and cylinders. Newton's method in C
-solves for u. The start is the configuration of the nominal robot at q. Let J_u, J_q and J_p be the
-Jacobians of the tool. The implicit function theorem gives the total Jacobian J of the tool with
-respect to q, or to p.
+variables w = (q, u). The vector u contains the values of passive joints and cylinders. Newton's
+method in C solves for u. The iteration starts at the configuration of the nominal robot at q. Let
+J_u, J_q and J_p be the Jacobians of the tool. The implicit function theorem gives the total
+Jacobian J of the tool with respect to q, or to p.
 
     L = J_u c_u^-1,    J = J_q - L c_q  for q,    J = J_p - L c_p  for p.
 
-The matrix L is computed from six linear systems, for any number of parameters.
+The computation of L requires the solution of six linear systems, regardless of the number of
+parameters.
 
 Source:
     J. M. Hollerbach, W. Khalil, M. Gautier, Model identification, Springer Handbook of Robotics,
@@ -53,7 +54,7 @@ class ParametricLoops:
     """The parametric functions of one mechanism."""
 
     def __init__(self, hybrid: SolvedLoops) -> None:
-        """Name the variables and parameters.
+        """Create the symbols of the variables and parameters.
 
         Args:
             hybrid: The robot.
@@ -297,7 +298,9 @@ def _flat(rows: Sequence[Sequence[sp.Expr]]) -> tuple[sp.Expr, ...]:
 def file_parts(
     mechanism: Mechanism, geometry: MechanismGeometry, coordinates: Collection[sp.Symbol]
 ) -> list[Placement]:
-    """Return the frames and lengths of a robot file at zero.
+    """Return the frames and lengths of a robot file.
+
+    All coordinates and variables are 0.
 
     A robot file contains no body frames, so the frame of a body is the frame of its parent joint.
     The constant transform after a joint is therefore included in all placements on the child body

@@ -15,7 +15,7 @@ class Arm:
 
     Attributes:
         vector: Components of the vector at angle zero, as named terms.
-        angle: Angle by which `vector` is rotated to the actual direction of the vector.
+        angle: Angle of rotation from `vector` to the actual vector.
         square: The squared length.
     """
 
@@ -37,7 +37,7 @@ def arm(terms: Terms, total: PhasorSum) -> Arm:
 
 
 def turn_of(terms: Terms, there: Complex, here: Arm) -> tuple[sp.Expr, sp.Expr]:
-    """Return the cosine and sine of the rotation from a vector on a body to another vector."""
+    """Return the cosine and sine of the rotation angle from ``here.vector`` to ``there``."""
     re, im = product(there, conjugate(here.vector))
     return terms.let(_over(terms, re, here.square)), terms.let(_over(terms, im, here.square))
 

@@ -93,7 +93,7 @@ def assemblies(
     """Yield the assemblies on all branches.
 
     The branch of the last step varies fastest. Two branches share the expressions of all steps
-    before their first different sign.
+    before the first step at which their signs differ.
 
     Args:
         terms: Receives the terms.

@@ -253,7 +253,7 @@ class Clusters:
         return False
 
     def solved(self, c: sp.Expr, s: sp.Expr, rate: LoopRate) -> sp.Symbol:
-        """Name a solved angle and record its rate."""
+        """Return the symbol of a solved angle, and record the rate of the angle."""
         angle = self.terms.solved_angle(c, s)
         self.loops.setdefault(angle, rate)
         return angle
@@ -287,7 +287,7 @@ class Clusters:
 
         Args:
             at_reference: The sign at the reference, or 0 if ambiguous.
-            edges: The joints that the step solves, for the error message.
+            edges: The joints that the step solves.
 
         Raises:
             DescriptionError: The sign at the reference is ambiguous.
@@ -296,7 +296,8 @@ class Clusters:
         if self.branch is not None:
             return self.branch.side(joined)
         if at_reference == 0:
-            # The description has no names for the far ends of struts.
+            # A name with a dot is the internal name of the far end of a strut and does not occur in
+            # the description.
             names = ", ".join(edge.name for edge in edges if "." not in edge.name)
             raise DescriptionError(
                 f"the loop of {names} does not close at the reference, or is at a dead point there:"
@@ -389,7 +390,10 @@ class Clusters:
         return any(of and max(of) < OFF_BRANCH for of in closed)
 
     def _closure_error(self, edge: Edge) -> Callable[[AtReference], float] | None:
-        """Return a function for the closure error of a joint, or None outside rigid groups."""
+        """Return a function that computes the closure error of a joint.
+
+        Return None if the two bodies of the joint are in different rigid groups.
+        """
         cluster = self.cluster(edge.a)
         if edge.b not in cluster:
             return None

@@ -24,7 +24,7 @@ class _Pose(NamedTuple):
 def described_joints(
     edges: Sequence[Edge], reference: AtReference, given: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return the values of joints between bodies whose poses are known (radian or meter).
+    """Return the values of all joints whose two bodies have known poses (radian or meter).
 
     Args:
         edges: The joints of a linkage: tree joints first, then closures and struts.

@@ -77,9 +77,7 @@ def join_dyad(
 def side_of(clusters: Clusters, dyad: Dyad) -> int:
     """Return the side of the base on which the middle pin lies at the reference configuration.
 
-    Returns 0 if ambiguous.
-
-    Returns 0 if a branch is requested.
+    The result is 0 if the side is ambiguous, or if ``clusters`` specifies a branch.
     """
     if clusters.branch is not None:
         return 0
@@ -172,7 +170,10 @@ def may_be_parallelogram(clusters: Clusters, dyad: Dyad) -> bool:
 def _less(
     total: dict[sp.Expr, complex], relation: dict[sp.Expr, complex], factor: complex
 ) -> dict[sp.Expr, complex]:
-    """Subtract a multiple of ``relation`` from ``total``, and drop rounding errors."""
+    """Subtract ``factor`` times ``relation`` from ``total``.
+
+    Drop coefficients that are rounding errors.
+    """
     size = max(map(abs, total.values()))
     rest = {
         angle: total.get(angle, 0j) - factor * relation.get(angle, 0j)

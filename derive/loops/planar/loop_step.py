@@ -96,7 +96,8 @@ class StepEquations:
     Attributes:
         vectors: Components of each known vector as named terms, keyed by the letter of the vector.
         lengths: Letters of the vectors whose lengths occur in the equations.
-        scalars: Known scalars, such as a squared length, as named terms, keyed by their symbol.
+        scalars: Named terms for known scalars, such as a squared length, keyed by the symbol of the
+            scalar.
         unknowns: Symbols of the solved slider displacements, and of the solved position components.
         results: Definitions in order. A definition uses only earlier quantities.
         angles: The solved angles.
@@ -164,7 +165,8 @@ class LoopStep(ABC):
     def remark(self) -> str:
         """A sentence about the sign of the root in this step, or empty text.
 
-        The article prints the letter of a quantity in place of its name in braces.
+        The sentence may contain quantity names in braces. In the article, each of these names is
+        replaced by the letter of the quantity.
         """
         return ""
 
@@ -186,7 +188,7 @@ class LoopStep(ABC):
     def name(self, mechanism: Mechanism) -> str:
         """Return the names of the closures and struts that the step closes.
 
-        If the step closes neither closures nor struts, return the names of its joints.
+        If the step closes none, return the names of all joints of the step.
         """
         swings = {strut.swing_name: strut.name for strut in mechanism.struts}
         names = [swings.get(name, name.split(".")[0]) for name in self.joints]
@@ -196,7 +198,10 @@ class LoopStep(ABC):
 
 
 def weighted(vector: Quantities, weights: tuple[sp.Expr, ...], factor: sp.Expr = ONE) -> Weighted:
-    """Pair each component of a vector with the factor of its rate in a rate equation."""
+    """Return pairs (component, weight) for a rate equation.
+
+    Each weight is multiplied by ``factor``.
+    """
     return tuple((part, factor * w) for part, w in zip(vector, weights, strict=True))
 
 

@@ -1,9 +1,9 @@
 """Solves parallelograms: three bodies and three pins.
 
 The base vector is the sum of two vectors with the lengths of the arms. A parallelogram has two
-assembly modes, which are computed without a square root. In the parallelogram mode, the arms stay
-parallel to the two vectors. In the crossed mode, the vector C of an arm is mirrored about the base
-D:
+assembly modes, which are computed without a square root. In the parallelogram mode, each arm stays
+parallel to one of these two vectors. In the crossed mode, the vector C of an arm is mirrored about
+the base D:
 
     C* = D conj(C) / conj(D), where conj is the complex conjugate.
 """

@@ -44,10 +44,12 @@ class CircleAndLine:
         r: The vector between both pins on the third body.
         travel: Travel along the line (meter).
         vector: The vector from the first pin to the second pin.
-        margin: cos^2 of the angle between line and vector. The margin is zero at a dead point and
-            negative without an intersection.
-        root: Distance from the foot of the perpendicular to the far pin, or NaN without an
-            intersection.
+        margin: cos^2 of the angle between the line and the vector from the first to the second pin.
+            The margin is zero at a dead point, and negative if the circle and the line do not
+            intersect.
+        root: Signed position of the second pin on the line. The position 0 is the foot of the
+            perpendicular from the first pin to the line. The value is NaN if the circle and the
+            line do not intersect.
     """
 
     offset: Complex

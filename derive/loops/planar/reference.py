@@ -1,4 +1,6 @@
-"""Values of terms at the reference configuration, which determine the branch signs.
+"""Values of terms at the reference configuration.
+
+These values determine the branch signs.
 
 Double precision is sufficient to compute branch signs.
 """
@@ -41,8 +43,8 @@ class Branch:
     def others_since(self, taken: int) -> "list[Branch]":
         """Return a new branch for each solved step k >= ``taken`` that has no requested sign.
 
-        Before the first different step, the signs are equal. At the first different step, the sign
-        of the returned branch is -1.
+        Each new branch keeps the signs of the steps before step k. At step k, the sign of the new
+        branch is -1.
         """
         found = []
         for k in range(max(taken, len(self.requested)), len(self.taken)):
@@ -102,8 +104,8 @@ class FreeSides(Branch):
 def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -> Iterator[Solved]:
     """Yield the results of all branches, beginning with the reference branch.
 
-    The sign of the last step varies fastest. Whether a solution step exists may depend on the signs
-    of the steps before it.
+    The sign of the last step varies fastest. The existence of a solution step may depend on the
+    signs of earlier steps.
 
     Args:
         solve: Solves the loops on a branch.

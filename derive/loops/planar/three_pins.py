@@ -98,7 +98,7 @@ def two_circles(
 
 
 def _heron(terms: Terms, *squares: sp.Expr) -> sp.Expr:
-    """Return 16 area^2 by Heron's formula, without cancellation."""
+    """Return 16 times the squared triangle area by Heron's formula, without cancellation."""
     varying = sorted(squares, key=terms.is_constant)
     alone, a, b = varying
     side_a, side_b = (terms.let(sp.sqrt(square)) for square in (a, b))

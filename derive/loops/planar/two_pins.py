@@ -31,7 +31,7 @@ class TwoPins(PlanarStep):
 
     Attributes:
         vectors: Vectors between the two pins, on the base (key C) and on the rotated body (key A).
-            The value is empty if the rotation is exact.
+            The dictionary is empty if the rotation is exact.
     """
 
     vectors: dict[str, Complex] = field(default_factory=dict)

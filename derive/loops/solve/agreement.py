@@ -1,7 +1,7 @@
 """Conditions on main-chain joints if the chain has redundant joints.
 
-If the closed form does not use all main-chain joints, the remaining loop equations test the unused
-joints.
+If the closed form does not use all main-chain joints, the remaining loop equations check the values
+of the unused joints.
 """
 
 from collections.abc import Iterator, Sequence
@@ -60,7 +60,10 @@ def _unread(solution: Solution) -> set[str]:
 
 
 def _edges(loop_joint: Closure | Strut) -> set[str]:
-    """Return the joint names that identify a step for all equations of a closure or strut."""
+    """Return the names of joints of a closure or strut.
+
+    A solution step that contains one of these joints solves all equations of the closure or strut.
+    """
     if isinstance(loop_joint, Strut):
         return {loop_joint.name, loop_joint.swing_name, f"{loop_joint.name}.end"}
     # If a step contains the ball joint of a rod, the step solves only the equation of the rod

@@ -1,4 +1,4 @@
-"""Replaces chain segments whose rotations cancel by a translation.
+"""Replaces a chain segment by a translation if the rotations of its joints cancel.
 
 If loops keep the angle sum of consecutive parallel axes constant, the bodies after these axes only
 translate. The translation is a sum of planar vectors. The loop equations then eliminate the known
@@ -35,8 +35,9 @@ def collapsed(
         count: Number of moving joints in the chain.
 
     Returns:
-        The chain, and the translations (meter) with the joint indices ``count``, ``count + 1`` and
-        so on.
+        A pair: the chain without those joints whose rotations cancel, and the expressions of the
+        variable translations (meter). In the chain, sliding joints with the indices ``count``,
+        ``count + 1`` and so on represent the translations.
     """
     translations: list[sp.Expr] = []
     found = []

@@ -31,7 +31,7 @@ branch is also tested at these offsets."""
 
 @dataclass(frozen=True)
 class Solution:
-    """The joints with a closed form.
+    """The joints whose values have a closed form.
 
     Attributes:
         mechanism: The description.
@@ -93,7 +93,7 @@ def from_actuators(
     *,
     closed: Mapping[str, float] | None = None,
 ) -> Solution:
-    """Return all joints as functions of the actuated coordinates.
+    """Return the values of all joints as functions of the actuated coordinates.
 
     Args:
         loops: The mechanism and its loops.
@@ -310,7 +310,7 @@ def _in_space(loops: Loops, solution: Solution, branch: Branch | None) -> Soluti
 
 
 def _with_open(solution: Solution) -> Solution:
-    """Add the joints that follow from couplings, and the names of the undetermined joints."""
+    """Add the joint values that follow from couplings, and the names of the undetermined joints."""
     solution = with_coupled(solution)
     wanted = [*solution.mechanism.members, *solution.mechanism.swings]
     return replace(solution, open=tuple(name for name in wanted if name not in solution.values))
@@ -340,7 +340,7 @@ def factors_of(coupling: Coupling) -> dict[str, sp.Expr]:
 
 
 def reported(solution: Solution, values: Mapping[str, sp.Expr], name: str) -> sp.Expr:
-    """Return the value that `configuration` returns for a joint in a coupling."""
+    """Return the value of a joint in a coupling, wrapped in the same way as in `configuration`."""
     member = solution.mechanism.members[name]
     if name in solution.coupled or is_length(member) or not isinstance(member, Joint):
         return values[name]
@@ -351,16 +351,16 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
     """Wrap a solved angle into an interval of one full turn about the middle of the joint limits.
 
     Without limits, the interval is -pi to pi. If the magnitude of the reference value exceeds pi,
-    the interval is centered at the nearest multiple of pi. Angles near the reference then do not
-    jump. For a coupled joint, the interval contains the joint limits. If the coupled joint has no
-    limits, the reference value is the middle of the interval.
+    the interval is centered at the multiple of pi nearest to the reference value. Angles near the
+    reference then do not jump. For a coupled joint, the interval contains the joint limits. If the
+    coupled joint has no limits, the reference value is the middle of the interval.
 
     Args:
         terms: Receives the terms.
         solution: The solution that contains the angle ``value``. The rate of the wrapped angle is
             added to the rates of the solution.
         value: A sum of solved angles and coordinates.
-        joint: The joint whose angle is the value, or None for a swing angle.
+        joint: The joint with the angle ``value``, or None for a swing angle.
     """
     if not terms.is_solved(value):
         return terms.let(value)

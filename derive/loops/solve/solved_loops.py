@@ -66,7 +66,7 @@ class SolvedLoops(LoopModel):
 
     @property
     def has_closed_form(self) -> bool:
-        """Whether both the actuators and the main chain determine all joints in closed form."""
+        """Whether the actuators and the main chain each determine all joints in closed form."""
         return not (self.forward.open or self.backward.open)
 
     @property
@@ -90,7 +90,7 @@ class SolvedLoops(LoopModel):
         return all(joint.name in self.forward.values for joint in self.robot.moving)
 
     def of_closed_loops(self, function: SymbolicFunction) -> SymbolicFunction:
-        """Return the function with NaN as its result if the loops are open."""
+        """Return a copy of the function whose results are NaN if the loops do not close."""
         is_of_actuators = function.role.domain == "actuators"
         solution = self.forward if is_of_actuators else self.backward
         results = tuple(
@@ -102,9 +102,10 @@ class SolvedLoops(LoopModel):
     def while_closed(self, entries: Sequence[sp.Expr], *solutions: Solution) -> tuple[sp.Expr, ...]:
         """Make expressions NaN if the loops do not close.
 
-        If an expression does not contain the square root that solves a step, a term that is 0 or
-        NaN is added. For example, the pose of a chain does not contain the square root of a brace
-        between two links.
+        The square root that solves a step is NaN if the loop does not close. If an expression does
+        not contain this square root, a term is added that is 0 for closed loops and NaN otherwise.
+        For example, the pose of a chain does not contain the square root of a brace between two
+        links.
 
         Args:
             entries: The entries.
@@ -221,7 +222,8 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
         described, numbers = {}, _numbers(model, overactuated_start(model.mechanism))
     elif model.least_squares_closure is not None and model.least_squares_closure.actuators:
         spare, solvable = model.least_squares_closure.actuators, complete
-    # Rounded values of redundant actuators cannot all stay at the reference.
+    # With rounded reference values of redundant actuators, the loops do not close exactly.
+    # Therefore, the actuators may change too.
     free = np.ones_like(numbers.passive) if is_overdetermined else numbers.passive
     at = described or _closed(model, numbers, free)
     value, coordinates = model.terms.value, model.mechanism.coordinates
@@ -241,7 +243,10 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
 
 
 def _without_steps(loops: Loops) -> Loops:
-    """Return a copy of ``loops`` without loops to solve in closed form."""
+    """Return a copy of ``loops`` with empty fields ``planar`` and ``spatial``.
+
+    No loop of the copy is solved in closed form.
+    """
     return replace(loops, planar=(), spatial=())
 
 
@@ -259,7 +264,7 @@ def _described(model: LoopModel, forward: Solution) -> dict[str, float]:
 
 
 def _closed(model: LoopModel, numbers: ClosedLoops, free: Vector) -> dict[str, float]:
-    """Return the reference configuration after Newton's method closed the loops.
+    """Close the loops by Newton's method and return the resulting reference configuration.
 
     Values below the precision of the iteration become 0, because they differ between processors.
     """
@@ -273,7 +278,7 @@ def _closed(model: LoopModel, numbers: ClosedLoops, free: Vector) -> dict[str, f
 
 
 def _backward(model: LoopModel, loops: Loops, forward: Solution) -> Solution:
-    """Return all joints as functions of the main-chain joints, or an empty solution.
+    """Return the solution that computes all joints from the main-chain joints.
 
     If the main-chain joints do not determine the branch, the function raises an error. The returned
     solution is empty if the loops have no closed form or close only in the least-squares sense.

@@ -1,1 +1,1 @@
-"""Spatial loops with a closed form: ball-ended legs."""
+"""Closed-form solutions of spatial loops, such as legs with ball joints at their ends."""

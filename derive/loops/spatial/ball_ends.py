@@ -37,9 +37,9 @@ class BallEnd(NamedTuple):
         return [*places] if tuple(self.path[k].kind for k in places) == kinds else []
 
     def ball(self, legs: Legs, k: int) -> Vector:
-        """Return the ball position in the axes of joint k at zero.
+        """Return the ball position in the axes of joint k, with joint k at zero.
 
-        The joints after joint k are known.
+        The values of the joints after joint k must be known.
 
         Args:
             legs: The partially solved mechanism.

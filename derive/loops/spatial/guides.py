@@ -6,7 +6,8 @@ linearly independent, these joints keep their reference values. The slide displa
 the two points of the closure coincide then follow from a linear equation.
 
 The guides have a second assembly mode, in which bearings are rotated by half a turn. The linear
-equation omits this mode, because bearings are not mounted that way.
+equation does not yield this mode. The mode is irrelevant in practice, because bearings are not
+mounted rotated by half a turn.
 
 Source: Blanding, Exact Constraint, 1999, ch. 4, for bodies on guides without overconstraint.
 """

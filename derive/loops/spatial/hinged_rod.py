@@ -1,11 +1,9 @@
 """Solves for the hinge angle before the ball joint of a PRS or RRS leg.
 
-The body of the hinge acts like a rod.
-
 The ball moves on a circle about the hinge axis. The joint before the hinge may move this circle
-within the plane of the circle. Then a rod from the circle's center to the ball replaces the hinged
-body. The constant length of this rod determines the joint before the hinge. Then the direction from
-the center to the ball gives the hinge angle.
+within the plane of the circle. In this case, a rod from the center of the circle to the ball
+replaces the hinged body. The constant length of this rod determines the joint before the hinge.
+Then the direction from the center to the ball gives the hinge angle.
 
 Source:
     Tsai, Robot Analysis, 1999, ch. 3, for the legs of platforms.
@@ -39,8 +37,8 @@ class HingedRod:
         closure: The closure whose joint is the ball joint of the leg.
         joint: The joint.
         target: The frame of the ball on the other body.
-        center: A frame at the point of the axis that is nearest to the ball, with the axes of the
-            joint.
+        center: A frame with the axes of the joint. The origin of the frame is the point of the
+            joint axis that is nearest to the ball.
         tip: The vector from the axis to the ball at joint angle zero, in the axes of the joint.
         rod: The equivalent rod with two ball joints, from the hinge axis to the ball joint of the
             leg. The value is None if the joint before the hinge moves out of the plane of the
@@ -117,7 +115,10 @@ class HingePoints(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, hinge: HingedRod) -> bool:
-        """Solve the angle. Returns False if the ball or the axis is unknown."""
+        """Solve the hinge angle.
+
+        Return False if the pose of the ball or axis is unknown.
+        """
         values, joint = legs.known.values, hinge.joint
         if legs.unknown(hinge.target) or legs.unknown(hinge.center):
             return False
@@ -140,6 +141,6 @@ class HingePoints(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Return the equation for the rotation that maps A to C."""
+        """Return the equation of the angle that rotates the vector A to the direction C."""
         (angle,) = self.solved
         return direction_equations(angle, {"C": self.direction, "A": self.tip.vector})

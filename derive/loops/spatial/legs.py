@@ -1,12 +1,13 @@
 """Solves spatial loops in closed form: ball-ended legs and translating platforms.
 
 A strut with ball ends keeps two points at a distance. If both points are known, the distance is the
-length of a cylinder. If a single joint moves one of the points, the strut determines this joint. A
-circle or a line then intersects a sphere. For a platform with constant orientation, three struts
-determine the position as the intersection of three spheres. Pairs of equal, parallel rods keep the
-orientation constant. A rod between a ball and a hinge or universal joint acts like a ball-ended
-strut. The rod also determines the angles of the hinge or universal joint. If a closure connects
-bodies that move on prismatic joints, the closure determines the displacements of these joints.
+length of a cylinder. If a single joint moves one of the points, the strut determines this joint.
+The joint value follows from the intersection of a circle or a line with a sphere. For a platform
+with constant orientation, three struts determine the position as the intersection of three spheres.
+Pairs of equal, parallel rods keep the orientation constant. A rod between a ball and a hinge or
+universal joint acts like a ball-ended strut. The rod also determines the angles of the hinge or
+universal joint. If a closure connects bodies that move on prismatic joints, the closure determines
+the displacements of these joints.
 
 Source:
     Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for ball-jointed parallelograms.
@@ -33,8 +34,8 @@ from .universal_leg import UniversalJoint
 STEPS: tuple[type[LegStep], ...] = (CylinderLength, SlidingLeg, TurningLeg, ThreeSpheres)
 """The kinds of steps, in the order in which they are tried."""
 LastStep = Callable[[Legs, Loop], bool]
-"""Solves for the unknown joints of a loop, or returns False if the step does not apply to the loop.
-"""
+"""Function that solves for the unknown joints of a loop. The function returns False if the step
+does not apply to the loop."""
 BeforeBall = UniversalJoint | HingedRod | Telescope
 BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
 """Kinds of joints before a ball joint that closes a loop, in the order in which they are tried.
@@ -106,7 +107,7 @@ def _is_attached(legs: Legs, strut: Strut) -> bool:
 
 
 def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
-    """Whether this leg is far enough from its dead point to determine its joint.
+    """Whether the equation of this leg should determine the unknown joint of the leg.
 
     In a chain with more joints than degrees of freedom, several rods may determine the same joint.
     A rod perpendicular to its crank has no dead point near the reference.

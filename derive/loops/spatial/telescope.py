@@ -1,8 +1,8 @@
 """Solves a telescope: a slide between revolute joints and a ball, as in RPS and UPS legs.
 
 The axes of the revolute joints intersect at a fixed point, the foot. If the telescope has a single
-hinge, the hinge has a fixed axis. The travel of the slide determines the distance between the ball
-and the foot. The revolute joints then point the slide at the ball.
+hinge, the foot lies on the fixed axis of this hinge. The travel of the slide determines the
+distance between the ball and the foot. The revolute joints then point the slide at the ball.
 
 Source:
     Lee and Shah, Kinematic analysis of a three-degrees-of-freedom in-parallel actuated manipulator,
@@ -44,7 +44,7 @@ class Telescope:
         slide: The prismatic joint.
         target: The frame of the ball on the other body.
         foot: The frame of the foot, at the fixed point or on the fixed axis of the revolute joints.
-        is_hinge: Whether one hinge rotates the slide. The hinge axis is the z axis of the foot
+        is_hinge: Whether a single hinge rotates the slide. The hinge axis is the z axis of the foot
             frame.
         tip: The vector from the foot to the ball at zero travel. For a hinge, the vector `tip` is
             normal to the hinge axis.

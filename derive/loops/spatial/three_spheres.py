@@ -1,4 +1,7 @@
-"""Solves a platform of constant orientation on ball-ended struts. Three spheres intersect."""
+"""Solves a platform that keeps its orientation and rests on ball-ended struts.
+
+The platform position is an intersection of three spheres.
+"""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -64,7 +67,7 @@ class ThreeSpheres(LegStep):
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
-        """Solve the three sliders of a platform on struts."""
+        """Solve the displacements of the three sliders that position a platform on struts."""
         path = _joints_to_tip(legs, struts)
         # With fewer struts than unknown joints, the rotations of the platform are not determined.
         if path is None or len(struts) < len(path):
@@ -134,7 +137,7 @@ class ThreeSpheres(LegStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that states on which side of the centers' plane the platform is."""
+        """A sentence that states on which side of the plane of the centers the platform is."""
         return (
             f"The sign of the root puts ${{P}}$ {self.branch} the plane of ${{A}}$, ${{B}}$ and"
             " ${C}$, where ${w}$ points up."
@@ -161,7 +164,11 @@ def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
 def _at_rest(
     legs: Legs, path: Sequence[Joint]
 ) -> tuple[Mapping[str, sp.Expr], Mapping[str, sp.Expr]]:
-    """Return the platform's reference rotations, and the known values with all sliders at 0."""
+    """Return the reference angles of the platform.
+
+    Also return a mapping of all known values. This mapping includes these angles, and the value 0
+    for each slider.
+    """
     turned = {joint.name: legs.mechanism.reference_of(joint.name) for joint in path[SPHERES:]}
     at_zero = dict.fromkeys((joint.name for joint in path[:SPHERES]), ZERO)
     return turned, {**legs.known.values, **turned, **at_zero}

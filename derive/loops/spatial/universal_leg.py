@@ -130,7 +130,7 @@ def _joint_before(legs: Legs, end: BallEnd) -> UniversalJoint | None:
 
 @dataclass(frozen=True, kw_only=True)
 class UniversalLeg(LoopStep):
-    """The angles of a universal joint with a rod to a known ball.
+    """The angles of a universal joint whose rod ends at a ball joint of known position.
 
     Attributes:
         joint: The universal joint.
@@ -249,7 +249,7 @@ class _Aim:
         )
 
     def on_fork(self, C: tuple[sp.Expr, sp.Expr]) -> Arm:
-        """Return the rod without its component along the first axis, in the fork frame."""
+        """Return the rod in the fork frame, projected onto the plane normal to the first axis."""
         rod = (*C, self.joint.tip[2])
         x, y = (dot(self.terms, axis, rod) for axis in self.joint.axes[:2])
         return Arm((x, y), ZERO, self.terms.let(x**2 + y**2))
@@ -280,7 +280,10 @@ class _Aim:
         return rate
 
     def distance(self, legs: Legs, sign: int) -> float:
-        """Return the largest angle difference from the reference (radian), or NaN."""
+        """Return the largest deviation of a joint angle from its reference value (radian).
+
+        The result is NaN if the leg does not close.
+        """
         of = legs.reference.of
         C = self.turned(sign)
         if math.isnan(of(C[0])):

@@ -1,10 +1,10 @@
 """Converts the bodies of a compiled MJCF model to links and joints.
 
 MuJoCo places a body by its pose in the parent frame and then applies its joints in order. Joint k
-rotates about an axis through its anchor, or moves along this axis. The motion is the joint
-coordinate minus its reference value. After the conversion, the link of each joint has its origin at
-the anchor. If the last anchor is not the origin of the body, a fixed joint is added. Each link then
-has the pose of the body with the same name.
+rotates about an axis through its anchor, or moves along this axis. This angle or distance is the
+joint coordinate minus the reference value of the joint. After the conversion, the link of each
+joint has its origin at the anchor. If the last anchor is not the origin of the body, a fixed joint
+is added. Each link then has the pose of the body with the same name.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -52,7 +52,7 @@ class BodyJoint:
         axis: Direction of motion in the origin frame.
         limits: Minimum and maximum coordinate (radian or meter).
         coupling: Linear equation of a coupled joint, or None.
-        leader: Name of the leader of a coupled joint.
+        leader: Name of the joint that this coupled joint follows, or "".
         notes: Notes on angles that were rounded to multiples of pi/12.
     """
 
@@ -69,7 +69,7 @@ class BodyJoint:
     notes: tuple[str, ...] = ()
 
     def joint(self) -> Joint:
-        """Return the joint with its parent link.
+        """Return the robot joint with the names of its parent and child links.
 
         Raises:
             DescriptionError: The joint has several degrees of freedom.
@@ -115,7 +115,7 @@ class Bodies:
 
     Attributes:
         names: Link names in the order of the bodies.
-        sites: Link names by the index of a site. Only named sites have links.
+        sites: Link names, keyed by the index of the site. Only named sites have links.
         joints: The joints. A parent comes before its children.
     """
 
@@ -138,7 +138,11 @@ class Bodies:
         self.tree = _tree(self.joints)
 
     def release(self, ball: BodyJoint) -> None:
-        """Replace a ball joint by a free joint to the world, at the initial configuration."""
+        """Replace a ball joint by a free joint with the world as parent.
+
+        The origin of the free joint is the pose of the ball joint in the initial configuration of
+        the model.
+        """
         data = self.model.mujoco.MjData(self.arrays)
         self.model.mujoco.mj_kinematics(self.arrays, data)
         k = next(k for k in range(self.arrays.njnt) if self.joint_name(k) == ball.name)
@@ -171,8 +175,8 @@ class Bodies:
     def _of_body(self, body: int, equations: Mapping[str, Equation]) -> Iterator[BodyJoint]:
         """Yield the joints of a body.
 
-        The last joint is a fixed joint from the last joint anchor to the body origin, if these
-        points differ.
+        If the body has no joints, or the anchor of its last joint is not the body origin, a fixed
+        joint to the body origin follows.
         """
         name, arrays = self.names[body], self.arrays
         first, count = int(arrays.body_jntadr[body]), int(arrays.body_jntnum[body])
@@ -256,7 +260,10 @@ def _tree(joints: Sequence[BodyJoint]) -> KinematicTree:
 
 
 def _series(joint: BodyJoint) -> Iterator[BodyJoint]:
-    """Yield joints along and about the axes of the frame of a free joint or ball joint."""
+    """Yield the joints with one degree of freedom that replace a free joint or ball joint.
+
+    The joints move along or about the axes of the joint frame.
+    """
     freedoms = PLATFORMS["free"]
     freedoms = freedoms if joint.kind == "free" else freedoms[-BALL_FREEDOMS:]
     parent, xyz, rpy, notes = joint.parent, joint.xyz, joint.rpy, joint.notes

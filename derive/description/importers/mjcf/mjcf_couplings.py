@@ -1,4 +1,4 @@
-"""Joint equalities of a MuJoCo model as equations between joints, in a form without redundancy.
+"""Converts the joint equalities of a MuJoCo model to independent equations between joints.
 
 An equality states y - y0 = a0 + a1 (x - x0). Gauss-Jordan elimination converts the equalities to
 one equation for each dependent joint. The result does not depend on the order of the equalities.
@@ -22,7 +22,7 @@ class Law:
     Attributes:
         follower: Name of the coupled joint.
         leader: Name of the leader, or "" if the joint is constant.
-        multiplier: Motion of the follower per unit of the leader.
+        multiplier: Change of the follower's value per unit change of the leader's value.
         offset: Value of the follower if the leader is 0 (radian or meter).
     """
 
@@ -67,8 +67,8 @@ def joint_equations(laws: Iterable[Law], names: Sequence[str]) -> tuple[Equation
         laws: The equalities between joints. Their order does not change the result.
         names: Names of joints, from the base.
     """
-    # The equalities are sorted, so the digits of the result do not depend on their order. This also
-    # holds if equalities differ only by rounding errors.
+    # The equalities are sorted. Therefore, no digit of the result depends on the order of the
+    # equalities, even if equalities differ only by rounding errors.
     ordered = sorted(laws, key=str)
     rows, followers = [_row(law) for law in ordered], {law.follower for law in ordered}
     columns = sorted({name for row in rows for name in row.factors} - {*names})
@@ -97,7 +97,7 @@ def check_agreement(laws: Iterable[Law], names: Collection[str]) -> None:
 
 
 def coupled_groups(laws: Iterable[Law]) -> list[set[str]]:
-    """Return the names of joints that equalities connect, directly or through other joints."""
+    """Return the sets of joints that equalities connect, directly or through other joints."""
     groups: list[set[str]] = []
     for law in laws:
         joined = [group for group in groups if group & {law.follower, law.leader}]

@@ -117,7 +117,7 @@ class Drives:
 
 
 def drives_of(spec: Any, mujoco: Any) -> Drives:
-    """Add the coefficients of each joint."""
+    """Return the actuated joints, tendons, slider-cranks and joint springs of a model."""
     kinds = [getattr(mujoco.mjtTrn, name) for name in OF_JOINTS]
     driven = {str(a.target) for a in spec.actuators if a.trntype == mujoco.mjtTrn.mjTRN_TENDON}
     equalities = [e for e in spec.equalities if e.type == mujoco.mjtEq.mjEQ_TENDON and e.active]

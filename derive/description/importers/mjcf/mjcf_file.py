@@ -122,7 +122,10 @@ class MjcfFile:
     def _with_loops(
         self, ends: Ends, name: str, loop_joints: Sequence[Closure | Strut]
     ) -> Described:
-        """Build the robot at the common ancestor of all loops, and then change its base."""
+        """Build the robot with the common ancestor of base, tip and loops as its first base.
+
+        Then change the base to the link ``ends.base``.
+        """
         links = {ends.base, ends.tip, *self.loops.links(loop_joints)}
         root = self.tree.common_ancestor(sorted(links))
         connected = {
@@ -177,7 +180,7 @@ class MjcfFile:
 
 
 def check_leaders(path: Sequence[BodyJoint], ends: Ends) -> None:
-    """Raise an error if a coupled joint is in the chain without its leader.
+    """Raise an error if the chain contains a coupled joint but not the joint's leader.
 
     Raises:
         NoChain: The leader of a coupled joint is not in the chain.

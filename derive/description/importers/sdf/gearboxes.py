@@ -1,4 +1,4 @@
-"""Joints of the type ``gearbox`` as linear equations between the joints of an SDF model.
+"""Converts ``gearbox`` joints to linear equations between the joints of an SDF model.
 
 theta_1 is the angle from the reference body to the parent link, about ``<axis>``. theta_2 is the
 angle from the reference body to the child link, about ``<axis2>``. A gearbox states theta_2 =
@@ -65,7 +65,10 @@ class Gearboxes:
 
     @staticmethod
     def _is_downward(joint: TreeJoint, base: str, path: Sequence[TreeJoint]) -> bool:
-        """Whether a path from a base link passes a joint in the direction from parent to child."""
+        """Whether a path from ``base`` reaches the parent link of a joint before its child link.
+
+        The result is also True if the path does not contain the joint.
+        """
         link = base
         for each in path:
             if each is joint:
@@ -74,7 +77,7 @@ class Gearboxes:
         return True
 
     def _sign(self, gearbox: etree._Element, axis: str, joint: etree._Element) -> int:
-        """Return 1 if a joint rotates about the axis of a gearbox, or -1 against it.
+        """Return 1 if the axes of joint and gearbox have the same direction, or -1 if opposite.
 
         The result is 0 for a prismatic joint.
         """

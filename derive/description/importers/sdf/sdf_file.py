@@ -78,7 +78,7 @@ class SdfFile:
             str(j.get("name")): j for j in model.findall("joint") if j.get("type") != "gearbox"
         }
         self.tree_joints: dict[str, etree._Element] = {}
-        """The joints of the tree by their child link."""
+        """The joints of the tree, keyed by the name of the child link."""
         self.closing: list[etree._Element] = []
         for joint in sorted(self.joints.values(), key=self._order):
             parent, child = self._ends(joint)
@@ -111,7 +111,7 @@ class SdfFile:
         return found
 
     def _order(self, joint: etree._Element) -> tuple[bool, bool]:
-        """Return the sort key of a joint: ball joints are the last joints of the tree."""
+        """Return a key that sorts active joints before passive joints, and ball joints last."""
         return self._is_passive(joint), joint.get("type") == "ball"
 
     @staticmethod
@@ -155,7 +155,9 @@ class SdfFile:
         return "" if mimic is None else str(mimic.get("joint"))
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """Return the chains between base and tip. An end that is None is inferred.
+        """Return the chains between base and tip.
+
+        If base or tip is None, the link is inferred.
 
         Raises:
             DescriptionError: A link is unknown, or no chain exists.
@@ -336,7 +338,9 @@ class SdfFile:
         return Closure(identifier(name), CLOSURES[kind], a, b)
 
     def _rod(self, joint: TreeJoint) -> Strut:
-        """Return a link between two ball joints as a rod with the name of the second joint.
+        """Return the rod that represents a link between two ball joints.
+
+        The rod has the name of the second ball joint.
 
         Raises:
             DescriptionError: The link between the two ball joints has further joints.
@@ -398,7 +402,8 @@ class SdfFile:
     def _couplings(self, joints: Sequence[TreeJoint]) -> Iterator[Coupling]:
         """Yield the couplings of the mimic joints.
 
-        Each coupling refers to a joint that is not a mimic joint.
+        A mimic joint may follow another mimic joint. The coupling then refers to the joint at the
+        end of this sequence, which is not a mimic joint.
         """
         for joint in joints:
             multiplier, offset, seen = sp.S.One, sp.S.Zero, [self.joints.get(joint.name)]

@@ -39,8 +39,9 @@ static inline double chasles_row(int n, const double *row, const double *q)
     return sum;
 }
 
-/* Writes the limits of phi[j] into `low` and `high`, without the constant offset of the coupling.
- * The range follows from the limits of the coordinates and of the joints. */
+/* Writes the limits of entry j of the product `measure` q into `low` and `high`. This entry is
+ * phi[j] without its constant term. The range follows from the limits of the coordinates and of the
+ * joints. */
 static inline void chasles_range(const chasles_couplings *c, const chasles_moves *moves, int j,
                                  double *low, double *high)
 {

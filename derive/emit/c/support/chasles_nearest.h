@@ -142,7 +142,8 @@ static inline int chasles_none(const chasles_slots *of, const double *q_seed, do
 
 /* Returns the result of chasles_nearest. The input `distance` contains the distances from
  * chasles_distances, which ignores the limits. Solutions are tested in the order of these
- * distances, until no later solution can be nearer. Changes the array `distance`. */
+ * distances, until no later solution can be nearer. The function overwrites entries of the array
+ * `distance`. */
 static inline int chasles_nearest_limited(const chasles_slots *of, const chasles_moves *moves,
                                           const double *q_seed, double *distance, double *q,
                                           double *residual, double *margin)
@@ -165,10 +166,10 @@ static inline int chasles_nearest_limited(const chasles_slots *of, const chasles
     }
 }
 
-/* Writes the solution nearest to the seed, its residual and margin. Returns the slot of the nearest
- * solution. If several solutions have equal distances, returns the lowest slot. Without a solution,
- * sets q to NaN, writes the smallest residual and its margin, and returns the reason. The arrays q
- * and q_seed may be the same. */
+/* Writes the solution nearest to the seed, its residual and margin. Returns the index of the
+ * solution slot that contains the nearest solution. If several solutions have equal distances,
+ * returns the lowest index. Without a solution, sets q to NaN, writes the smallest residual and its
+ * margin, and returns the reason. The arrays q and q_seed may be the same. */
 static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *moves,
                                   const double *q_seed, double *q, double *residual, double *margin)
 {
@@ -186,8 +187,9 @@ static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *
 }
 
 /* Applies chasles_nearest to rows of solutions: the batch has `rows` poses, each with k solution
- * slots of n coordinates. `moves` contains the limits and weights in the layout of chasles_moves.
- * The outputs q, residual and margin are dense rows. */
+ * slots of n coordinates. `moves` contains pointers to the limits and weights, in the order of the
+ * fields of chasles_moves. The rows of the outputs q, residual and margin are contiguous in memory.
+ */
 static inline void chasles_nearest_slots(size_t rows, int n, int k, const double *const *slots,
                                          double tolerance, const double *const *moves,
                                          const double *q_seed, ptrdiff_t seed_step,

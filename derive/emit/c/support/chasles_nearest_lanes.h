@@ -4,8 +4,8 @@
 #ifndef CHASLES_NEAREST_LANES_H
 #define CHASLES_NEAREST_LANES_H
 
-/* Computes the distance of each branch from the seed, and ignores the limits. The results equal
- * those of chasles_distances. Each lane of a vector contains one branch: its n coordinates and its
+/* Computes the distance of each branch from the seed, and ignores the limits. chasles_distances
+ * computes the same results. Each lane of a vector contains one branch: its n coordinates and its
  * residual. */
 LANES_INLINE lanes LANES_NAME(chasles_lane_distances)(int n, const lanes *branches,
                                                       const chasles_moves *moves, double tolerance,

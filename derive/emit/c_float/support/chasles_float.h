@@ -29,8 +29,9 @@
 
 #define CHASLES_MAX_REDUCED 8192.0f /* maximum angle [rad] for the exact reduction of angles */
 
-/* Writes the cosine and the sine of an angle, each with an error of at most 1e-7. The angle is
- * reduced by multiples of pi/2 in three parts; the polynomials come from the Cephes library. */
+/* Writes the cosine and the sine of an angle, each with an error of at most 1e-7. A multiple of
+ * pi/2, split into three parts, is subtracted from the angle. The polynomials come from the Cephes
+ * library. */
 CHASLES_INLINE void chasles_cos_sin(float x, float *c, float *s)
 {
     if (x > -CHASLES_MAX_REDUCED && x < CHASLES_MAX_REDUCED) {

@@ -14,7 +14,7 @@
 typedef struct {
     const char *name;
     int shape[3];     /* sizes in MATLAB, with 1 for each missing dimension */
-    int has_columns;  /* whether the C array has one solution per column, as in MATLAB */
+    int has_columns;  /* whether a solution is a row in C and a column in MATLAB */
     int is_condition; /* whether each entry is 0 or 1 */
 } chasles_array;
 

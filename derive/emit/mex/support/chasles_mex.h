@@ -25,7 +25,8 @@ static const chasles_function *chasles_found(const chasles_function *functions, 
     return NULL;
 }
 
-/* Returns the number of configurations in an input; a single row counts as one column. */
+/* Returns the number of configurations in an input. A single vector may be a row instead of a
+ * column. */
 static size_t chasles_count(const chasles_array *array, const mxArray *given)
 {
     const int is_matrix = array->shape[1] > 1;

@@ -24,24 +24,25 @@
  *   CLOSURE_DETERMINANT        is the magnitude of det c_u at the reference configuration.
  *   CLOSURE_RESUMES            states whether an inverse resumes from its last loop variables.
  *
- * From a known configuration, the actuated variables a follow a straight line to their values. Each
- * step of the unknown variables u solves c_u du = -c_a da along the tangent. Newton's iteration
- * then solves c_u du = -c, in the least-squares sense if M > U, to return to closed loops.
+ * The actuated variables a move along a straight line from a known configuration to their given
+ * values. Each step of the unknown variables u solves c_u du = -c_a da along the tangent. Newton's
+ * iteration then solves c_u du = -c, in the least-squares sense if M > U, to return to closed
+ * loops.
  *
  * The first step spans the complete path. A step is halved if the iteration does not contract or
- * the determinant changes its sign, so that u stays on its branch. The iteration
- * ends at a singularity, where c_u is rank deficient, or after CLOSURE_MAX linear systems.
+ * the determinant changes its sign, so that u stays on its branch. The iteration ends at a
+ * singularity, where c_u is rank deficient, or after CLOSURE_MAX linear systems.
  *
- * Source: Deuflhard, Newton Methods for Nonlinear Problems, 2011, 2.1 and 5.1. The code allocates
- * nothing and has no state.
+ * Source: Deuflhard, Newton Methods for Nonlinear Problems, 2011, sections 2.1 and 5.1. The code
+ * allocates nothing and has no state.
  */
 #include <stddef.h>
 #include <string.h>
 
 #include "chasles_closure_newton.h"
 
-/* Computes the rates of the unknown variables from the coordinate rates; the matrix D_u is already
- * factored. */
+/* Computes the rates x of the unknown variables from the coordinate rates qd. The matrix D_u must
+ * already be factored. */
 static void CLOSURE_NAME(slope)(const CLOSURE_NAME(closed) * s, const double qd[CLOSURE_Q],
                                 double x[CLOSURE_U])
 {
@@ -55,8 +56,8 @@ static void CLOSURE_NAME(slope)(const CLOSURE_NAME(closed) * s, const double qd[
     CLOSURE_NAME(solve)(s, b, x);
 }
 
-/* Moves the configuration s->w to the coordinates q; at the start, the loops must be nearly closed.
- * Returns 1 on success. */
+/* Moves the configuration s->w to the coordinates q. The loops must be nearly closed at the initial
+ * s->w. Returns 1 on success. */
 static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q], double sense,
                                 double tangent[CLOSURE_U])
 {
@@ -123,8 +124,8 @@ static void CLOSURE_NAME(seeded)(CLOSURE_NAME(closed) * s, const double q[CLOSUR
 }
 
 #if CLOSURE_RESUMES
-/* Updates the variables w to the coordinates q; starts from w, or from the reference configuration
- * if w is NaN or too far away. */
+/* Computes the variables w at the coordinates q, starting from the given w. If w is NaN or too far
+ * away, the computation starts from the reference configuration. */
 static void CLOSURE_NAME(resumed)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                                   double w[CLOSURE_W])
 {

@@ -74,8 +74,8 @@ static void CLOSURE_NAME(through)(const double *J_x, const double *L, const doub
         }
 }
 
-/* Computes the tool's Jacobian (6 x Q) with respect to the coordinates, from its Jacobian with
- * respect to w. */
+/* Converts the tool's Jacobian J_w with respect to w to the Jacobian (6 x Q) with respect to the
+ * coordinates. */
 static void CLOSURE_NAME(by_q)(const CLOSURE_NAME(closed) * s, const double *J_w, const double *L,
                                double *J)
 {

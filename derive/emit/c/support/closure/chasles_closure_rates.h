@@ -2,8 +2,9 @@
  * part of chasles and is the same for every robot. The file is included by chasles_closure.h.
  *
  * The linear equations are c_w w_q = 0, c_w wd = 0, c_w wdd = -(c_w)' wd and c_w (w_q)' = -(c_w)'
- * w_q, in which the rows of the actuated variables are known. D_u is factored only once, in a
- * configuration with closed loops. */
+ * w_q. In w_q, wd and their derivatives, the rows of the actuated variables are known. The
+ * equations determine the other rows. D_u is factored only once, in a configuration with closed
+ * loops. */
 
 /* Computes the derivative (W x Q) of all variables with respect to the coordinates. */
 static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) * s, double *D)
@@ -81,8 +82,8 @@ static void CLOSURE_NAME(w_D_q_q)(const CLOSURE_NAME(closed) * s, const double *
     }
 }
 
-/* Returns the squared det c_u relative to its value at the reference: 0 at a singularity, and NaN
- * if the loops cannot be closed. */
+/* Writes the square of the ratio between det c_u and its value at the reference. The result is 0 at
+ * a singularity, and NaN if the loops cannot be closed. */
 static void CLOSURE_NAME(margin)(const CLOSURE_NAME(closed) * s, double *margin)
 {
     double part = 1.0 / CLOSURE_DETERMINANT;

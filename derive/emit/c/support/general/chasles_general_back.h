@@ -239,7 +239,8 @@ static int chasles_general_tells_pair(const chasles_general_system *system)
         return 1;
     for (int i = 0; i < 8; i++) {
         const double pivot = fabs(system->factor[i][i]);
-        /* The product of two sines is absent if both joints of the pair are prismatic. */
+        /* If both joints of the pair are prismatic, the equations contain no product of two sines,
+         * and the pivot of this product is 0. */
         if (pivot == 0.0)
             continue;
         least = pivot < least ? pivot : least;

@@ -98,8 +98,8 @@ static void chasles_general_tool_descend(const chasles_general_six *six, const d
 
 /* Iterates the values of five joints towards a pose, starting from quasi-random values. The start
  * values are multiples of square roots, modulo one turn. If a prismatic joint moves in the plane of
- * other joints, the solutions for six joints form a continuum, and the roots of the determinant
- * miss them. */
+ * other joints, the solutions for six joints form a continuum. The roots of the determinant do not
+ * give the solutions in this continuum. */
 static void chasles_general_tool_restart(const chasles_general_six *six, const double *T, double *q)
 {
     static const double roots[5] = {1.41421356, 1.73205081, 2.23606798, 2.64575131, 3.31662479};

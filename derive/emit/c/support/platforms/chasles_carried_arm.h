@@ -9,9 +9,10 @@
  *
  *     r_i . A_m ... A_1 T A_n ... A_(m+1) b_i = 0,   i = 1, 2, 3.
  *
- * A map is linear in (1, cos, sin) of a revolute joint and in (1, x) of a prismatic joint. Up to
- * three joints are unknown. The equations are linear in the map of each unknown joint. Therefore,
- * the unknown joints are eliminated one after the other:
+ * The map of a revolute joint is linear in (1, cos, sin) of its angle. The map of a prismatic joint
+ * is linear in (1, x), where x is its displacement. Up to three joints are unknown. The equations
+ * are linear in the map of each unknown joint. Therefore, the unknown joints are eliminated one
+ * after the other:
  *
  * - one angle: the least-squares solution of the equations;
  * - two angles: the 3 x 3 determinant of the equations in (1, cos, sin) of the first angle is a

@@ -1,6 +1,6 @@
 /* Dixon's resultant of three equations. The unknowns are three angles, or two angles and a
- * displacement. They belong to joints before the legs of a platform, or to joints on the platform.
- * This file is part of chasles and is the same for every robot. */
+ * displacement. The unknown joints are before the legs of a platform, or on the platform. This file
+ * is part of chasles and is the same for every robot. */
 #ifndef CHASLES_CARRIED_DIXON_H
 #define CHASLES_CARRIED_DIXON_H
 
@@ -67,8 +67,8 @@ static void chasles_arm_dixon(const chasles_arm_pair *pair, int is_slide,
                 }
 }
 
-/* Returns the Dixon determinant at a value of the third angle, and the product of the row sizes of
- * its matrix. */
+/* Returns the Dixon determinant at a value of the third angle. Writes the product of the Euclidean
+ * norms of the matrix rows to `bound`. */
 static double chasles_arm_determinant(const chasles_arm_equations *equations, double angle,
                                       double *bound)
 {
@@ -136,7 +136,7 @@ static void chasles_arm_try(const chasles_arm_equations *equations, double angle
     chasles_arm_pairs(equations, &pair, 0, x, found);
 }
 
-/* The slope of the determinant, a trigonometric polynomial. */
+/* The derivative of the determinant, as a trigonometric polynomial. */
 typedef struct {
     double a[CHASLES_ARM_RESULTANT + 1], b[CHASLES_ARM_RESULTANT + 1];
 } chasles_arm_slopes;

@@ -307,8 +307,8 @@ static int chasles_arm_angles(int count, const double (*rows)[3], double *angles
 }
 
 /* Writes the coefficients of the equations in the inner unknown at one value of the outer angle.
- * Returns the determinant of three equations, or the resultant of two equations for a common angle.
- */
+ * Returns the determinant of three equations, or the resultant of two equations. The returned value
+ * is zero if the equations have a common solution. */
 static double chasles_arm_condition(const chasles_arm_pair *pair, double c, double s,
                                     double (*rows)[3])
 {
@@ -415,8 +415,8 @@ static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_ar
     }
 }
 
-/* Eliminates the prismatic unknown, which has constant coefficients. Writes the remaining two
- * equations to `pair`. */
+/* Eliminates the displacement of the prismatic joint. The coefficients of this displacement are
+ * constant. Writes the remaining two equations to `pair`. */
 static void chasles_arm_without_slide(const chasles_arm_equations *equations,
                                       chasles_arm_pair *pair)
 {
@@ -452,8 +452,8 @@ static void chasles_arm_at(const chasles_arm_equations *equations, double angle,
                 pair->at[i][a][b] = chasles_carried_dot(equations->at[i][a][b], u);
 }
 
-/* Copies the coefficients of the equations that are linear in two displacements. An angle is the
- * third unknown. */
+/* Copies the coefficients of the three equations. The equations are linear in two displacements,
+ * and the third unknown is an angle. */
 static void chasles_arm_columns(const chasles_arm_equations *equations, chasles_arm_pair *pair)
 {
     pair->count = 3;

@@ -10,8 +10,8 @@
 #include "chasles_circle_roots.h"
 #include "chasles_closure_modes.h"
 
-/* Number of samples and maximum degree of a polynomial. The number of samples divides
- * CHASLES_CELLS. */
+/* Number of samples of a polynomial, and maximum degree of the polynomial. The number of samples
+ * divides CHASLES_CELLS. */
 #define CHASLES_CARRIED_SAMPLES 16
 #define CHASLES_CARRIED_DEGREE 4
 #define CHASLES_CARRIED_EVERY (CHASLES_CELLS / CHASLES_CARRIED_SAMPLES)
@@ -56,7 +56,7 @@ static void chasles_carried_unused(int first, int end, int n, double *q, double 
 }
 
 /* Computes the pose of each leg solution with fk, and replaces the residual of the solution by the
- * residual of this pose. Reduces the margin of each solution to at most `least`. */
+ * residual of this pose. A margin above `least` is reduced to `least`. */
 static void chasles_carried_reached(void (*fk)(const double *q, double *T), const double *T,
                                     double size, double least, int slots, int n, const double *q,
                                     double *residual, double *margin)

@@ -6,7 +6,7 @@
 /* Rounding error of a polynomial's coefficients, relative to 1 plus the largest coefficient. */
 #define CHASLES_CARRIED_NOISE 4e-15
 
-/* Joints before and on a platform. */
+/* Tolerances for joints before and on a platform. */
 
 /* A polynomial counts as zero if it is below this fraction of the product of the sizes of its
  * factors. If the polynomial is zero, the joints have a self-motion. */
@@ -20,7 +20,7 @@
 #define CHASLES_ARM_NEAR 1e-2
 /* Newton's iteration starts only if each ball joint is at most this distance from its plane. */
 #define CHASLES_ARM_TRIED 0.1
-/* Maximum distance of a ball joint from its plane at the end of the iteration. */
+/* The iteration ends if each ball joint is at most this distance from its plane. */
 #define CHASLES_ARM_POLISHED 1e-16
 /* Maximum change of an unknown per step [rad, or fraction of the size]; a larger change may reach
  * another solution. */

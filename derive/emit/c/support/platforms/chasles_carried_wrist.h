@@ -2,8 +2,11 @@
  * platform keeps a ball joint in a plane. This file is part of chasles and is the same for every
  * robot.
  *
- * The tool pose determines the wrist center. The rotation R of the platform satisfies one equation
- * n^T R m = e for each of the three balls. Newton's iteration refines the rotations. */
+ * The tool pose determines the wrist center. For each of the three balls, the rotation R of the
+ * platform satisfies n^T R m = e. Here, n is the normal of the plane, and m is the direction from
+ * the wrist center to the ball. The number e is the signed distance from the wrist center to the
+ * plane, divided by the distance from the wrist center to the ball. Newton's iteration refines the
+ * rotations. */
 #ifndef CHASLES_CARRIED_WRIST_H
 #define CHASLES_CARRIED_WRIST_H
 
@@ -143,8 +146,8 @@ static double chasles_wrist_error(const chasles_carried_wrist_arm *arm,
     return most;
 }
 
-/* Rotates R by the Rodrigues vector `turn`, the rotation axis times the tangent of half the angle.
- */
+/* Rotates R by the Rodrigues vector `turn`. This vector is the rotation axis times the tangent of
+ * half the rotation angle. */
 static void chasles_wrist_turn(const double *turn, const double (*R)[3], double (*next)[3])
 {
     const double scale = 2.0 / (1.0 + chasles_carried_dot(turn, turn));

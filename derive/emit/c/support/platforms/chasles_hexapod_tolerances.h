@@ -18,8 +18,9 @@
 #define CHASLES_PATH_LONGEST 0.25
 /* Minimum step along a path. */
 #define CHASLES_PATH_SHORTEST 1e-11
-/* If path tracking fails, the path counts as complete if the remaining parameter range is below
- * this value. The last point of this path is treated as a singular pose or a point at infinity. */
+/* A path ends at the parameter value 1. If path tracking fails when the parameter is closer to 1
+ * than this value, the path counts as complete. The last point of this path is treated as a
+ * singular pose or a point at infinity. */
 #define CHASLES_PATH_ALMOST 1e-6
 /* The ends x and y of two paths count as equal if 1 - |<x, y>|^2 is below this value. */
 #define CHASLES_ENDS_ARE_ONE 1e-16

@@ -105,8 +105,8 @@ static int chasles_triad_same(const chasles_triad_platform *platform, const doub
            fabs(chasles_circle_wrapped(one[2] - other[2])) < CHASLES_TRIAD_SAME;
 }
 
-/* Iterates from a start and inserts a new assembly mode; the modes are sorted by phi. Returns the
- * number of assembly modes. */
+/* Runs Newton's iteration from a start configuration. If the result is a new assembly mode, inserts
+ * the mode into `modes`, sorted by phi. Returns the number of assembly modes. */
 static int chasles_triad_added(const chasles_triad_platform *platform, const double *q,
                                const double *start, chasles_triad_mode *modes, int count)
 {
@@ -159,8 +159,8 @@ static int chasles_triad_near(const chasles_triad_platform *platform, const doub
     return count;
 }
 
-/* Writes all assembly modes, sorted by phi, then NaN. Also writes the margin of each assembly mode,
- * and whether a mode may be missing. */
+/* Writes all assembly modes, sorted by phi. The unused entries are NaN. Also writes the margin of
+ * each assembly mode, and whether a mode may be missing. */
 static void chasles_triad_modes(const chasles_triad_platform *platform, const double *q,
                                 double *theta, double *margin, double *unsure)
 {

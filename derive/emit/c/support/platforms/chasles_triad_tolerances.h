@@ -18,9 +18,9 @@
 #define CHASLES_TRIAD_STEP 0.3
 /* Rounding errors may hide other roots within this distance [rad] of a root. */
 #define CHASLES_TRIAD_SEARCHED 2e-2
-/* Two assembly modes are equal if they differ by less than this value (relative to the platform
- * size, and rad). Near a double root, a difference of 1e-7 changes the rod lengths only by about
- * 1e-14. */
+/* Two assembly modes are equal if their positions (relative to the platform size) and angles [rad]
+ * differ by less than this value. Near a double root, a difference of 1e-7 changes the rod lengths
+ * only by about 1e-14. */
 #define CHASLES_TRIAD_SAME 1e-7
 
 #endif

@@ -17,7 +17,7 @@
  *   POLISH_MOVING              is the number of coordinates that the iteration moves.
  *   POLISH_LENGTH              is the length of the arm (meter), which converts angles to lengths.
  *   POLISH_DEVIATION           is the axis deviation between the nominal and the true arm (radian,
- * or relative to the length).
+ *                              or relative to the length).
  *   POLISH_MEETS               states whether three consecutive axes nearly intersect in one point.
  *
  *   POLISH_IS_GENERAL          states whether POLISH_GENERAL defines the arm for the general solver
@@ -29,20 +29,20 @@
  *                              solution for each nominal branch.
  *   POLISH_IS_POSITION         states whether the target is a position only.
  *   POLISH_ON_LANES            states whether chasles_lanes.h was included before. If so, each SIMD
- * lane computes one branch.
+ *                              lane computes one branch.
  *   POLISH_SEEDS               is the number of variables of loops that are solved by iteration, or
- * 0.
+ *                              0.
  *   POLISH_FROM_SEED(q, w, at) computes POLISH_POSE from nearby loop variables w, or from the
  *                              reference if w[0] is NaN. Sets w to the values at q.
  *   POLISH_REFERENCE           contains the reference coordinates. Angles stay within half a turn
  *                              of the reference, because loops may block full turns.
  *
- * Newton's step from q is dq = J^T (J J^T + lambda 1)^-1 e, with e the twist from the tool to the
- * pose and lambda proportional to |e|^2. The damping acts near singularities and vanishes with the
- * error. Near singularities, the solutions of the true arm may be anywhere, so the iteration also
- * starts from nominal solutions of surrounding poses. The pose, the Jacobian and the residual
- * belong to the true arm. There is one exception: if the loops are solved by iteration and the
- * nominal arm is far from the pose, the slot keeps the residual of the nominal arm. The code
+ * Newton's step from q is dq = J^T (J J^T + lambda 1)^-1 e. Here, e is the twist from the tool to
+ * the pose, and lambda is proportional to |e|^2. The damping acts near singularities and vanishes
+ * with the error. Near singularities, the solutions of the true arm may be anywhere, so the
+ * iteration also starts from nominal solutions of surrounding poses. The pose, the Jacobian and the
+ * residual belong to the true arm. There is one exception: if the loops are solved by iteration and
+ * the nominal arm is far from the pose, the slot keeps the residual of the nominal arm. The code
  * allocates nothing and has no state.
  */
 #include <math.h>
@@ -70,12 +70,12 @@
 #endif
 
 #if POLISH_IS_SEARCHED
-/* Returns the number of pose lines on which further solutions near a branch are searched for. A
- * pose line is a straight line of poses through the target.
+/* Returns the number of pose lines in the search for further solutions near a branch. A pose line
+ * is a straight line of poses through the target.
  *
- * If the nominal arm barely misses the pose, two branches meet at a fold point. If the Jacobian of
- * the nominal arm is singular, the branches of the calibrated arm may be far from the nominal
- * branches. `least` contains the smallest pivots. */
+ * If the pose is just out of reach of the nominal arm, two branches meet at a fold point. If the
+ * Jacobian of the nominal arm is singular, the branches of the calibrated arm may be far from the
+ * nominal branches. `least` contains the smallest pivots. */
 static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, const double *least)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION, square = unsure * unsure;
@@ -127,8 +127,8 @@ static LANES_TARGET void POLISH_NAME(refined)(const double *in, const POLISH_NAM
     POLISH_NAME(newton)(in, near, c, first);
     POLISH_NAME(again)(in, start->q, b, near, first, c);
 #if POLISH_SEEDS
-    /* The iteration from nearby loop variables may have reached another loop branch than the
-     * iteration from the reference. */
+    /* The iteration from nearby loop variables and the iteration from the reference may end on
+     * different loop branches. */
     if (LANES_LT(c->residual2, POLISH_SETTLED * POLISH_SETTLED)) {
         c->seed[0] = NAN;
         POLISH_NAME(evaluate)(in, c);

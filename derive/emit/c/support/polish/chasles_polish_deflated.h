@@ -22,8 +22,8 @@
  * counts as real. */
 #define CHASLES_WIDE_HALVINGS 9
 
-/* Computes samples of the quotient of the determinant and the products of sines. Returns the
- * largest absolute value of the determinant. */
+/* Computes samples of the determinant at angles x, divided by sin((x - r) / 2) for every known root
+ * r. Returns the largest absolute value of the determinant. */
 static double chasles_polish_quotients(const chasles_general_system *system, const double *root,
                                        int count, double *quotient)
 {

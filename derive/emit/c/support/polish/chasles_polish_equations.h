@@ -25,7 +25,7 @@ POLISH_INLINE void POLISH_NAME(inverted)(lanes (*a)[6], int at, lanes *pivots)
     r2[0] = c20 * scale, r2[1] = c21 * scale, r2[2] = c22 * scale;
 }
 
-/* Multiplies a symmetric matrix, of which only the lower half is stored, by a vector. */
+/* Multiplies a symmetric matrix by a vector. Only the lower half of the matrix is stored. */
 POLISH_INLINE void POLISH_NAME(times)(lanes (*a)[6], int at, const lanes *x, lanes *y)
 {
     const lanes *r0 = a[at] + at, *r1 = a[at + 1] + at, *r2 = a[at + 2] + at;

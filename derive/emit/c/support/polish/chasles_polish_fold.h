@@ -119,10 +119,10 @@ static int POLISH_NAME(is_folded)(double residual, double pivot)
            pivot * residual * residual < moved * moved;
 }
 
-/* Returns whether solutions may exist away from a fold point of the nominal arm. This is the case
- * under two conditions. The nominal arm is singular at the configuration nearest to the pose. The
- * pose error at this configuration is not along the unreachable direction u. The argument `cost` is
- * the squared error (radian, or relative to the length). */
+/* Returns whether solutions may exist away from a fold point of the nominal arm. Two conditions
+ * must hold. First, the nominal arm is singular at the configuration nearest to the pose. Second,
+ * the pose error at this configuration is not along the unreachable direction u. The argument
+ * `cost` is the squared error (radian, or relative to the length). */
 static int POLISH_NAME(is_aside)(double cost, double pivot, double step2)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION;

@@ -1,7 +1,6 @@
-/* Adds solutions of the general solver, each in the solution slot of the nearest branch. This file
- * is part of chasles and is the same for every robot. The header chasles_polish.h includes this
- * file once for each robot that the general solver supports.
- */
+/* Adds solutions of the general solver. Each solution is stored in the slot of the nearest branch,
+ * or in an extra slot. This file is part of chasles and is the same for every robot. The header
+ * chasles_polish.h includes this file once for each robot that the general solver supports. */
 /* Stores a further solution. If an inaccurate copy of the solution is stored, the solution replaces
  * this copy. Otherwise, the solution is stored in the free slot of the nearest nominal branch, or
  * in an extra slot. */
@@ -83,7 +82,7 @@ static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles
 }
 
 /* Computes the value of the suppressed joint of an elimination order for each known solution.
- * Returns the number of values. */
+ * Returns the number of known solutions. */
 static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                               const chasles_general_order *order, double *root)
 {

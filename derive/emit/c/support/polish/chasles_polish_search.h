@@ -149,7 +149,7 @@ static LANES_TARGET void POLISH_NAME(add)(POLISH_NAME(search) * s, const double 
 /* Computes a twist, linear part first. The argument `direction` selects one of six directions. */
 static void POLISH_NAME(direction)(int direction, double size, double *u)
 {
-    /* The six axes of an icosahedron and their opposites, which are evenly distributed. */
+    /* The six axes through opposite corners of an icosahedron. The axes are evenly distributed. */
     static const double axes[6][3] = {
         {0.0, 0.53, 0.85},  {0.53, 0.85, 0.0},  {0.85, 0.0, 0.53},
         {0.0, -0.53, 0.85}, {-0.53, 0.85, 0.0}, {0.85, 0.0, -0.53},
@@ -233,7 +233,7 @@ typedef struct {
 } POLISH_NAME(curves);
 
 /* Moves each configuration onto its curve e = mu u by the smallest first-order change of (q, mu).
- * The new direction of a curve is the projection of its previous direction. */
+ * The previous direction of the curve, projected onto the tangent, becomes the new direction. */
 POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH_NAME(curves) * k)
 {
     lanes J[6][POLISH_N], a[6][6], b[2][6], dq[POLISH_N];
@@ -390,8 +390,8 @@ static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *i
             for (int slot = 0; slot < POLISH_SLOTS; slot++)
                 starts += is_unsure[slot] && other.residual[slot] < POLISH_FOLD;
             begun += starts;
-            /* The number of curves that arrived here from the other end is at least the number that
-             * would start here. The curves that would start here are therefore already known. */
+            /* If at least as many curves arrived here from the other end as would start here, the
+             * curves that would start here are already known. */
             if (k.side > 0 && s->count > 0 && starts <= k.arrived)
                 break;
             for (int slot = 0; slot < POLISH_SLOTS; slot++) {

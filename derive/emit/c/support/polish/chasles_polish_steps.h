@@ -224,10 +224,10 @@ POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) 
  * the squared length of the first step are written to `first`. The first step is damped only in the
  * lanes that `near` selects. In a search at fold points, the trace of (J J^T)^-1 after the first
  * step is also written to `first`. This trace is large near singularities. For robots with loops,
- * `first` receives the squared pose error at the start instead. After a short step, the next steps
- * reuse the equations of this step, because the Jacobian has hardly changed. With fewer than six
- * joints, only some branches reach the pose. The iteration of a branch ends when `misses` shows
- * that the branch does not reach the pose. */
+ * the squared pose error at the start is written instead of this trace. After a short step, the
+ * next steps reuse the equations of this step, because the Jacobian has hardly changed. With fewer
+ * than six joints, only some branches reach the pose. The iteration of a branch ends when `misses`
+ * shows that the branch does not reach the pose. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *first)
 {
@@ -316,7 +316,7 @@ static LANES_TARGET void POLISH_NAME(descend)(const double *T, POLISH_NAME(confi
 }
 
 #if !POLISH_IS_SEARCHED
-/* Runs Newton's iteration near a dead point, beyond which the loops cannot be closed: undamped
+/* Runs Newton's iteration near a dead point, beyond which the loops cannot be closed. Undamped
  * steps are halved until the error decreases. */
 static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(configurations) * c)
 {

@@ -11,7 +11,7 @@
 /* If the residual [m, rad] is below this value, a step without improvement ends the iteration,
  * because only rounding errors remain. */
 #define POLISH_SETTLED 1e-12
-/* Largest residual of a solution [m, rad], as in the runtime. */
+/* Largest residual of a solution [m, rad]. The runtime uses the same value. */
 #define POLISH_SOLVED 1e-9
 /* Two solutions are equal if their coordinates differ by less than this value [m, rad]. */
 #define POLISH_SAME 1e-6
@@ -59,7 +59,8 @@
 /* Maximum residual of the nominal arm at the start of a curve. */
 #define POLISH_START POLISH_DEVIATIONS(30.0)
 /* Maximum squared error (radian, or relative to the length) of a start configuration on the correct
- * branch of the loops. At a dead point, an axis deviation d rotates a link by sqrt(2 d). */
+ * branch of the loops. At a dead point of a loop, an axis deviation d rotates a link by the angle
+ * sqrt(2 d). */
 #define POLISH_ON_BRANCH ((100.0 * POLISH_DEVIATION + 2.0) * POLISH_DEVIATION)
 /* Maximum residual [m, rad] of a pose that the nominal arm reaches, due to rounding near a
  * singularity. */
@@ -132,8 +133,8 @@
 /* Bounds that select branches near a second singularity. Such a branch may end at a fold point
  * despite a large residual. POLISH_SECOND limits the square root of a pivot (rad), and
  * POLISH_FARTHEST limits the residual. POLISH_AMPLIFIED limits the product of the square root and
- * the residual, in axis deviations. If the residual is below ten axis deviations, a square root
- * below POLISH_NEARER axis deviations also suffices. */
+ * the residual, in axis deviations. A branch is also selected if both values are small: a residual
+ * below ten axis deviations, and a square root of the pivot below POLISH_NEARER axis deviations. */
 #define POLISH_SECOND 0.02
 #define POLISH_FARTHEST POLISH_DEVIATIONS(60.0)
 #define POLISH_AMPLIFIED (0.25 * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0))
