@@ -52,9 +52,9 @@ def extension(name, patterns):
         depends=sorted(map(str, [*runtime.glob("**/*.h"), *Path("contract").glob("*.h")])),
         include_dirs=["runtime", "contract", np.get_include()],
         # Some builds of Python compile extensions with -O2. No code reads errno, so square roots
-        # need not set it. With hidden symbols, calls between files need no linker table.
+        # need not set it. With hidden symbols, calls between files need no procedure linkage table.
         extra_compile_args=["-O3", "-fno-math-errno", "-fno-trapping-math", "-fvisibility=hidden"],
-        # Zig writes import libraries, which do not belong into a wheel.
+        # Zig also writes import libraries, which do not belong in a wheel.
         extra_link_args=["-Wl,--out-implib,build/unused.lib"] if WINDOWS else [],
         define_macros=[
             ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),

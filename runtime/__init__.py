@@ -129,11 +129,11 @@ def load(
     """Load a robot. A robot that is not in the cache is derived and compiled first.
 
     Args:
-        robot: One of three things: a name in `robots()` or `shelf_robots()`; a description file
-            (.toml, .urdf, .xacro, .xml (MJCF) or .sdf); the folder of a generated robot, as a path
-            object or as a string with a separator in it ("./mine"). The first use of a well-known
-            arm or of a description runs the compiler, which takes seconds. Install the compiler
-            with `pip install 'chasles[derive]'`, for xacro and MJCF with `pip install
+        robot: A name in `robots()` or `shelf_robots()`, a description file (.toml, .urdf, .xacro,
+            .xml (MJCF) or .sdf), or the folder of a generated robot. A folder is a path object, or
+            a string with a separator in it ("./mine"). The first use of a well-known arm or of a
+            description runs the compiler, which takes seconds. Install the compiler with `pip
+            install 'chasles[derive]'`. For xacro and MJCF files, use `pip install
             'chasles[derive,files]'`.
         base: The base link. The default is the root of the link tree, or the base of a robot file.
         tip: The tip link, anywhere in the tree. The default is the end of the longest chain.
@@ -149,7 +149,7 @@ def load(
         The robot.
 
     Raises:
-        UnknownRobotError: If no robot has the name.
+        UnknownRobotError: If no robot is found for the argument `robot`.
         DerivationError: If the compiler is not installed or rejects the description.
         ChaslesError: If the robot cannot be read, compiled or opened; the message states why.
     """

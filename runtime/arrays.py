@@ -1,4 +1,4 @@
-"""Array types, named by the element type, and a check for real numbers."""
+"""Array types, named after their element types, and a check that values are real numbers."""
 
 from __future__ import annotations
 

@@ -25,8 +25,8 @@ T = TypeVar("T")
 _STARTS = 256
 """Number of candidates for `q_reference`."""
 _SINGULAR = 1e-3
-"""Relative threshold for regular configurations. The smallest singular value of a regular
-configuration is at least this fraction of the value of the best candidate."""
+"""Relative threshold for regular configurations. A configuration is regular if its smallest
+singular value is at least this fraction of the best candidate's smallest singular value."""
 _NEARER = 0.98
 """Factor by which each retry of `random_q` shrinks the sampling range around `q_reference`."""
 
@@ -114,12 +114,12 @@ class RobotFacts(GeneratedFunctions):
 
     @needs(when=_moves_its_joints)
     def chain(self, q: ArrayLike) -> FloatArray:
-        """Return the chain joints theta (..., n). Without loops and couplings, theta is q."""
+        """Return the chain joints theta (..., n), equal to q without loops and couplings."""
         return self._reals("chain", "q", q, (self.n,)).copy()
 
     @needs(when=_moves_its_joints)
     def actuators(self, theta: ArrayLike) -> FloatArray:
-        """Return the coordinates q (..., n). Without loops and couplings, q is theta."""
+        """Return the coordinates q (..., n), equal to theta without loops and couplings."""
         return self._reals("actuators", "theta", theta, (self.n,)).copy()
 
     def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:
@@ -140,8 +140,8 @@ class RobotFacts(GeneratedFunctions):
     def unit_length(self) -> float:
         """The length [m] that is equivalent to 1 rad in residuals and tolerances.
 
-        The unit length is the power of 1000 m nearest to the workspace size. The unit length is 1 m
-        for robots from 0.03 m to 30 m and for robots without `fk`.
+        The unit length in meters is the power of 1000 nearest to the workspace size. The unit
+        length is 1 m for robots from 0.03 m to 30 m and for robots without `fk`.
         """
         fk = self.functions.get("fk")
         return 1.0 if fk is None else unit_length(fk, self.coordinates, self.reference)
@@ -151,10 +151,9 @@ class RobotFacts(GeneratedFunctions):
         """(n,) a configuration within the limits and away from singularities.
 
         For a robot with loops, `q_reference` is the reference configuration, unless the reference
-        is singular. For other robots, and for a singular reference, `q_reference` is the best of
-        256 configurations. The 256 configurations lie around the reference or the middle of the
-        range. The best configuration has the largest minimum singular value of the Jacobian
-        (lengths in `unit_length`).
+        is singular. In all other cases, `q_reference` is the best of 256 configurations. The 256
+        configurations lie around the reference or the middle of the range. The best configuration
+        has the largest minimum singular value of the Jacobian (lengths in `unit_length`).
         """
         lower, upper = ranges(self.coordinates, self.reference)
         half = np.minimum(upper - lower, 2 * np.pi) / 4

@@ -1,4 +1,4 @@
-"""The argument `fixed=` of inverses (with joint values) and of rates (without values)."""
+"""The argument `fixed=`, which selects fixed joints and, for inverse kinematics, their values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Fixed = str | int | Iterable[str | int]
 
 
 def read_fixed(label: str, fixed: Any) -> dict[str | int, ArrayLike | None]:
-    """Return the values of fixed joints by name or index. None keeps the value at `q_seed`.
+    """Return the values of fixed joints by name or index; None means the value at `q_seed`.
 
     Raises an InputTypeError if `fixed` is neither a mapping nor names.
     """
@@ -44,7 +44,7 @@ def read_fixed(label: str, fixed: Any) -> dict[str | int, ArrayLike | None]:
 def fixed_coordinates(robot: RobotFacts, method: str, fixed: Fixed | None) -> BoolArray:
     """Return a mask (n,) of the fixed coordinates.
 
-    A joint of the main chain stands for the coordinate that moves it.
+    If an item is a joint of the main chain, the coordinate that moves this joint is fixed.
 
     Raises:
         InputTypeError: `fixed` contains joint values, or an item is neither a name nor an index.

@@ -17,7 +17,7 @@ _NAMES = """
     ik_position_pitch ik_position_direction
 """
 _STEMS = "jacobian jacobian_dot hessian twist acceleration"
-"""Names of functions with the suffix "space", "body" or "mixed", without the suffix."""
+"""Function names without their suffix, which is "space", "body" or "mixed"."""
 _OTHER_NAMES = """
     fkine fkine_all jacob0 jacobe jacob0_dot hessian0 ikine ikine_LM ik_LM ikine_a
     inverse_kinematics get_position_ik setFromIK inverse solve IK qlim islimit qz qr vellipse
@@ -31,7 +31,7 @@ _OTHER_NAMES = """
 
 
 class GeneratedFunctions:
-    """Attributes for generated functions. A missing function raises an error with the reason."""
+    """Attributes for generated functions; a missing function raises an error with the reason."""
 
 
 def _declare(names: str, kind: type[Capability]) -> None:

@@ -18,15 +18,15 @@ TURN = 2 * np.pi
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Limits of the joints theta (..., m), which are functions of the coordinates q.
+    """Limits of the joint values theta (..., m), which are functions of the coordinates q.
 
     Attributes:
         chain: The function from q to theta, or to the configuration of a robot with loops.
-        lower: Lower limits of theta (m,). -inf for joints that are coordinates.
+        lower: Lower limits of theta (m,). The limit is -inf for joints that are coordinates.
         upper: Upper limits of theta (m,).
         inverse: The name of the inverse.
         functions: The functions of the robot, keyed by name.
-        limited: The passive variables with limits of a robot with loops.
+        limited: The passive variables that have limits, for a robot with loops.
     """
 
     chain: Callable[[FloatArray], FloatArray]

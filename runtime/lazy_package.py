@@ -11,7 +11,7 @@ from .robot import Robot
 
 
 def lazy_package(namespace: dict[str, Any]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return `__getattr__` and `__dir__` (PEP 562) of a package with these `globals()`.
+    """Return `__getattr__` and `__dir__` (PEP 562) for the package whose `globals()` are given.
 
     The first access to an attribute loads the robot into the global variable `robot`. If necessary,
     the robot is compiled first. After loading, the robot's functions are globals of the module.

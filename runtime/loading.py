@@ -28,7 +28,7 @@ def load_functions(
     reduced: Callable[[str], tuple[Any, ...]],
     robot_of: Callable[[Manifest], Any],
 ) -> dict[str, Function[Any]]:
-    """Return the functions of a robot, after compilation if the cache has no library.
+    """Return the functions of a robot, compiled first if the cache has no library.
 
     Raises:
         MismatchError: If the library is damaged, and no compiler was found.

@@ -40,9 +40,10 @@ class Robot(
 
     All functions share one call convention. Leading dimensions broadcast. Integers and other floats
     become float64; booleans, complex numbers and strings raise `InputTypeError`, a wrong shape
-    raises `ShapeError`. NaN and infinity propagate without a warning. `out=` is the array to write
-    into, or a tuple of arrays; these may overlap the inputs. `threads=` sets the number of threads
-    for a large batch ("all": one per core). Calls with dask arrays return lazy dask arrays.
+    raises `ShapeError`. NaN and infinity propagate without a warning. `out=` receives the results,
+    as an array or a tuple of arrays. Output arrays may overlap the inputs. `threads=` sets the
+    number of threads for a large batch ("all": one per core). Calls with dask arrays return lazy
+    dask arrays.
 
     Attributes:
         name: The robot name, as passed to `load`.
@@ -64,17 +65,18 @@ class Robot(
         tip_frame: The name of the tool frame.
         link_names: The link names, in the order of `link_poses`.
         parameters: The named parameters of the robot description, keyed by name.
-        geometry: The parameters in the input `p` of the parametric functions, in order, or ()
-            without such functions.
-        notes: Remarks on the description, for example on values that were snapped.
+        geometry: The parameters of the parametric functions, in the order of the input `p`. The
+            tuple is empty if the robot has no parametric functions.
+        notes: Remarks on the description, for example about values that were replaced by exact
+            values.
         cleaning: The values of the robot description that were replaced by exact values.
             `cleaning.position` [m] and `cleaning.orientation` [rad] are bounds on the change of the
             tool pose.
         functions: The generated functions by name, including intermediate functions.
-        labels: The branch in each solution slot, keyed by the name of the function or method, as in
-            `robot.labels["ik"]` and `robot.labels["chain_branches"]`.
-        redundancy: The redundancy parameters, for `fixed=`: name, index in q (None for a swivel
-            angle), unit and meaning of each.
+        labels: The branch of each solution index, keyed by the name of the function or method, as
+            in `robot.labels["ik"]` and `robot.labels["chain_branches"]`.
+        redundancy: The name, index in q, unit and meaning of each redundancy parameter (for
+            `fixed=`). A swivel angle has the index None.
         free_coordinates: The names of the coordinates that the inverse of a task sets to 0, as in
             `robot.free_coordinates["position"]`.
         loops: The loop names, or () for a serial robot.
@@ -144,13 +146,13 @@ def _restore(address: str, digest: str) -> Robot:
     folder = find_folder(address)
     manifest = read_manifest(folder)
     if manifest.digest != digest:
-        raise MismatchError(f"{folder}: not the pickled robot {manifest.name}")
+        raise MismatchError(f"{folder}: differs from the pickled robot {manifest.name}")
     return Robot(manifest)
 
 
 @functools.cache
 def _restore_once(address: str, digest: str) -> Robot:
-    """Restore a robot once: dask sends the same function with every chunk of an array."""
+    """Restore and cache a robot, because dask sends the robot with every chunk of an array."""
     return _restore(address, digest)
 
 

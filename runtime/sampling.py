@@ -10,10 +10,8 @@ from .arrays import FloatArray
 def low_discrepancy(begin: int, end: int, n: int, first: FloatArray | float = 0.5) -> FloatArray:
     """Return points of a low-discrepancy sequence in [0, 1) as an array (end - begin, n).
 
-    The rows are the points x_k for k from begin to end - 1.
-
-    `x_k = first + k (1/g, 1/g^2, ..., 1/g^n) modulo 1`, with `g^(n+1) = g + 1`. The first point x_0
-    is a number () or a vector (n,).
+    The rows are `x_k = first + k (1/g, 1/g^2, ..., 1/g^n) modulo 1` for begin <= k < end, with
+    `g^(n+1) = g + 1`. The first point x_0 is a number () or a vector (n,).
 
     Source:
         Roberts, The unreasonable effectiveness of quasirandom sequences, 2018.

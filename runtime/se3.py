@@ -77,7 +77,7 @@ def pose(
     Args:
         xyz: (..., 3) position [m]; the origin if None.
         quat: (..., 4) quaternion of any norm.
-        order: Element order of `quat`, "wxyz" or "xyzw"; without a default, as libraries disagree.
+        order: Order of `quat`, "wxyz" or "xyzw". There is no default, as libraries disagree.
         rpy: (..., 3) roll, pitch and yaw as in URDF, `R = Rz(yaw) Ry(pitch) Rx(roll)`.
         rotvec: (..., 3) axis times angle.
         rotation: (..., 3, 3) rotation matrices, or a SciPy `Rotation`.
@@ -164,7 +164,7 @@ def adjoint(T: ArrayLike) -> FloatArray:
     R, p = poses[..., :3, :3], poses[..., None, :3, 3]
     A = np.zeros((*poses.shape[:-2], 6, 6))
     A[..., :3, :3] = A[..., 3:, 3:] = R
-    # Each column of R is multiplied by hat(p).
+    # The block is hat(p) R, the cross product of p with each column of R.
     A[..., :3, 3:] = np.swapaxes(np.cross(p, np.swapaxes(R, -1, -2)), -1, -2)
     return A
 
@@ -235,7 +235,7 @@ def interpolate(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
 
 
 def interpolate_straight(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
-    """Interpolate between poses with the origin on a straight line.
+    """Interpolate between poses so that the origin moves on a straight line.
 
     The origin moves at a constant velocity: `p = (1 - s) p_a + s p_b`. The body rotates about a
     fixed direction at a constant rate: `R = R_a exp(s log(R_a^T R_b))`. For a rotation by pi, the

@@ -1,8 +1,7 @@
 """The size of a robot, and the length that is equivalent to 1 rad in tolerances.
 
-This unit length is the power of 1000 [m] nearest to the workspace size. The size is the root mean
-square distance of the tip from its mean position over the joint limits. The unit length is 1 m for
-robots from 0.03 m to 30 m.
+The size is the root mean square distance of the tip from its mean position over the joint limits.
+The unit length is 1 m for robots from 0.03 m to 30 m.
 """
 
 from __future__ import annotations
@@ -28,7 +27,11 @@ range is halved."""
 def ranges(
     coordinates: Sequence[Coordinate], reference: Reference | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return sampling ranges (n,): the limits, otherwise 2 pi or 2 m around the reference."""
+    """Return the lower and upper ends (n,) of the sampling ranges.
+
+    A missing limit is replaced by the value pi rad or 1 m away from a center. The center is the
+    reference. Without a reference, the center is 0, or the other limit if 0 violates that limit.
+    """
     center = np.zeros(len(coordinates)) if reference is None else np.array(reference.q)
     lower, upper = limits_of(coordinates)
     half = np.array([np.pi if c.unit == "rad" else 1.0 for c in coordinates])
@@ -38,7 +41,7 @@ def ranges(
 
 
 def limits_of(coordinates: Sequence[Any]) -> tuple[FloatArray, FloatArray]:
-    """Return lower and upper limits (n,), infinite if there are none."""
+    """Return lower and upper limits (n,), infinite if missing."""
     lower = np.array([-np.inf if c.lower is None else c.lower for c in coordinates])
     return lower, np.array([np.inf if c.upper is None else c.upper for c in coordinates])
 
@@ -61,7 +64,7 @@ def unit_length(
     coordinates: Sequence[Coordinate],
     reference: Reference | None,
 ) -> float:
-    """Return the power of 1000 [m] nearest to the workspace size; 1 m if the tip cannot move."""
+    """Return the unit length [m]: the power of 1000 nearest to the size, 1 m for a fixed tip."""
     p = _positions(fk, configurations(coordinates, reference), reference)
     if not len(p):
         return 1.0

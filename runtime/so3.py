@@ -43,8 +43,9 @@ def log(R: ArrayLike) -> FloatArray:
     An argument of another shape raises `ShapeError`.
     """
     rotations = ending(R, (3, 3), "so3.log", "R")
-    # The antisymmetric part is the axis times the sine; the trace yields the cosine. Beyond pi / 2
-    # the symmetric part (1 - cos) a a^T + cos gives the axis, because the sine vanishes at pi.
+    # The antisymmetric part is the axis times the sine; the trace yields the cosine. The sine
+    # vanishes at pi. For angles above pi / 2, the axis a is therefore computed from the symmetric
+    # part (1 - cos) a a^T + cos 1.
     w = (rotations - np.swapaxes(rotations, -1, -2))[..., [2, 0, 1], [1, 2, 0]] / 2
     sine = np.sqrt(np.sum(w * w, -1))[..., None]
     cosine = (np.trace(rotations, axis1=-2, axis2=-1)[..., None] - 1) / 2
@@ -54,10 +55,7 @@ def log(R: ArrayLike) -> FloatArray:
 
 
 def off_rotation(R: FloatArray) -> FloatArray:
-    """Return the first-order distance of matrices (N, 3, 3) from orthogonality.
-
-    The distance is |R^T R - 1| / 8^0.5, with the Frobenius norm.
-    """
+    """Return |R^T R - 1|_F / 8^0.5, the first-order distance of R (N, 3, 3) from orthogonality."""
     with np.errstate(invalid="ignore", over="ignore"):
         x, y, z = R.transpose(2, 1, 0)
         lengths = sum(((a * a).sum(0) - 1) ** 2 for a in (x, y, z))
@@ -66,7 +64,7 @@ def off_rotation(R: FloatArray) -> FloatArray:
 
 
 def ending(values: ArrayLike, shape: tuple[int, ...], name: str, argument: str) -> FloatArray:
-    """Return a float64 array, after a check of its last dimensions."""
+    """Check the last dimensions of an array, and return the array as float64."""
     array = real_array(name, argument, values)
     if array.shape[-len(shape) :] != shape:
         wanted = ", ".join(["...", *map(str, shape)])
@@ -75,7 +73,7 @@ def ending(values: ArrayLike, shape: tuple[int, ...], name: str, argument: str) 
 
 
 def _axis(R: FloatArray, w: FloatArray, cosine: FloatArray) -> FloatArray:
-    """Return the axis of a rotation by more than pi / 2, with the sign for which axis . w >= 0."""
+    """Return the axis of a rotation by more than pi / 2, with a nonnegative dot product with w."""
     symmetric = (R + np.swapaxes(R, -1, -2)) / 2 - cosine[..., None] * np.eye(3)
     largest = np.argmax(np.diagonal(symmetric, axis1=-2, axis2=-1), -1)
     column = np.take_along_axis(symmetric, largest[..., None, None], -1)[..., 0]

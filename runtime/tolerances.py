@@ -42,21 +42,21 @@ SADDLE_BEND = 1e-3
 """Minimum second derivative of the pose at a saddle (length or radian per squared coordinate unit).
 """
 SADDLE_STEP = 1e-5
-"""Finite-difference step [rad or length] for the Hessian of the squared error, with relative errors
-of 1e-11 from rounding and from truncation."""
+"""Finite-difference step [rad or length] for the Hessian of the squared error. The relative errors
+from rounding and from truncation are both 1e-11."""
 SAME_SOLUTION = 1e-6
 """Maximum difference (length, radian) between equal solutions."""
 AT_LIMIT = 1e-12
 """Maximum limit violation (length, radian) that counts as rounding."""
 FAR = 50.0
-"""With a larger residual (length), a message suggests that a unit is wrong, such as mm instead of
-m."""
+"""Residual (length) above which a message suggests that a unit is wrong, such as mm instead of m.
+"""
 JUMP = 0.5
 """Maximum joint motion (length, radian) between poses of a path. A larger motion may be a change of
 branch."""
 SELF_MOTION_STEP = 1e-9
-"""Final sampling step [rad or m] of a search along the self-motion. At its minimum, the distance
-from a seed is not differentiable, so the result of the search is only as accurate as the step."""
+"""Final sampling step [rad or m] of a search along the self-motion. The distance from a seed is not
+differentiable at its minimum, so the search result is only as accurate as this step."""
 SELF_MOTION_GAP = 1e-7
 """Minimum distance [rad or m] between adjacent samples of a self-motion."""
 SELF_MOTION_MOVE = 0.25
@@ -79,7 +79,8 @@ MAX_DAMPING = 1e6
 """Maximum ratio of the damping lambda^2 to the squared error. If the ratio is larger, the steps are
 too short to reduce the error, and the iteration ends."""
 MIN_DAMPING = 1e-14
-"""Minimum lambda^2: J J^T may be singular, and its rounding error is 1e-16."""
+"""Minimum lambda^2. This value exceeds the rounding error 1e-16 of J J^T, because J J^T may be
+singular."""
 POLISH_STEP = 0.3
 """Maximum step of a coordinate [m or rad]; a longer step could reach a different branch."""
 
@@ -109,4 +110,4 @@ linearized error."""
 NO_ROTATION = 0.3
 """A matrix is not projected to a pose if its deviation from a rotation [rad] exceeds this value."""
 SERIES = 0.25
-"""Below this angle [rad], quotients with a vanishing denominator use their series."""
+"""Angle [rad] below which quotients such as sin x / x are computed from their power series."""

@@ -20,8 +20,7 @@ static PyMethodDef library_methods[] = {
     {NULL},
 };
 
-/* Returns the maximum residuals (N,) of inverse solutions for matrices (N, 4, 4). The residual is
- * nonzero only for a pose with rounded entries. */
+/* Returns the maximum residuals (N,) for matrices (N, 4, 4), nonzero only for rounded poses. */
 static PyObject *rounded_residuals(PyObject *Py_UNUSED(module), PyObject *matrices)
 {
     PyObject *poses = PyArray_FROMANY(matrices, NPY_DOUBLE, 3, 3, NPY_ARRAY_IN_ARRAY);

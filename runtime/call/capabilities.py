@@ -1,6 +1,6 @@
-"""Robot-dependent attributes, such as generated functions.
+"""Attributes that some robots lack.
 
-A missing attribute raises an AttributeError, which names similar functions and a substitute.
+The error message names similar functions and a substitute.
 """
 
 from __future__ import annotations
@@ -68,10 +68,7 @@ class Hint(Capability):
 
 
 class OtherName(Hint):
-    """A function name from another robotics library.
-
-    The error states the chasles function to call instead.
-    """
+    """A function name from another library; the error states the chasles function to call."""
 
     def __get__(self, robot: Any, owner: type) -> Any:
         """Raise an AttributeError."""

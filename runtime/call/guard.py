@@ -1,8 +1,4 @@
-"""Errors for a single pose at which a loop cannot be closed.
-
-If a loop cannot close at a pose, a call with many poses returns NaN for this pose. A call with one
-pose raises an error that states the open loop and the coordinates.
-"""
+"""Errors for a single input for which a loop cannot be closed; in a batch, the result is NaN."""
 
 from __future__ import annotations
 
@@ -26,14 +22,14 @@ class Guard:
 
     Attributes:
         label: Robot and function.
-        margin: Function that takes the first input and returns sin^2 of the transmission angle of
-            each solution step of the loops. The margin sin^2 is positive for a closed loop and 0 at
-            a dead point.
+        margin: Function from the first input to one margin for each solution step of the loops:
+            sin^2 of the transmission angle. The margin is positive for a closed loop and 0 at a
+            dead point.
         steps: The loop of each solution step.
         coordinates: The coordinates in the first input, with names and units.
-        dead_point: Maximum margin of a dead point.
-        is_followed: Whether the loops are solved by iteration. Such loops have no margin beyond a
-            singularity.
+        dead_point: Largest margin that counts as a dead point.
+        is_followed: Whether the loops are solved by iteration. Loops that are solved by iteration
+            have no margin beyond a singularity.
     """
 
     label: str
@@ -50,7 +46,7 @@ class Guard:
         margin = np.asarray(self.margin(inputs[0]))
         values = zip(self.coordinates, inputs[0], strict=True)
         position = ", ".join(f"{item.name} = {value:.6g} {item.unit}" for item, value in values)
-        # Solution steps after a loop that cannot be closed may have the margin NaN.
+        # If a loop cannot be closed, the margins of later solution steps may be NaN.
         worst = int(np.argmin(np.where(np.isnan(margin), np.inf, margin)))
         loop, value = self.steps[worst], margin[worst]
         if value < 0:

@@ -1,7 +1,4 @@
-"""Hints for missing attributes and keywords.
-
-chasles reads the tables of hints from `hints.toml` only when it writes an error message.
-"""
+"""Hints for missing attributes and keywords, read from `hints.toml` only for error messages."""
 
 from __future__ import annotations
 
@@ -30,11 +27,7 @@ def _tables() -> dict[str, Any]:
 
 
 def missing_attribute(owner: str, name: str, table: str) -> str:
-    """Return the error message for a missing attribute.
-
-    If the attribute belongs to another library, the message names the corresponding chasles
-    function.
-    """
+    """Return the error message for a missing attribute, with a hint for other libraries' names."""
     row: dict[str, str] = next((r for r in _tables()[table] if name in r["names"]), {})
     library = f" ({row['library']})" if "library" in row else ""
     return f"{owner} has no {name!r}{library}" + (f"; {row['hint']}" if row else "")

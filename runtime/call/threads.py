@@ -114,8 +114,7 @@ def call_in_parts(
 ) -> Any:
     """Call a function on the parts of a batch; Ctrl-C ends the call after the current part.
 
-    `cores` is the number of core dimensions of each operand; `cost` is the number of operations per
-    row.
+    `cores` counts core dimensions of each operand, and `cost` counts operations per row.
     """
     leads = [x.ndim - core for x, core in zip(operands, cores, strict=True)]
     if not any(leads):
@@ -160,10 +159,7 @@ def _parts(array: FloatArray, axis: int, cuts: Sequence[slice]) -> Iterator[Floa
 
 
 def _overlap(inputs: Sequence[FloatArray], outs: Sequence[FloatArray | None]) -> bool:
-    """Test whether the outputs of a part of the batch might overlap the inputs of another part.
-
-    Interleaved arrays, such as columns of a table, count as overlapping.
-    """
+    """Test whether the memory range of an output overlaps the range of another operand."""
     given = [out for out in outs if out is not None]
     pairs = itertools.chain(itertools.product(inputs, given), itertools.combinations(given, 2))
     return any(np.may_share_memory(a, b) for a, b in pairs)
@@ -224,7 +220,10 @@ def _start_threads(pool: ThreadPoolExecutor) -> None:
 
 
 def _forget_pool() -> None:
-    """Drop the pool in a child process, whose threads do not exist and whose lock may be locked."""
+    """Drop the pool in a forked child.
+
+    The pool has no threads there, and its lock may be held.
+    """
     global _pool, _pool_lock
     _pool, _pool_lock = None, threading.Lock()
 

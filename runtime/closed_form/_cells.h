@@ -16,9 +16,10 @@
 /* The weighted sum of the coordinates selects the cell of a solution. Equal solutions are in the
  * same cell or in adjacent cells. */
 typedef struct {
-    npy_intp size;         /* number of cells, a power of 2 */
-    npy_intp *head, *next; /* last solution of each cell, and its predecessors; -1 for none */
-    double width;          /* width of a cell */
+    npy_intp size; /* number of cells, a power of 2 */
+    npy_intp *head,
+        *next;    /* last solution in each cell; previous solution in the same cell; -1 for none */
+    double width; /* width of a cell */
     double scale[MAX_JOINTS];
 } Cells;
 

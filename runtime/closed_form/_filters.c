@@ -1,7 +1,6 @@
 /* The module chasles.closed_form._filters: compiled filters of Solutions (solutions.py).
  *
- * Every function takes C-contiguous arrays for N poses, with k solution slots of n coordinates
- * each. */
+ * All arrays are C-contiguous, for N poses with k solution slots of n coordinates each. */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
@@ -84,8 +83,7 @@ typedef struct {
     npy_intp count;
 } Limits;
 
-/* Returns the number of full turns from the value q to the first equivalent value that is listed.
- */
+/* Returns k for the first value q + 2 pi k that write_turns writes. */
 static double first_turn(const Limits *limits, npy_intp j, double q)
 {
     if (limits->turn[j] == 0) {
@@ -100,8 +98,9 @@ static double first_turn(const Limits *limits, npy_intp j, double q)
     return not_below < last ? not_below : last;
 }
 
-/* Writes all listed values of each coordinate, which differ by full turns, and whether each value
- * is within the limits. A value that exceeds a limit by rounding is set to the limit. */
+/* Writes the equivalent values of each coordinate, and whether each value is within the limits.
+ * Equivalent values differ by full turns. A value that exceeds a limit by rounding is set to the
+ * limit. */
 static void write_turns(const Limits *limits, npy_intp n, const double *slot, double *value,
                         npy_bool *inside)
 {
@@ -150,8 +149,7 @@ static int read_limits(PyObject *given, npy_intp n, Limits *limits)
     return 0;
 }
 
-/* windings(q, valid, limits) of the module: returns q and valid with one solution slot for each
- * winding. */
+/* windings(q, valid, limits) of the module: returns q and valid with one slot for each winding. */
 static PyObject *windings(PyObject *Py_UNUSED(module), PyObject *args)
 {
     PyObject *given_q, *given_valid, *given, *q, *valid;
@@ -192,8 +190,7 @@ typedef struct {
     double scale[MAX_JOINTS]; /* the weight of each displacement */
 } Seeds;
 
-/* Reads a seed (n,) or seeds (..., n), then the arrays turns (n,) and units (n,). Returns -1 on
- * error. */
+/* Reads seeds (n,) or (..., n), then turns (n,) and units (n,). Returns -1 on error. */
 static int read_seeds(PyObject *seed, PyObject *turn, PyObject *unit, const Slots *slots,
                       Seeds *seeds)
 {
@@ -208,8 +205,7 @@ static int read_seeds(PyObject *seed, PyObject *turn, PyObject *unit, const Slot
     return units ? 0 : -1;
 }
 
-/* A solution and its rounded distance from the seed. The distance of an invalid solution is
- * infinite. */
+/* A solution and its rounded distance from the seed, infinite for an invalid solution. */
 typedef struct {
     uint64_t distance;
     npy_intp slot;
@@ -274,7 +270,7 @@ static int read_query(PyObject *args, PyObject **q, Slots *slots, Seeds *seeds)
            read_slots(*q, valid, slots) == 0 && read_seeds(seed, turn, unit, slots, seeds) == 0;
 }
 
-/* nearest(q, valid, seed, turn, unit) of the module: (..., n), NaN without a valid solution. */
+/* nearest(q, valid, seed, turn, unit): returns the nearest valid solutions (..., n), or NaN. */
 static PyObject *nearest(PyObject *Py_UNUSED(module), PyObject *args)
 {
     PyObject *q;
@@ -399,7 +395,7 @@ static int are_groups_distinct(const Slots *slots, npy_intp pose, npy_intp group
     return 1;
 }
 
-/* distinct(q, valid, turn, tolerance, whole, group): marks each valid solution once. */
+/* distinct(q, valid, turn, tolerance, whole, group): marks the first of equal valid slots. */
 static PyObject *distinct(PyObject *Py_UNUSED(module), PyObject *args)
 {
     PyObject *q, *valid, *turn, *tolerance, *whole;

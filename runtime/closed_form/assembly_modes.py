@@ -28,15 +28,15 @@ class PlanarAssemblyModes(NamedTuple):
 
 
 class AssemblyModes(NamedTuple):
-    """The assembly modes of a parallel platform in k solution slots. Unused slots are last.
+    """The assembly modes of a parallel platform in k solution slots; unused slots are last.
 
     Attributes:
         T: (..., k, 4, 4) poses of the tool. NaN in unused slots.
         theta: (..., k, n_theta) joints of the main chain [rad or m].
         valid: (..., k) whether a slot holds a mode. Rod lengths are accurate to 1e-12 of the
             platform size.
-        margin: (..., k) the determinant of J_x divided by its row norms (dimensionless). The margin
-            is 0 at a singularity, where two assembly modes are equal.
+        margin: (..., k) the determinant of J_x divided by the product of its row norms
+            (dimensionless). The margin is 0 at a singularity, where two assembly modes are equal.
         complete: (...,) whether it is certain that all modes were found.
     """
 

@@ -1,4 +1,4 @@
-"""Methods of robots with loops: loop closure, and all branches."""
+"""Methods that test the loop closure and return all branches, for robots with loops."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ class ActuatorBranches(NamedTuple):
 
 
 def is_planar(robot: RobotFacts) -> bool:
-    """Test whether the main chain moves one body freely in a plane."""
+    """Test whether the main-chain joints are prismatic, prismatic and revolute, in this order."""
     return [joint.kind for joint in robot.chain_joints] == _PLANAR
 
 
 def has_leg_inverse(robot: RobotFacts) -> bool:
-    """Test whether the actuated coordinates follow from the main chain."""
+    """Test whether the actuated coordinates can be computed from the main-chain joints."""
     return not robot.functions.keys().isdisjoint(("actuators_all", "actuators"))
 
 
@@ -156,8 +156,8 @@ class LoopMethods(NewtonMethods):
 
         A revolute leg has two branches, so that k is 8 for three legs. A linear leg has one branch
         with margin 1. `margin` is the smallest leg margin. `residual` is 0 if `fk(q)` is the pose,
-        otherwise infinite; `other_mode` marks slots whose legs reach the pose in another assembly
-        mode.
+        otherwise infinite. `other_mode` is True for slots that reach the pose in another assembly
+        mode than the mode of `fk(q)`.
         """
         if "actuators_all" in self.functions:
             q, closes, margin = self.actuator_branches(x)

@@ -18,24 +18,24 @@ from .refinement import Refinement
 from .solutions import Solutions, solutions_of
 
 _OTHER_VALUES = (0.5, 1.1, 1.9)
-"""Values [rad or m] of a fixed joint."""
+"""Test values [rad or m] of a fixed joint. If a relation between joint axes holds at all test
+values, the relation is a property of the arm and not a degenerate case."""
 _OTHER_RATES = (0.4, 0.73)
 """Differences [rad or m] between the test values of successive joints that are not fixed. A
-relation between joint axes is accepted only if it holds at the test values of both differences."""
+relation between joint axes is accepted only if it holds for both differences."""
 _SEARCH = 16
 """Number of Newton steps from each start. Further Newton steps refine only configurations near a
 solution."""
 _TURNS = 96
-"""Number of start configurations with random revolute joints per solution slot."""
+"""For each solution slot, the number of start configurations with random revolute joints."""
 
 
 @dataclass(frozen=True)
 class CompleteInverse:
     """Inverse with fixed joints that finds all solutions, even at degenerate fixed values.
 
-    At some values of a fixed joint, the adjacent axes are parallel, perpendicular or coplanar. At
-    these values, formulas for oblique axes miss solutions. Newton's method finds the missing
-    solutions.
+    If a fixed value makes the adjacent axes parallel, perpendicular or coplanar, formulas for
+    oblique axes miss solutions. Newton's method finds the missing solutions.
 
     Attributes:
         names: The fixed joints.
@@ -52,9 +52,9 @@ class CompleteInverse:
     def complete(
         self, solutions: Solutions, T: ArrayLike, values: Mapping[str, ArrayLike]
     ) -> Solutions:
-        """Return all solutions, including poses with degenerate values of the fixed joints.
+        """Return all solutions, even at degenerate fixed values.
 
-        If slots are missing, more slots with empty labels are added.
+        Added slots have empty labels.
         """
         batch, kind = solutions.valid.shape[:-1], type(solutions)
         at = np.stack(np.broadcast_arrays(*(values[name] for name in self.names)), -1)
@@ -66,14 +66,14 @@ class CompleteInverse:
         poses = project(np.broadcast_to(T, (*batch, 4, 4))[is_open], caller="ik")
         aside = (at[is_open] + GIVEN_ASIDE).T
         near = self.solve(poses, fixed=dict(zip(self.names, aside, strict=True)))
-        # All solution slots of a pose may be NaN.
+        # The zero row is a start configuration for poses whose solution slots are all NaN.
         zero = np.zeros((1, len(kind.wraps)))
         further: dict[tuple[int, ...], Solutions] = {}
         for row, index in enumerate(map(tuple, np.argwhere(is_open))):
             start = np.concatenate([solutions.q[index], near.q[row], zero])
             start[:, self.fixed] = at[index]
             q, residual, is_regular = self._found(kind, poses[row], start)
-            # The solution steps are degenerate: the margins are 0.
+            # The margins are 0, because the solution steps are degenerate.
             found = kind(q, residual, 0 * residual, np.ones_like(is_regular))
             slots = kind(*(field[index] for field in solutions))
             further[index] = _fill(slots, found, is_regular)

@@ -1,7 +1,6 @@
 """Inverses with fixed joints, as in `ik(T, fixed={"elbow": 1.2})`.
 
-The generated inverse fixes the redundancy parameters of the robot. An inverse for other fixed
-joints is derived on first use and then cached.
+If a fixed joint is not a redundancy parameter, the inverse is derived on first use and cached.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ _MAX_KEPT = 256
 
 @dataclass(frozen=True, eq=False)
 class FixedJoints:
-    """Calls of `ik` that the C code does not handle."""
+    """Inverse kinematics with fixed joints, for `ik` calls that the C code does not handle."""
 
     manifest: Manifest
     functions: Mapping[str, Function[Any]]
@@ -164,7 +163,7 @@ class FixedJoints:
 def derived_inverse(
     manifest: Manifest, robot_of: Callable[[Manifest], Any], names: tuple[str, ...], function: str
 ) -> Function[Solutions]:
-    """Return an inverse with fixed joints, from the cache or derived now."""
+    """Return an inverse with fixed joints, derived first if it is not in the cache."""
     origin = description_of(manifest.folder)
     if origin is None:
         raise DerivationError(

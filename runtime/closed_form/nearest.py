@@ -35,7 +35,8 @@ from .task_components import Task, inverse_for
 IntArray = NDArray[np.int8]
 _POSE = (4, 4)
 Rows = tuple[FloatArray, FloatArray, FloatArray, IntArray]
-"""Coordinates (N, n), residuals (N,), margins (N,), and slots (N,) or negative reason codes."""
+"""Coordinates (N, n), residuals (N,), margins (N,), and solution slots (N,). In a row without a
+solution, a negative reason code replaces the solution slot."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +61,7 @@ class Chosen:
     threads: int
 
     def solve(self, target: FloatArray, q_seed: FloatArray) -> Rows:
-        """Return the nearest solutions without refinement, for targets (N, ...), seeds (N, n)."""
+        """Return the unrefined nearest solutions for targets (N, ...) and seeds (N, n)."""
         n, count = q_seed.shape[-1], len(target)
         found = np.empty((count, n)), np.empty(count), np.empty(count), np.empty(count, np.int8)
         operands = [target, q_seed, *self.parameters]
@@ -115,7 +116,7 @@ class NearestMethods(RobotFacts):
         selected. The result for a pose does not depend on other poses of a batch.
 
         Args:
-            T: (..., 4, 4) poses of the tool in the base frame, or inputs of another task, such as
+            T: (..., 4, 4) poses of the tool in the base frame, or the inputs of another task, as in
                 `ik_position`. An array (..., 4, 4) holds poses if all last rows are 0 0 0 1.
             q_seed: (..., n) seed coordinates [rad or m], which may exceed the limits.
             task: "pose", or a part of the pose: "position", "position_pitch", "position_direction",
@@ -132,7 +133,8 @@ class NearestMethods(RobotFacts):
                 "manipulability" compare the solutions nearest to `q_seed` for all parameter values.
                 "limits" selects the solution farthest from the joint limits, and "manipulability"
                 the solution farthest from singularities.
-            out: Four arrays for q, residual, margin and valid. None for a new array.
+            out: A tuple of four arrays for q, residual, margin and valid. An entry that is None
+                requests a new array.
             threads: The number of threads for a large batch; "all" is one per core.
 
         Returns:
@@ -335,7 +337,7 @@ class NearestMethods(RobotFacts):
 
 
 def nearest_function(robot: NearestMethods, pickled: tuple[Any, ...]) -> Nearest | None:
-    """Return the C object `robot.ik_nearest`. None if the robot has no inverse of poses."""
+    """Return the C object `robot.ik_nearest`, or None if the robot has no inverse for poses."""
     own = robot.manifest.with_role("inverse", "pose")
     if own is None:
         return None

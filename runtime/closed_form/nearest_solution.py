@@ -108,9 +108,9 @@ class Moves:
         return np.asarray((np.abs(q - q_seed) * self.scale).max(-1))
 
     def with_fixed(self, fixed: tuple[int, ...], *, free: bool = False) -> Moves:
-        """Return a copy of the metric for solutions with fixed coordinates.
+        """Return a copy for fixed coordinates.
 
-        The weights of the fixed coordinates become 0, unless `free` is True.
+        Their weights become 0 unless `free` is True.
         """
         scale, turn = self.scale.copy(), self.turn.copy()
         turn[list(fixed)] = 0.0

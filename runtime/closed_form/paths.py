@@ -86,7 +86,7 @@ class _Step:
 
 
 def has_inverse(robot: RobotFacts) -> bool:
-    """Test whether a robot has an inverse of poses or parts of poses."""
+    """Test whether a robot has an inverse for poses or for components of poses."""
     return bool(robot.manifest.inverses)
 
 
@@ -99,8 +99,8 @@ class InverseMethods(RobotFacts):
     def ik_orientation(self, R: ArrayLike, *, fixed: Mapping[str, ArrayLike]) -> Solutions:
         """Return all configurations that reach a tool orientation. Three revolute joints move.
 
-        Free prismatic joints are 0. A robot with three revolute joints needs no `fixed`. The
-        inverse is derived on first use, which takes seconds.
+        Prismatic joints that `fixed` does not contain are 0. If the robot has only three revolute
+        joints, `fixed` may be `{}`. The inverse is derived on first use, which takes seconds.
 
         Args:
             R: (..., 3, 3) orientation of the tool.
@@ -159,11 +159,12 @@ class InverseMethods(RobotFacts):
                 (direction of the third tool axis) or "planar" (x, y and the angle of the first tool
                 axis in that plane).
             fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping from
-                joints to values () or (m,). Redundancy parameters (`redundancy`) keep their values
-                at `q_seed` by default. For other joints, an inverse is derived on first use.
+                joints to values () or (m,). By default, the redundancy parameters
+                (`robot.redundancy`) keep their values at `q_seed`. For other joints, an inverse is
+                derived on first use.
             redundancy: How the redundancy parameters are selected, as in `ik_nearest`. "fixed"
-                keeps the parameters. Otherwise, new parameters are selected at each pose, among the
-                solutions within `max_step` of the previous configuration.
+                keeps the parameters. The other values select new parameters at each pose. Only
+                solutions within `max_step` of the previous configuration are considered.
             max_step: Maximum joint displacement between successive poses [rad or m]. By default,
                 the maximum is 0.5 rad for revolute joints, and 0.5 `unit_length` for prismatic
                 joints.
@@ -321,7 +322,8 @@ class InverseMethods(RobotFacts):
         moves = slots.distances_from(own[:-1])
         with np.errstate(invalid="ignore"):
             best = np.where(slots.valid, np.abs(moves / units).max(-1), np.inf).argmin(-1)
-            # Whole turns are added, so that rounding errors do not accumulate along the path.
+            # Only whole turns are added to the solutions, so that rounding errors do not accumulate
+            # along the path.
             turns = np.cumsum(moves[:, slot] - np.diff(own, axis=0), axis=0)
             turns = _TURN * np.round((turns + here - own[0]) / _TURN)
             q = own[1:] + np.where(solutions.wraps, turns, 0.0)

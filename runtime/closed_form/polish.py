@@ -49,10 +49,7 @@ def iterate(
     fixed: Sequence[int],
     steps: int = STEPS,
 ) -> FloatArray:
-    """Move coordinates q (N, n) to targets T (N, ...) in place.
-
-    Return the errors after the last step (N,).
-    """
+    """Move q (N, n) to targets T (N, ...) in place; return the errors (N,) after the last step."""
 
     def evaluated(here: FloatArray, T: FloatArray) -> _State:
         pose, J = fk_jacobian(here)

@@ -1,8 +1,8 @@
 """Refines solutions with small residuals for targets without a valid solution slot.
 
 If several solution steps are nearly singular, a closed form loses digits or misses a solution.
-Newton's method restores the lost digits and finds the missed solution. Rounded poses get
-least-squares solutions (docs/explanation).
+Newton's method restores the lost digits and finds the missed solution. For rounded poses, the
+refinement returns least-squares solutions (see docs/explanation).
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _LONGEST = 1.0
 
 
 class DescentStarts(NamedTuple):
-    """Start configurations q (M, n) on both sides of saddles, with input row indices."""
+    """Start configurations q (M, n) on both sides of saddles, with their input rows `row` (M,)."""
 
     row: IntArray
     q: FloatArray
@@ -77,8 +77,8 @@ class Refinement:
         task: The task of the inverse: a pose, or the prescribed components of a pose.
         judged: The unit length [m] of residuals and tolerances, which is 1 m for some tasks.
         searches: Whether all solution slots are refined, because the closed form misses solutions.
-        is_determined: Whether all inputs of the inverse are coordinates. A self-motion would change
-            a swivel angle, which is not a coordinate.
+        is_determined: Whether all inputs of the inverse are coordinates. The value is False if an
+            input is a swivel angle, which a self-motion would change.
     """
 
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
@@ -195,9 +195,8 @@ class Refinement:
         """Refine N slots for targets (N, ...) in place, to residuals of at most ``enough`` (N,).
 
         If a slot remains unsolved and its residual is near a minimum, a search fixes one joint at a
-        time at several values.
-
-        If ``aside`` (N,) is True for a slot, this search also runs if the residual is large.
+        time at several values. Where ``aside`` (N,) is True, slots with a large residual are
+        searched, too.
         """
         target, (q, _, valid) = self._rigid(target), fields
         found, left = self._tried(target, q[slots], slots, fields, enough)
@@ -275,11 +274,10 @@ class Refinement:
         fields: _Fields,
         enough: FloatArray,
     ) -> None:
-        """Refine q (N, n) for targets (N, ...), with one joint fixed at a time.
+        """Refine q (N, n) for targets (N, ...) with one joint fixed at a time.
 
-        The mask ``turning`` (N, n) selects the joints to fix. Each of these joints is fixed in turn
-        at several values that are spread evenly over a full turn. If such a joint were free, a
-        self-motion would dominate each step without reducing the error.
+        Each joint marked in ``turning`` (N, n) is fixed at values over a full turn. If the joint
+        were free, a self-motion would dominate each step without reducing the error.
         """
         values = np.arange(_VALUES) * (2 * np.pi / _VALUES)
         for joint in np.flatnonzero(turning.any(0)).tolist():
@@ -397,7 +395,8 @@ def descent_starts(gradients: Gradients, q: FloatArray, free: list[int]) -> Desc
     error = np.sqrt(2 * f)
     row = np.flatnonzero(np.abs(g[:, free]).max(-1) <= SADDLE * error)
     H = _hessian(gradients, row, q[row], free)
-    # Near a dead point, loops may be open at some points of the finite differences.
+    # Near a dead point, loops may not close at the shifted coordinates of the finite differences. H
+    # is then not finite.
     closes = np.isfinite(H).all((1, 2))
     row, H = row[closes], H[closes]
     curvatures, directions = np.linalg.eigh(H)

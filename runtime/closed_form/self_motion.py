@@ -2,8 +2,8 @@
 
 Samples cover the parameter ranges. Samples are denser if a small change of a parameter moves joints
 far, for example near a wrist singularity. Random steps start from the best samples. If no random
-step improves the result, the step length is halved. Steps in fixed directions would stop at limits,
-where the optimum often lies.
+step improves the result, the step length is halved. The optimum often lies at a limit. Steps in
+fixed directions would stop too early at a limit, so the step directions are random.
 """
 
 from __future__ import annotations
@@ -169,10 +169,7 @@ class _Search:
     def _values(
         self, fixed_q: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
     ) -> FloatArray:
-        """Return the objective (N, m) at parameters (N, m, p).
-
-        The value is -inf without a solution.
-        """
+        """Return the objective (N, m) at parameters (N, m, p), or -inf without a solution."""
         chosen, target, seeds = self._at(fixed_q, free, values)
         q, _, _, slot = chosen.solve(target, seeds)
         found = np.full(len(q), -np.inf)

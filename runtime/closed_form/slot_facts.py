@@ -27,7 +27,10 @@ def moved_inside(
     ends: Sequence[FloatArray],
     kind: Any,
 ) -> tuple[FloatArray, BoolArray]:
-    """Move solutions (..., n) by full turns into the limits, near q_seed. Return q and valid."""
+    """Return q (..., n) and valid.
+
+    Full turns move q into the limits and near q_seed.
+    """
     rows, judged = q.reshape(-1, 1, q.shape[-1]), np.where(valid, 0.0, np.inf).reshape(-1, 1)
     seeds = np.broadcast_to(q_seed, q.shape).reshape(-1, q.shape[-1])
     slots, seeds, facts = np.ascontiguousarray(rows), np.ascontiguousarray(seeds), facts_of(kind)
@@ -48,8 +51,8 @@ class SlotFacts:
         turn: (n,) 2 pi for coordinates that wrap, otherwise 0.
         full: (n,) 2 pi for revolute coordinates, otherwise 0.
         lower: (n,) lower limits, -inf for none.
-        upper: (n,) upper limits, inf for none. same: (n,) maximum coordinate differences between
-        equal solutions.
+        upper: (n,) upper limits, inf for none.
+        same: (n,) maximum coordinate differences between equal solutions.
     """
 
     units: FloatArray

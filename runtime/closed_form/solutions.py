@@ -59,22 +59,24 @@ class Solutions(Fields):
     Attributes:
         q: (..., k, n) coordinates [rad or m]. Slots that are not `valid` hold the least-squares
             result of the branch, or NaN if an input is NaN.
-        residual: (..., k) tool error [m] by forward kinematics: the larger of the distance from the
-            (projected) pose and `2 sin(angle/2)` times `unit_length`. The residual is infinite in
-            another assembly mode (see `other_mode`).
+        residual: (..., k) tool error [m] relative to the (projected) pose, from forward kinematics.
+            The error is the larger of the position error and `2 sin(angle/2)` times `unit_length`,
+            where `angle` is the rotation error. The residual is infinite in another assembly mode
+            (see `other_mode`).
         margin: (..., k) smallest margin of the solution steps on the branch: 0 at the workspace
             boundary, negative outside.
         valid: (..., k) whether the slot holds a solution that no filter has removed. The residual
-            of a solution is at most `tolerance`. For rounded poses, the limit is 10 `unit_length`
-            times the rounding: the larger of `se3.deviation` and half a unit of the last decimal.
+            of a solution is at most `tolerance`. For a rounded pose, the maximum residual is 10
+            `unit_length` times the rounding error of the pose. The rounding error is
+            `se3.deviation` or half a unit of the last decimal, whichever is larger.
         unit_length: The length [m] that is equivalent to 1 rad for the robot.
         tolerance: Maximum residual of a solution [m], 1e-9 `unit_length`.
         coordinates: The elements of q.
         wraps: (n,) whether a rotation of the coordinate by 2 pi gives the same solution. `wraps` is
             True for revolute joints. `within_limits` lists angles that differ by full turns as
             separate solutions.
-        labels: (k,) the branch in each solution slot, as "shoulder_pan +, elbow -". A label
-            contains the joints and signs that select the branch. `labels` is empty after
+        labels: (k,) the branch in each solution slot, for example "shoulder_pan +, elbow -". A
+            label contains the joints and signs that select the branch. `labels` is empty after
             `sorted_by_distance`, which reorders the slots.
         windings: Number of solution slots for each branch after `within_limits`.
         joint_limits: The limits of coupled and passive joints, or None.
@@ -140,9 +142,7 @@ class Solutions(Fields):
     def within_limits(
         self, limits: Literal["robot"] | ArrayLike | None = "robot", *, windings: bool = True
     ) -> Self:
-        """Keep the solutions within limits.
-
-        Joint values that differ by full turns are listed separately.
+        """Return the solutions within the limits; full turns of joints give separate solutions.
 
         If the limits span several full turns of a joint, each solution is listed in several
         solution slots. The slots of one branch are consecutive; the number of turns of the last
@@ -154,11 +154,11 @@ class Solutions(Fields):
         joint may move several coordinates. For coupled joints, only one combination of full turns
         within the limits is listed.
 
-        A joint that exceeds a limit by rounding (1e-12 rad, or `unit_length`) is set to the limit.
+        A joint that exceeds a limit by up to 1e-12 rad or 1e-12 `unit_length` is set to the limit.
 
         Args:
             limits: "robot", None for no limits, or (n, 2) lower and upper limits [rad or m], -inf
-                and inf for none. Coupled and passive joints also keep their own limits, unless
+                and inf for none. The limits of coupled and passive joints also apply, unless
                 `limits` is None.
             windings: If False, each of the k solutions has one slot instead of one slot for each
                 winding. The joints then move by the fewest full turns that satisfy the limits. For
@@ -188,9 +188,7 @@ class Solutions(Fields):
         return tuple.__new__(kind, (q, *fields, valid))
 
     def sorted_by_distance(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> Self:
-        """Sort the solution slots of each pose by their distance from a seed.
-
-        Invalid slots are last.
+        """Sort the solution slots of each pose by distance from a seed; invalid slots are last.
 
         The distance is the largest weighted joint displacement, in the shorter direction for joints
         that wrap; prismatic joints are scaled by `unit_length`.
@@ -228,7 +226,7 @@ class Solutions(Fields):
         return self._remade(self.q, self.residual, self.margin, found)
 
     def on_branch(self, branch: str) -> Self:
-        """Keep the solutions on branches whose label contains "elbow +" or "shoulder -, elbow +".
+        """Keep solutions on branches with all given label parts, such as "shoulder -, elbow +".
 
         Raises:
             InputValueError: If no label contains this text, or sorting has removed the labels.
@@ -247,8 +245,8 @@ class Solutions(Fields):
     def within_tolerance(self, tolerance: float) -> Self:
         """Mark all solution slots with a residual of at most the tolerance [m] as valid.
 
-        Earlier filters have no effect on the result. A tolerance is necessary for measured poses,
-        which an arm with fewer than six joints cannot reach exactly.
+        Earlier filters have no effect on the result. An arm with fewer than six joints cannot reach
+        measured poses exactly and therefore needs a tolerance.
 
         Raises:
             InputValueError: If the tolerance is not positive.
@@ -272,7 +270,8 @@ class Solutions(Fields):
             weights: (n,) weights of the displacements; weight 0 excludes a coordinate.
 
         Returns:
-            (..., n) coordinates [rad or m], or NaN for a pose of a batch without a valid slot.
+            (..., n) coordinates [rad or m]. In a batch, poses without a valid solution slot have
+            NaN.
 
         Raises:
             OutOfReachError: If a single pose has no valid solution slot.

@@ -1,7 +1,6 @@
-"""Tasks of an inverse as components of a pose.
+"""Pose components of inverse kinematics tasks.
 
-A task combines components, such as the position and the direction of the third tool axis. The
-manifest lists the components in the order of the task input.
+The manifest lists the components in input order.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A task with its component names. The names are () for a whole pose."""
+    """The names of the components of a task, empty for a whole pose."""
 
     components: tuple[str, ...] = ()
 

@@ -1,7 +1,7 @@
 /* The module chasles.iterative._numeric: iterative inverse kinematics, called from Python.
  *
- * A Solver owns an Arm (native/arm.h): tip frame, limits and start table of a robot. The solver
- * keeps the compiled robot functions loaded. */
+ * A Solver owns an Arm (native/arm.h), which contains the tip frame, the limits, and the start
+ * configurations with their poses. The solver keeps the compiled robot functions loaded. */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
@@ -256,8 +256,7 @@ static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *
     return PyErr_Occurred() ? -1 : 0;
 }
 
-/* Reads the mask of locked coordinates (n,); locked coordinates require seeds. Returns NULL on
- * error. */
+/* Reads the mask (n,) of locked coordinates. Locking requires seeds. Returns NULL on error. */
 static PyArrayObject *read_locked(const Solver *self, PyObject *object, PyObject *seeds, Task *task)
 {
     PyArrayObject *array = (PyArrayObject *)PyArray_FROM_OTF(object, NPY_BOOL, NPY_ARRAY_IN_ARRAY);
@@ -276,8 +275,7 @@ static PyArrayObject *read_locked(const Solver *self, PyObject *object, PyObject
     return array;
 }
 
-/* solve(T, seeds, weights, in_tool_axes, tolerance, unit, budget, threads, locked), as in
- * _numeric.pyi. */
+/* The method solve, with the arguments of _numeric.pyi. */
 static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_args)
 {
     if (n_args != 9) {

@@ -1,7 +1,4 @@
-"""Loop configurations without a closed form, by Newton's method in C.
-
-The functions follow the straight line in q from the reference configuration, or start at a seed.
-"""
+"""Loop configurations without a closed form, by Newton's method in C."""
 
 from __future__ import annotations
 
@@ -51,7 +48,8 @@ class NewtonMethods(RobotFacts):
             `z (..., n_z)`, `valid (...,)`, `residual (...,)` and `n_failed`. Missing solutions do
             not raise an error.
         """
-        # The call is a batch of one, because a single q without a solution would raise an error.
+        # A single input without a solution raises an error, but an input in a batch does not. The
+        # input is therefore passed as a batch of one.
         rows = real_array(f"{self.name}.solve_loops", "q", q)[None]
         z = self.configuration(rows) if z_seed is None else self.configuration_near(rows, z_seed)
         return self._solution(z[0])

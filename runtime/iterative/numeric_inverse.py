@@ -46,7 +46,7 @@ class NumericSolution(NamedTuple):
     Attributes:
         q: (..., n) coordinates [rad or m], within the limits, or NaN if a pose is not finite.
         residual: (...,) the larger of the distance error [m] and the angle error times
-            `unit_length`. Only components with a positive weight count.
+            `unit_length`. Components without a positive weight are ignored.
         valid: (...,) whether the residual is at most the tolerance. For rounded poses, a
             least-squares solution is valid up to a residual of 10 `unit_length` times the rounding
             error. The rounding error is `se3.deviation` or half a unit of the last decimal place of
@@ -118,7 +118,7 @@ class NumericMethods(RobotFacts):
         Lambda divided by the squared error decreases after successful steps and increases after
         failed steps. All steps stay within the joint limits. If the iteration ends at a different
         pose, it restarts from other configurations. For a pose out of reach, the result is the
-        minimum residual found, with `valid` False.
+        configuration with the smallest residual found, and `valid` is False.
 
         Args:
             T: (..., 4, 4) poses of the tip measured and expressed in the base frame. Deviations
@@ -144,14 +144,15 @@ class NumericMethods(RobotFacts):
             threads: Number of threads; "all": one per core.
 
         Returns:
-            `q (..., n)`, `residual`, `valid`, `ending`, `iterations` and `restarts (...,)`, with
-            `reason`; `fk(q)` is within `residual` of T.
+            `q (..., n)`, and `residual`, `valid`, `ending`, `iterations` and `restarts (...,)`. The
+            property `reason` explains a missing solution. `fk(q)` is within `residual` of T.
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
             InputTypeError: If `fixed` is neither a mapping nor names.
-            InputValueError: If a link, coordinate or option is unknown, if a weight is negative or
-                all weights are 0, or if fixed names have no values and no `q_seed`.
+            InputValueError: If a link, coordinate or option is unknown. If a weight is negative, or
+                all weights are 0. If `fixed` contains names without values, and `q_seed` is
+                missing.
         """
         method = f"{self.name}.ik_numeric"
         if frame not in ("tool", "base"):
@@ -218,7 +219,7 @@ class NumericMethods(RobotFacts):
         return begin
 
     def _new_solver(self, tip: str | None, start_set: int) -> Solver:
-        """Create and cache a solver, which takes as long as solving a thousand poses."""
+        """Create and cache a solver; creation takes as long as solving a thousand poses."""
         if len(self._solvers) >= _MAX_SOLVERS:
             self._solvers.clear()
         return self._solvers.setdefault((tip, start_set), _solver(self, tip, start_set))
@@ -280,7 +281,10 @@ def _entries(T: FloatArray) -> FloatArray:
 
 
 def starts(robot: RobotFacts, start_set: int) -> FloatArray:
-    """Return coordinates (m, n) with closed loops, spread over the limits, for a random seed."""
+    """Return q (m, n) within the ranges and with closed loops.
+
+    `start_set` is the random seed.
+    """
     lower, upper = ranges(robot.coordinates, robot.reference)
     first = np.random.default_rng(start_set).random(robot.n)
     found = np.empty((0, robot.n))
@@ -295,7 +299,7 @@ def starts(robot: RobotFacts, start_set: int) -> FloatArray:
 
 
 def screws_up_to(manifest: Manifest, link: int) -> FloatArray:
-    """Return rows (s, 8) for the joints up to a link: link, joint, axis (v, omega).
+    """Return rows (s, 8) of (link, joint, v, omega), one for each of the s joints up to a link.
 
     The vectors v and omega are expressed in the frame of the link that the joint moves. A joint
     outside the main chain raises an InputValueError.

@@ -5,9 +5,8 @@
  * for which the library was compiled. All other symbols are hidden, so that symbols of two robots
  * in one process do not clash.
  *
- * A portable library also exports chasles_kernels_v3 and chasles_kernels_v4, for processors of the
- * levels x86-64-v3 (AVX2, FMA) and x86-64-v4 (AVX-512).
- */
+ * A portable library also exports two more tables: chasles_kernels_v3 for x86-64-v3 processors
+ * (AVX2, FMA), and chasles_kernels_v4 for x86-64-v4 processors (AVX-512). */
 #ifndef CHASLES_KERNEL_H
 #define CHASLES_KERNEL_H
 

@@ -8,8 +8,8 @@ A kernel is a compiled robot library that contains code for all processors of a 
 (`chasles build --portable`). Kernels are in the folders of generated robots, not in the cache.
 
 Environment:
-    CHASLES_CACHE: The cache folder; by default `chasles` in XDG_CACHE_HOME or in ~/.cache, on
-        Windows in LOCALAPPDATA.
+    CHASLES_CACHE: The cache folder. The default is `chasles` in XDG_CACHE_HOME or ~/.cache, or in
+        LOCALAPPDATA on Windows.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def cache_folder() -> Path:
     if chosen:
         return Path(chosen).absolute()
     base = os.environ.get("LOCALAPPDATA" if os.name == "nt" else "XDG_CACHE_HOME", "")
-    # The XDG standard ignores relative paths.
+    # The XDG standard requires that programs ignore relative paths.
     return (Path(base) if os.path.isabs(base) else Path.home() / ".cache") / "chasles"
 
 
@@ -60,7 +60,8 @@ class Recipe:
         sources: The content of each file that the compiler reads, keyed by name.
         compiler: The compiler with its flags, or None if the library already exists.
         key: The SHA-256 of the sources and the processor features. The library contains the key.
-        path: The library file. In the cache, the file name also has a hash of compiler and flags.
+        path: The library file. In the cache, the file name also contains a hash of the compiler and
+            its flags.
     """
 
     name: str
@@ -74,7 +75,8 @@ class Recipe:
 def make_recipe(manifest: Manifest) -> Recipe:
     """Return the data needed to find or compile the robot's library on this machine.
 
-    A kernel in the robot's folder needs no compiler. CC or CHASLES_CFLAGS requests compilation.
+    A kernel in the robot's folder is used without a compiler, unless the environment variable CC or
+    CHASLES_CFLAGS is set.
 
     Raises:
         MismatchError: The hash of the C code or of the header is not in the manifest. The error is
@@ -157,8 +159,7 @@ def _declared_size(parameter: str) -> int:
 def write_glue(manifest: Manifest) -> bytes:
     """Return the glue code: one wrapper for each function, and the table of all functions.
 
-    For a portable kernel, the glue code is compiled once for each processor feature level
-    (CHASLES_LEVEL).
+    The glue code of a portable kernel is compiled for each feature level (CHASLES_LEVEL).
     """
     batched = manifest.batch_file in manifest.c_files
     lines = [
@@ -246,7 +247,7 @@ def build(manifest: Manifest) -> bool:
 
 
 def open_library(manifest: Manifest) -> tuple[bool, _call.Library]:
-    """Load or compile the library of a robot; the first result is True after compilation.
+    """Load or compile the library of a robot; the first result is whether it was compiled.
 
     Raises:
         MismatchError: If the library is damaged, and no compiler was found.
@@ -298,8 +299,8 @@ def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
         cache.mkdir(mode=0o700, parents=True, exist_ok=True)
         with temporary_folder(cache, recipe.name) as folder:
             # The compiler reads copies of the hashed source files. The names of the copies and the
-            # file names in the include lines contain no folder. So no path is compiled into the
-            # library.
+            # file names in the include lines contain no folder. Therefore, the compiled library
+            # contains no paths.
             for file, content in recipe.sources.items():
                 (folder / file).write_bytes(content)
             with (folder / GLUE_FILE).open("a") as glue:

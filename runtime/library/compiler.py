@@ -1,7 +1,7 @@
 """The C compiler and its flags for generated C.
 
 Environment:
-    CC: The compiler command ("ccache gcc"); by default the first of cc, gcc and clang.
+    CC: The compiler command, such as "ccache gcc". The default is the first of cc, gcc and clang.
     CHASLES_CFLAGS: Additional flags, which override the default flags ("-march=x86-64-v3").
 """
 
@@ -62,10 +62,7 @@ class Compiler:
     identity: str
 
     def compile(self, sources: Sequence[str], target: str, folder: Path) -> None:
-        """Compile source files to a target, by default a shared library, in a folder.
-
-        Raises a CompileError with the compiler output if compilation fails.
-        """
+        """Compile sources in a folder; a failure raises a CompileError with the compiler output."""
         run([*self.command, *self.flags, *sources, "-o", target, "-lm"], folder)
 
 
@@ -116,11 +113,12 @@ def find_compiler() -> Compiler:
 
 def _system_flags(command: Sequence[str]) -> tuple[str, ...]:
     is_x86 = platform.machine() in ("x86_64", "AMD64")
-    # For most processors with AVX-512, compilers use half of a vector by default.
+    # By default, compilers use only half of each 512-bit vector on most processors with AVX-512.
     wide = ("-mprefer-vector-width=512",) * is_x86
     if os.name != "nt":
         return ("-fPIC", *wide)
-    # On Windows, GCC aligns the stack to 16 bytes, also for vectors of 32 bytes (GCC bug 54412).
+    # On Windows, GCC aligns the stack to only 16 bytes, even for vectors of 32 bytes (GCC bug
+    # 54412).
     is_gcc = not any(name in " ".join(command) for name in ("clang", "zig"))
     return (*wide, *("-Wa,-muse-unaligned-vector-move",) * is_gcc)
 

@@ -31,7 +31,7 @@ _DESCRIBED_BY, _SOURCES = "description.txt", "sources.txt"
 """Files next to the folder of a derived robot: the description path with the compiler options, and
 the digests and paths of all files that the compiler read."""
 PARAMETRIC = "--parametric"
-"""The compiler option for parametric functions."""
+"""The option of `chasles derive` for parametric functions."""
 _WARNING = "warning: "
 _FIXED = "--fixed"
 
@@ -64,7 +64,7 @@ def is_description(path: Path) -> bool:
 
 
 def options_of(exact: bool, parametric: bool, **named: str | None) -> tuple[str, ...]:
-    """Return the command-line options of the compiler for the keywords of `chasles.load`."""
+    """Return the options of `chasles derive` for the keywords of `chasles.load`."""
     words = [word for key, value in named.items() if value for word in (f"--{key}", value)]
     return (*words, *["--exact"] * exact, *[PARAMETRIC] * parametric)
 
@@ -75,7 +75,7 @@ def options_for_fixed(names: Sequence[str], inverse: str) -> tuple[str, ...]:
 
 
 def derived_folder(description: Path, options: Sequence[str] = ()) -> Path:
-    """Return the generated folder of a description, after derivation if the cache has none.
+    """Return the generated folder of a description, derived first if it is not in the cache.
 
     Raises:
         UnknownRobotError: If the description cannot be read, or describes several robots.
@@ -96,7 +96,7 @@ def derived_folder(description: Path, options: Sequence[str] = ()) -> Path:
 
 
 def description_of(folder: Path) -> tuple[Path, tuple[str, ...]] | None:
-    """Return the description path and the compiler options of a robot folder, None if unknown."""
+    """Return the description path and compiler options of a robot folder, or None if unknown."""
     if _homes() in folder.parents:
         note = folder.parent / _DESCRIBED_BY
         path, *options = note.read_text(encoding="utf-8").splitlines() if note.is_file() else [""]

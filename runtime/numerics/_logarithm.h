@@ -30,7 +30,7 @@ static inline RotationAngle rotation_vector_between(const double *A, const doubl
     double factor = sine > 0 ? angle / sine : 1;
     if (cosine < 0) {
         /* Near pi, the sine and the vector w are inaccurate. For angles above pi / 2, the axis is
-         * therefore the longest column of the symmetric part of R. */
+         * therefore computed from the longest column of (R + R^T) / 2 - cos(angle) 1. */
         int k = R[0][0] > R[1][1] ? 0 : 1;
         k = R[2][2] > R[k][k] ? 2 : k;
         double a[3], length = 0, side = 0;
@@ -48,7 +48,7 @@ static inline RotationAngle rotation_vector_between(const double *A, const doubl
     return (RotationAngle){angle, sine, cosine};
 }
 
-/* Writes (p, omega) from A to B, the origin difference and the rotation vector in base axes. */
+/* Writes the origin difference p and the rotation vector omega from A to B, in base axes. */
 static inline RotationAngle displacement_between(const double *A, const double *B, double *out)
 {
     for (int i = 0; i < 3; i++) {

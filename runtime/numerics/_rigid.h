@@ -20,8 +20,8 @@
 /* The class of a matrix (4, 4): rigid up to rounding error, nearly rigid, or not rigid. */
 typedef enum { RIGID, NEAR_RIGID, NOT_RIGID } Rigidity;
 
-/* Writes R^T R - 1 for the rotation R of a pose as xx, yy, zz, xy, yz, zx. Returns half the squared
- * distance |R - U|^2 of R from the nearest rotation U, to first order. */
+/* Writes the entries xx, yy, zz, xy, yz and zx of R^T R - 1, where R is the rotation of a pose.
+ * Returns half the squared distance |R - U|^2 of R from the nearest rotation U, to first order. */
 static inline double off_orthogonal2(const double *T, double *product)
 {
     for (int i = 0; i < 3; i++) {

@@ -32,8 +32,8 @@ static int find_longest_axis(const double *others, int count, int m, const char 
     return best;
 }
 
-/* Writes a unit vector x (m,) that is orthogonal to `count` vectors. Components in `removed` are
- * zero. If no such vector exists, x is 0. */
+/* Writes a unit vector x (m,) that is orthogonal to `count` vectors. Components that are marked in
+ * `removed` are zero. If no such vector exists, x is 0. */
 static void complete_basis(double *x, const double *others, int count, int m, const char *removed)
 {
     double square;

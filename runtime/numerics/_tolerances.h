@@ -1,4 +1,4 @@
-/* All tolerances and gains of the C runtime with value, unit and reason, by solver.
+/* All tolerances and gains of the C runtime by solver, with value, unit and reason.
  *
  * Values that are "dimensionless" belong to scaled Jacobians: lengths are divided by the
  * characteristic length of the robot. */
@@ -19,7 +19,8 @@
  * deviations of 1e-7; six printed digits, or products of many rounded poses, cause 1e-6. */
 #define NEARLY_RIGID 1e-5
 
-/* Maximum deviation [rad] of a rigid pose. A product of 100 poses in doubles deviates by 1e-14. */
+/* Maximum deviation [rad] at which a pose counts as exactly rigid. A product of 100 poses in
+ * doubles deviates by 1e-14. */
 #define RIGID_TO_ROUNDING 1e-13
 
 /* Maximum least-squares residual of a solution for a rounded pose, as a multiple of the pose's
@@ -135,12 +136,12 @@
 #define BOX_NULL_SPACE_DAMPING 1e-4
 
 /* If the multiplier of a variable exceeds this fraction of the largest gradient component, the
- * variable is released from its bound. Smaller multipliers are rounding errors and could make the
- * active set cycle. */
+ * variable is released from its bound. Smaller multipliers are rounding errors and could cause
+ * endless changes of the active set. */
 #define BOX_RELEASE 1e-10
 
 /* Minimum size of the secondary rates after the null-space projection, relative to their size
- * before it. */
+ * before the projection. */
 #define NULL_MOTION 1e-12
 
 /* Below this difference, components of a unit vector count as equal, so that rounding does not
@@ -152,6 +153,6 @@
  * this value. */
 #define SAME_TURNS 1e-9
 
-/* Ratio of the rounding error in the rate bounds to |q| / dt + |previous rate|. The acceleration of
- * a braking joint may exceed its limit by the rounding error of the distance. */
+/* Rounding error of the rate bounds, relative to |q| / dt + |previous rate|. The acceleration of a
+ * braking joint may exceed its limit by the rounding error of the distance. */
 #define BRAKING_ROUNDING (8 * DBL_EPSILON)

@@ -18,7 +18,7 @@ static inline double smaller(double a, double b)
     return a < b ? a : b;
 }
 
-/* Clamps a value to [lower, upper], NaN to lower. */
+/* Clamps a value to [lower, upper]. Returns `lower` for NaN. */
 static inline double clamp(double value, double lower, double upper)
 {
     return fmin(fmax(value, lower), upper);

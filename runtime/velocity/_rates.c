@@ -1,8 +1,5 @@
-/* The module chasles.velocity._rates, joint rates for twists as NumPy generalized ufuncs. The ufunc
- * `bounds` computes rate bounds from joint, rate and acceleration limits. The ufunc `solve`
- * computes damped least-squares joint rates for a twist, within the rate bounds. The ufunc
- * `gradient` computes the manipulability measure and its gradient. DAMPING_THRESHOLD is the default
- * singular value below which joint_rates damps. */
+/* The module chasles.velocity._rates: the generalized ufuncs bounds, solve and gradient
+ * (rate_loops.h). DAMPING_THRESHOLD is the default singular value below which joint_rates damps. */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 

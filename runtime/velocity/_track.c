@@ -21,8 +21,7 @@ static int has_sizes(const Py_buffer *arrays, Py_ssize_t n, Py_ssize_t m)
     return 1;
 }
 
-/* Reads the array sizes, and compares them with the inputs and outputs of the generated function.
- * Returns -1 with a Python error if they differ. */
+/* Reads the array sizes. Returns -1 and sets an error if a size is wrong. */
 static int read_arrays(Tracking *t, const Py_buffer *arrays)
 {
     const chasles_kernel *kernel = t->kernel;

@@ -68,7 +68,7 @@ class Ellipsoid:
 
 
 class Metric(NamedTuple):
-    """Scale factors of the dimensionless Jacobian, row[:, None] * J * unit, and its rank."""
+    """Scale factors and rank of the dimensionless Jacobian row[:, None] * J * unit."""
 
     unit: FloatArray
     row: FloatArray
@@ -121,8 +121,9 @@ class ManipulabilityMethods(LengthMethods):
     ) -> FloatArray:
         """Return the gradient (..., n) of the measure w with respect to q, per radian or meter.
 
-        At a singularity w has a kink, like |x| at 0, and the gradient is one-sided. The gradient is
-        NaN if q is not finite or a loop is open. Arguments and errors are as for `manipulability`.
+        At a singularity, w is not differentiable (like |x| at 0). The result is then a one-sided
+        gradient. The gradient is NaN if q is not finite or a loop is open. Arguments and errors are
+        as for `manipulability`.
         """
         metric = self._metric("manipulability_gradient", components, characteristic_length)
         J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
@@ -142,8 +143,8 @@ class ManipulabilityMethods(LengthMethods):
                 default `robot.characteristic_length`.
 
         Returns:
-            Axes `(..., k, r)`, k 3 or 6, and semi-axes `(..., r)`, or NaN if q is not finite.
-            Errors are as for `manipulability`.
+            Axes `(..., k, r)` with k = 3 or 6, and semi-axes `(..., r)`. Both are NaN if q is not
+            finite. Errors are as for `manipulability`.
         """
         metric = self._metric("velocity_ellipsoid", components, characteristic_length)
         return self._ellipsoid(q, metric, components)
@@ -154,10 +155,10 @@ class ManipulabilityMethods(LengthMethods):
     ) -> Ellipsoid:
         """Return the ellipsoid of tip forces and torques, in base axes, for unit joint torques.
 
-        The force ellipsoid has the axes of the velocity ellipsoid, and reciprocal semi-axes. For
-        "linear" components, the torque is zero and the semi-axes are in 1/meter (newton per newton
-        meter), or inf at a singularity. For "all", each axis is a wrench (force * length, torque).
-        Arguments, result and errors are as for `velocity_ellipsoid`.
+        The force ellipsoid has the same axes as the velocity ellipsoid, and the reciprocals of its
+        semi-axes. A semi-axis can be inf at a singularity. For "linear" components, the torque is
+        zero, and the semi-axes are in 1/m (N per N m). For "all", each axis is a wrench (force *
+        length, torque). Arguments, result and errors are as for `velocity_ellipsoid`.
         """
         metric = self._metric("force_ellipsoid", components, characteristic_length)
         velocity = self._ellipsoid(q, metric, components)
@@ -201,7 +202,7 @@ class ManipulabilityMethods(LengthMethods):
 def metric_of(
     robot: LengthMethods, components: Part, length: float, fixed: tuple[int, ...] = ()
 ) -> Metric:
-    """Return the scale factors of the Jacobian, and its rank if some joints are fixed."""
+    """Return the Jacobian's scale factors, and its rank without the columns of fixed joints."""
     unit = np.array([1.0 if c.kind == "revolute" else length for c in robot.coordinates])
     row = np.zeros(6)
     row[PART[components]] = np.repeat([1 / length, 1.0], 3)[PART[components]]

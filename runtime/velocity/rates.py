@@ -66,7 +66,7 @@ class Rates:
 
 @dataclass(frozen=True, slots=True)
 class Accelerations:
-    """Joint accelerations, and the derivative of the twist that they produce.
+    """Joint accelerations, and the resulting time derivative of the tool twist.
 
     Attributes:
         qdd: (..., n) joint accelerations [rad/s^2 or m/s^2].
@@ -131,9 +131,10 @@ class VelocityMethods(ManipulabilityMethods):
                 angular part of V is ignored) or "angular". With a spatial twist, "linear" needs
                 all six components of V.
             redundancy: The objective for null-space motion. "minimum_norm" minimizes the rates.
-                With "limits", joints with limits move towards mid-range, by the gradient
-                of half the sum of ((q - middle) / half range)^2. With "manipulability", Yoshikawa's
-                measure increases. A configuration (..., n) is the goal of the null-space motion.
+                With "limits", joints with limits move towards mid-range, by the gradient of half
+                the sum of ((q - middle) / half range)^2. With "manipulability", Yoshikawa's measure
+                increases. If the argument is a configuration (..., n), the null-space motion moves
+                towards this configuration.
             gain: Gain of the objective [1/s]. If the objective is a configuration, the gain is the
                 fraction of the remaining difference that is removed per second.
             rate_limits: (..., n) or () maximum |qd| [rad/s or m/s].
@@ -330,8 +331,9 @@ class VelocityMethods(ManipulabilityMethods):
     ) -> FloatArray:
         """Return the actuator forces that are equivalent to a wrench on the tool: J^T wrench.
 
-        Actuators and tool have the same power: `forces @ qd == wrench @ (J @ qd)`. The actuator
-        forces balance the opposite wrench of the environment. Loops are rigid and frictionless.
+        The power of the actuators equals the power of the wrench at the tool: `forces @ qd ==
+        wrench @ (J @ qd)`. If the environment exerts the opposite wrench on the tool, these
+        actuator forces keep the robot in equilibrium. Loops are rigid and frictionless.
 
         Args:
             q: (..., n) coordinates.

@@ -32,9 +32,7 @@ class Determinants(NamedTuple):
 
 
 class SingularityDistance(NamedTuple):
-    """Distances from a pose to singularities, as multiples of a direction vector.
-
-    A distance is inf if no singularity is found.
+    """Distances to singularities, as multiples of a direction vector; inf if none is found.
 
     Attributes:
         type_1: (...,) distance to a pose at which a leg is stretched or folded.
@@ -102,7 +100,7 @@ class SingularDirectionMethods(LoopMethods, SingularityMethods):
         type_1 = np.full(len(start), np.inf)
         low, high, at = _brackets(leaves, s)
         type_1[at] = _bisected(lambda x: f(x, at)[0] >= 0, low, high)
-        # The last interval may contain a type 1 and a type 2 singularity.
+        # The interval with the type 1 singularity may also contain a type 2 singularity.
         turned = (determinant[:, 1:] > 0) != (determinant[:, :-1] > 0)
         turned[at, leaves[at].argmax(1)] = (f(type_1[at], at)[1] > 0) != (f(low, at)[1] > 0)
         type_2 = np.full(len(start), np.inf)
@@ -147,7 +145,7 @@ def _determinant(J: FloatArray) -> FloatArray:
 
 
 def _brackets(changes: BoolArray, s: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return the ends and row numbers of the first interval with a change in each row."""
+    """Return lower ends, upper ends and row indices for the first change in each row, if any."""
     rows = np.flatnonzero(changes.any(1))
     part = changes[rows].argmax(1)
     return s[part], s[part + 1], rows

@@ -43,11 +43,12 @@ class SingularityMethods(LengthMethods):
     def singularity(
         self, theta: ArrayLike, q: ArrayLike, *, characteristic_length: float | None = None
     ) -> Singularity:
-        """Return distances from singularities of type 1, 2 and 3, from `J_x x' = J_q q'`.
+        """Return distances from singularities of type 1, 2 and 3.
 
-        Each row of J_x is the line (n, r x n) of a rod, so that its angular entries are lever arms.
-        The angular columns of J_x, and the columns of J_q for revolute actuators, are divided by
-        the characteristic length. All matrix entries become dimensionless.
+        The distances are computed from `J_x x' = J_q q'`. Each row of J_x contains the line
+        coordinates (n, r x n) of a rod; the angular entries are lever arms. The angular columns of
+        J_x, and the columns of J_q for revolute actuators, are divided by the characteristic
+        length, so that all matrix entries are dimensionless.
 
         Args:
             theta: (..., n_theta) main-chain joints [rad or m].

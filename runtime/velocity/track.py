@@ -31,14 +31,15 @@ class Track:
         error: (m, 2) tool error at each pose: distance [m] and angle [rad].
         singular_value: (m,) the smallest singular value of the Jacobian at each pose. The singular
             value is dimensionless, 0 at a singularity, and about 1 far from singularities.
-        max_distance: The largest distance of the tool from its pose [m].
+        max_distance: The largest distance [m] of the tool from its prescribed pose.
         max_distance_index: The pose index of the largest distance.
         max_angle: The largest rotation angle of the tool error [rad].
         max_angle_index: The pose index of the largest angle.
         min_singular_value: The smallest singular value of all poses.
         min_singular_value_index: The pose index of the smallest singular value.
-        at_rate_limit: For each coordinate name, the steps with an active rate limit. Fixed
-            coordinates, and coordinates that never reach a rate limit, are not listed.
+        at_rate_limit: For each coordinate name, the steps in which the rate limit of this
+            coordinate is active. Fixed coordinates, and coordinates that never reach a rate limit,
+            are not listed.
         at_limit: For each coordinate that reaches its position limit, the steps at which this limit
             is active.
         shortened_steps: Steps that were shortened because a loop would have been open at their end.
@@ -104,13 +105,13 @@ class TrackMethods(ManipulabilityMethods):
         path" describes damping and errors.
 
         Args:
-            T: (m, 4, 4) poses of the tool measured and expressed in the base frame, dt apart.
-                Deviations from rigid poses up to `se3.NEARLY_RIGID` are corrected.
+            T: (m, 4, 4) tool poses relative to the base frame, at time intervals dt. Deviations
+                from rigid poses up to `se3.NEARLY_RIGID` are corrected.
             q_start: (n,) coordinates at the start [rad or m], within the limits. At q_start, the
                 tool need not be at the first pose.
             dt: Time between poses [s].
-            rate_limits: () or (n,) maximum rates [rad/s or m/s]; none if None. A limit of 0
-                fixes the coordinate.
+            rate_limits: () or (n,) maximum rates [rad/s or m/s], or None for no limits. A limit of
+                0 fixes the coordinate.
             fixed: Coordinates that keep their values of `q_start` exactly, by names or indices; a
                 joint of the main chain stands for the coordinate that moves it. Singular values and
                 damping do not include the fixed coordinates.

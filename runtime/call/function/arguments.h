@@ -12,9 +12,9 @@ typedef struct {
     npy_intp dims[NPY_MAXDIMS];
 } LeadingShape;
 
-/* Sorts the arguments: first each input, then out, threads and fixed. A missing argument is a NULL
- * pointer. A function with fixed= takes one other input, by position or by name. Returns -1 on
- * error. */
+/* Writes the arguments to `slots` in this order: all inputs, then out, threads and fixed. A missing
+ * argument is a NULL pointer. A function with fixed= takes one other input, by position or by name.
+ * Returns -1 on error. */
 int bind_arguments(const Kernel *kernel, int takes_fixed, PyObject *const *args, Py_ssize_t n_args,
                    PyObject *keywords, PyObject **slots);
 
@@ -23,8 +23,8 @@ int bind_arguments(const Kernel *kernel, int takes_fixed, PyObject *const *args,
  * `slots`, 0 if `fixed` has other keys or another size, -1 on error. */
 int spread_fixed(const Kernel *kernel, PyObject *parameters, PyObject *fixed, PyObject **slots);
 
-/* Sets *outs to the output arrays (None for a new array), or to NULL without out=. Returns -1 on
- * error. */
+/* Sets *outs to the output arrays, or to NULL if the call has no argument out=. An entry that is
+ * None requests a new output array. Returns -1 on error. */
 int read_out(const Kernel *kernel, PyObject **out, PyObject *const **outs);
 
 /* Returns the number of threads (at least 1, or ALL_THREADS), or -1 on error. */

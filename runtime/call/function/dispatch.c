@@ -1,13 +1,12 @@
 /* Dispatch of a call to one of three functions. For arguments that are dense float64 arrays of the
  * core shape, call_single runs the kernel directly on the caller's memory. For dense float64
  * batches of one shape without out=, call_dense runs the kernel. In all other calls, call_general
- * converts and checks the arguments; then the ufunc broadcasts the leading dimensions, with
- * threads= on parts of the batch (threads.py). Arguments with __array_ufunc__ are passed to
- * overrides.py.
+ * converts and checks the arguments. The ufunc then broadcasts the leading dimensions. With
+ * threads=, the ufunc runs on parts of the batch (threads.py). Arguments with __array_ufunc__ are
+ * passed to overrides.py.
  *
  * In a call of inverse kinematics, fixed= contains the redundancy parameters. If fixed= contains
- * other joints, Python handles the call.
- */
+ * other joints, Python handles the call. */
 #include <string.h>
 
 #include "call/function/arguments.h"
@@ -183,8 +182,8 @@ static PyObject *call_ufunc(Function *self, PyObject *const *inputs, PyObject *c
     return result;
 }
 
-/* Calls run(function, inputs, outs) of a Python module, where outs is a tuple or None. If
- * `leading` is not NULL, the leading shape and the number of threads are passed, too. */
+/* Calls run(function, inputs, outs) of a Python module, where outs is a tuple or None. If `leading`
+ * is not NULL, the function also receives the leading shape and the number of threads. */
 static PyObject *call_python(const char *module, Function *self, PyObject *const *inputs,
                              PyObject *const *outs, PyObject *leading, long threads)
 {
@@ -327,8 +326,7 @@ static PyObject *call_general(Function *self, PyObject *const *inputs, PyObject 
     return result;
 }
 
-/* Calls the kernel with one object for each input. Uses the fastest applicable function:
- * call_single, call_dense or call_general. */
+/* Calls the kernel by the fastest applicable function: call_single, call_dense or call_general. */
 static PyObject *call_bound(Function *self, PyObject *const *inputs, PyObject *const *outs,
                             long threads)
 {

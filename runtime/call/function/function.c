@@ -23,10 +23,9 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
     return 0;
 }
 
-/* The type has no tp_clear, because a call needs all members until it ends. The members are created
- * before the Function object. Therefore, a reference cycle can arise only if another object of the
- * cycle is modified after the creation of the Function object. The garbage collector breaks the
- * cycle at this other object. */
+/* The type has no tp_clear, because a call needs all members until it ends. The members exist
+ * before the Function object. A reference cycle therefore contains another object that was changed
+ * later. The garbage collector breaks the cycle at this other object. */
 static void function_dealloc(Function *self)
 {
     PyObject_GC_UnTrack(self);
@@ -73,8 +72,7 @@ static void entry_capsule_free(PyObject *capsule)
     Py_DECREF((PyObject *)PyCapsule_GetContext(capsule));
 }
 
-/* Returns a PyCapsule of the compiled function. Solvers in C call the function through this
- * capsule, without Python. */
+/* Returns a PyCapsule with a pointer to the compiled function, for solvers in C. */
 static PyObject *function_kernel(Function *self, void *Py_UNUSED(closure))
 {
     void *entry = (void *)self->kernel->entry;

@@ -1,6 +1,4 @@
-/* Function: the Python object that calls one compiled function.
- *
- * The file function.c defines the type, and dispatch.c the calls. */
+/* Function: the Python type that calls one compiled function (dispatch.c has the calls). */
 #pragma once
 
 #include "call/kernel/operands.h"

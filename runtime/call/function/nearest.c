@@ -25,8 +25,7 @@ typedef struct {
     int is_fast; /* whether C handles calls without options */
 } Nearest;
 
-/* Writes the values of the redundancy parameters at a seed to `values`. The redundancy parameters
- * are the inputs of the inverse after the pose. */
+/* Writes the redundancy parameters at a seed. The inverse takes these inputs after the pose. */
 static void write_parameters(const Nearest *self, const double *q_seed, double *values)
 {
     if (PyTuple_CheckExact(self->parameters)) {
@@ -92,8 +91,7 @@ static PyObject *nearest_single(const Nearest *self, PyObject *const *args)
     return pack_nearest(self, q, found, slot);
 }
 
-/* Solves for a dense batch of poses, with one seed or a seed for each pose. Returns NULL on error.
- */
+/* Solves a dense batch of poses, with one seed or a seed for each pose. Returns NULL on error. */
 static PyObject *nearest_batch(const Nearest *self, PyObject *const *args, ptrdiff_t seed_step)
 {
     const Function *inverse = (const Function *)self->inverse;

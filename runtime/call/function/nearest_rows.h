@@ -1,4 +1,4 @@
-/* The nearest solutions of pose batches, by the compiled inverse and selection. */
+/* Finds the nearest solutions for batches of poses in compiled code. */
 #pragma once
 
 #include <float.h>
@@ -26,18 +26,17 @@ static inline npy_intp coordinates_of(const Kernel *kernel)
     return kernel->operands[kernel->n_inputs].dims[1];
 }
 
-/* Tests whether a row needs refinement, or contains a matrix that is not a pose. Python processes
- * such rows. */
+/* Tests whether a row needs refinement or contains no pose. Python then handles the row. */
 static inline int is_unsettled(const Function *inverse, int slot, double residual)
 {
     return slot < 0 && ((inverse->refinement && residual <= inverse->near) || residual > DBL_MAX);
 }
 
-/* Tests whether C can select the nearest solution of the inverse. The solution slots of one pose
- * must fit the scratch memory. */
+/* Tests whether C can select the nearest solution: the scratch memory must hold all slots. */
 int can_select(const Function *inverse);
 
-/* Reads the distance metric, four arrays (n,). Returns -1 on error. */
+/* Reads the arrays (n,) of lower limits, upper limits, scales and periods. In the limit arrays,
+ * limits of coupled joints may follow. Returns -1 on error. */
 int read_moves(PyObject *moves, npy_intp n, const double **to);
 
 /* Finds the nearest solutions of n rows, block by block. */

@@ -12,7 +12,7 @@ PyObject *new_tuple(int n, PyObject *const *items)
     return tuple;
 }
 
-/* Indices of the outputs of a function that returns all branches, followed by `valid`. */
+/* Indices of the results of a function that returns all branches; `valid` comes last. */
 enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS };
 
 /* Reasons why poses in a batch have no valid branch. */
@@ -81,8 +81,7 @@ static int refuse_poses(const Function *self, PyObject *T)
     return answer ? 0 : -1;
 }
 
-/* Calls the refinement, which changes the arrays `results` and `valid` in place. Returns -1 on
- * error. */
+/* Refines the arrays `results` and `valid` in place. Returns -1 on error. */
 static int refine_branches(const Function *self, PyObject *const *inputs, PyObject **results,
                            PyObject *valid)
 {
@@ -194,8 +193,7 @@ static int outputs_are_finite(const Kernel *kernel, double *const *outputs)
     return 1;
 }
 
-/* Calls the guard function for a pose with a result that is not finite. Returns -1 if it raises an
- * error. */
+/* Calls the guard function for a result that is not finite. Returns -1 on error. */
 static int call_guard(Function *self, PyObject *const *inputs)
 {
     PyObject *given = new_tuple(self->kernel->n_inputs, inputs);

@@ -1,6 +1,4 @@
-/* Packs results into Python objects.
- *
- * Branches of an inverse become Solutions (solutions.py), with a fourth array `valid`. */
+/* Packs results into Python objects; an inverse returns a Solutions tuple (solutions.py). */
 #pragma once
 
 #include "call/function/arguments.h"
@@ -20,8 +18,7 @@ PyObject *branches_of_ufunc(const Function *self, PyObject *const *inputs, PyObj
 PyObject *pack_guarded(Function *self, PyObject *const *inputs, double *const *memory,
                        PyObject **results, PyObject *const *outs);
 
-/* Takes ownership of a ufunc result for one pose. Returns the result, or NULL if the guard raises
- * an error. */
+/* Takes ownership of a ufunc result for one pose. Returns NULL if the guard raises an error. */
 PyObject *guard_ufunc_result(Function *self, PyObject *const *inputs, PyObject *result);
 
 /* Sets the class of the solutions and the tolerance of this class. Returns -1 on error. */

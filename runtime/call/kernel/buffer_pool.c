@@ -36,8 +36,7 @@ static Block take_kept(int i)
     return block;
 }
 
-/* Releases the oldest blocks of memory until at most n blocks and `bytes` bytes are left.
- */
+/* Releases the oldest blocks until at most n blocks and `bytes` bytes are left. */
 static void shrink_kept(int n, size_t bytes)
 {
     while (kept.n > n || kept.bytes > bytes) {
@@ -46,8 +45,7 @@ static void shrink_kept(int n, size_t bytes)
     }
 }
 
-/* Returns the index of the smallest block in the pool with `size` to 1.25 `size` bytes, otherwise
- * -1. */
+/* Returns the index of the smallest kept block of `size` to 1.25 `size` bytes, or -1 for none. */
 static int find_kept(size_t size)
 {
     int best = -1;

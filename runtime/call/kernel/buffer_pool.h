@@ -1,9 +1,9 @@
 /* Memory pool for large results.
  *
- * The library glibc returns freed blocks of 32 MB to the system. The operating system clears this
- * memory before a program can use it again. Therefore large results use a memory handler (NEP 49)
- * that keeps freed blocks for the next call. A memory block belongs either to one array or to the
- * buffer pool. The interpreter lock (GIL) protects the pool. */
+ * The library glibc returns freed blocks of at least 32 MB to the system. The operating system
+ * clears this memory before a program can use it again. Therefore large results use a memory
+ * handler (NEP 49) that keeps freed blocks for the next call. A memory block belongs either to one
+ * array or to the buffer pool. The interpreter lock (GIL) protects the pool. */
 #pragma once
 
 #include "call/kernel/python_api.h"
@@ -17,6 +17,5 @@ int buffer_pool_init(void);
  * memory handler, the memory handler allocates the array instead. */
 PyObject *new_large(int ndim, npy_intp *dims);
 
-/* release_memory() of the module: frees all blocks of the pool. Returns the total size of the freed
- * blocks [B]. */
+/* release_memory() of the module: frees all blocks of the pool and returns their size [B]. */
 PyObject *release_memory(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(ignored));

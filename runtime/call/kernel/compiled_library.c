@@ -28,9 +28,9 @@ static const void *find_symbol(Library *self, const char *symbol)
 }
 
 #ifdef __x86_64__
-/* Tests for FMA, for bits of cpuid leaf 7, and for the registers that the operating system saves.
- * Wheels are built by Zig. In the runtime library of Zig, the function __builtin_cpu_supports is
- * always false. */
+/* Tests whether the processor has FMA and the features `bits` of cpuid leaf 7. Also tests whether
+ * the operating system saves the registers `saved`. Wheels are built by Zig. In the runtime library
+ * of Zig, the function __builtin_cpu_supports is always false. */
 static int has_features(unsigned bits, unsigned saved)
 {
     unsigned a, b, c, d;

@@ -13,7 +13,7 @@ typedef struct {
 
 extern PyTypeObject LibraryType;
 
-/* open(path, expected_hash) of the module: a new Library, or NULL with a MismatchError. */
+/* Module function open(path, expected_hash). Returns a new Library, or NULL with an error. */
 PyObject *library_open(PyObject *Py_UNUSED(module), PyObject *args);
 
 /* Returns the entry of the function with this name, otherwise NULL. */

@@ -68,8 +68,8 @@ static int kernel_read_operands(Kernel *kernel, PyObject *inputs, PyObject *outp
     return 0;
 }
 
-/* Binds the functions of an entry if its sizes match the manifest. A wrong size would write past
- * the end of an array. Returns -1 on error. */
+/* Binds the functions of a library entry to the kernel if the sizes in the entry match the
+ * manifest. A wrong size would write past the end of an array. Returns -1 on error. */
 static int kernel_bind(Kernel *kernel, const chasles_kernel *entry)
 {
     int agree = entry->n_inputs == kernel->n_inputs && entry->n_outputs == kernel->n_outputs;
@@ -105,8 +105,7 @@ Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *lab
     return kernel;
 }
 
-/* Tests whether forward kinematics has one input, with the same size as the coordinates of a
- * solution. */
+/* Tests whether the forward kinematics maps the coordinates of one solution to one pose matrix. */
 static int takes_slots(const chasles_kernel *fk, const Operand *outputs)
 {
     return fk->n_inputs == 1 && fk->n_outputs == 1 && fk->sizes[1] == 16 &&

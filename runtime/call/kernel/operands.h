@@ -22,8 +22,7 @@ typedef struct {
 typedef enum { NO_POSES, POSES_BY_RESIDUAL, POSES_JUDGED } PosesOf;
 
 typedef struct {
-    /* The kernel functions of `entry`: `call` computes one row, and `rows` computes many rows.
-     * `rows` may be NULL. */
+    /* `call` computes one row, and `rows` computes many rows. `rows` may be NULL. */
     void (*call)(const double *const *inputs, double *const *outputs);
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
@@ -59,8 +58,7 @@ static inline int overlaps(const double *a, npy_intp a_size, const double *b, np
     return (uintptr_t)a < (uintptr_t)(b + b_size) && (uintptr_t)b < (uintptr_t)(a + a_size);
 }
 
-/* Tests whether the kernel can read an object in place: an aligned, dense float64 array with the
- * operand's shape. */
+/* Tests whether an object is an aligned, dense float64 array of the operand's shape. */
 static inline int is_core_array(PyObject *object, const Operand *operand)
 {
     if (!PyArray_CheckExact(object)) {

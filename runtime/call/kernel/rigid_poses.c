@@ -19,8 +19,7 @@ static void clear_slots(const Kernel *kernel, double *const *outputs, double res
     }
 }
 
-/* Returns the residual of a matrix that is not a pose: NaN if an entry of the matrix is not finite,
- * and infinity if all entries are finite. */
+/* Returns the residual for a matrix that is not a pose: infinity, or NaN for non-finite entries. */
 static double residual_without_pose(const double *T)
 {
     double sum = 0;
@@ -52,7 +51,7 @@ static void measure_slots(const Kernel *kernel, const double *T, double *const *
     }
 }
 
-/* Computes the solutions at the nearest rigid pose, or clears the results. */
+/* Solves for the nearest rigid pose. Clears the results if the matrix is not nearly rigid. */
 static void solve_other(const Kernel *kernel, Rigidity found, const double *const *inputs,
                         double *const *outputs)
 {

@@ -1,12 +1,13 @@
 /* Inverses of rounded poses (single precision or printed digits).
  *
  * A pose counts as rigid if at least one of its solutions has a residual as small as a rounding
- * error. Otherwise, the pose is tested for rigidity. A pose whose rotation
- * matrix is nearly orthogonal is projected and solved again. Matrices that are not nearly rigid
- * lead to NaN and infinite residuals.
+ * error. Otherwise, the deviation of the pose from a rigid transformation is computed. A pose whose
+ * rotation matrix is nearly orthogonal is projected and solved again. For a matrix that is not
+ * nearly rigid, the coordinates and margins are NaN. The residuals are infinite, or NaN if a
+ * matrix entry is not finite.
  *
  * If the unit length is not 1 m, each residual is recomputed. The new residual is the larger of the
- * distance, and the angle times the unit length. */
+ * position error and the unit length times 2 sin(angle / 2), where angle is the rotation error. */
 #pragma once
 
 #include <string.h>
@@ -17,8 +18,7 @@
 /* The outputs of an inverse. */
 enum { SLOTS_Q, SLOTS_RESIDUAL, SLOTS_MARGIN };
 
-/* Tests whether four numbers differ from 0 0 0 1. Comparing the bits of the doubles is faster than
- * comparing the doubles. */
+/* Tests whether four numbers differ from 0 0 0 1. Bits are compared faster than doubles. */
 static inline int differs_from_last_row(const double *row)
 {
     const double one = 1;
@@ -47,8 +47,8 @@ static inline int is_settled(const double *T, const double *residual, npy_intp k
  * projected to SE(3) and solved again. */
 void settle_pose(const Kernel *kernel, const double *const *inputs, double *const *outputs);
 
-/* Solves one pose. A pose that is not rigid is projected to SE(3) or gets no solution. If
- * `kernel->fk` is set, the residuals are recomputed. */
+/* Solves one pose. A nearly rigid pose is projected to SE(3) first. A pose that is not nearly rigid
+ * gets no solution. If `kernel->fk` is set, the residuals are recomputed. */
 void solve_judged(const Kernel *kernel, const double *const *inputs, double *const *outputs);
 
 static inline npy_intp slots_of(const Kernel *kernel)

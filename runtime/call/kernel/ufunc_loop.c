@@ -53,8 +53,8 @@ static void copy_elements(const Operand *operand, const npy_intp *strides, char 
 
 /* Tests whether the kernel needs a copy of an operand. The kernel needs a copy if the elements of
  * the operand are not dense, or if an input shares memory with an output. NumPy copies overlapping
- * operands, except an input that is also the output, which is safe for elementwise functions
- * only. */
+ * operands, unless an input and an output are the same array. In this case, a copy is needed,
+ * because only elementwise functions compute correct results in place. */
 static int needs_buffer(const Kernel *kernel, int i, char **args, const npy_intp *core_strides)
 {
     const Operand *operand = &kernel->operands[i];

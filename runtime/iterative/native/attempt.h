@@ -2,17 +2,17 @@
  * error.
  *
  * The damping is lambda = mu |e|^2 / 2. The factor mu decreases after successful steps and
- * increases after failed steps. The damping vanishes with the error. The iteration therefore
- * converges quadratically, even near singularities. */
+ * increases after failed steps. The damping approaches 0 as the error approaches 0. The iteration
+ * therefore converges quadratically, even near singularities. */
 #pragma once
 
 #include "iterative/native/arm.h"
 #include "iterative/native/pose_error.h"
 
-/* Results of an attempt. CONVERGED means that the error is within the tolerance, or that it is the
- * minimum error of a rounded target. AT_LIMITS is a minimum of the error with coordinates at
- * limits, and STALLED is a minimum without them. OUT_OF_BUDGET means that no evaluations are left,
- * and NO_POSE that the target is not a pose. */
+/* Results of an attempt. CONVERGED: the error is within the tolerance, or minimal for a rounded
+ * target. AT_LIMITS: the error has a local minimum with coordinates at their limits. STALLED: the
+ * local minimum is inside the limits. OUT_OF_BUDGET: no evaluations are left. NO_POSE: the target
+ * is not a pose. */
 typedef enum { CONVERGED, AT_LIMITS, STALLED, OUT_OF_BUDGET, NO_POSE } Ending;
 
 /* Iterates from work->q until a step reduces the squared error by less than the fraction

@@ -5,7 +5,7 @@
 #include "call/kernel/posix.h"
 #include "iterative/native/evaluate.h"
 
-/* Lays out the workspace in `memory`, unless it is NULL. Returns the workspace size in doubles. */
+/* Divides a non-null `memory` among the workspace arrays. Returns their total size in doubles. */
 static size_t lay_out(const Arm *arm, Workspace *work, double *memory)
 {
     size_t n = arm->n, used = 0;

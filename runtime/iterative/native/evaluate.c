@@ -17,7 +17,7 @@ void call_kernel(const chasles_kernel *kernel, const double *x, double *first, d
 }
 
 /* Writes the pose T of a link and the mixed Jacobian J (6, n) of its origin. A screw (v, w) moves
- * the link origin by v + w x lever. The lever is the vector from the screw frame to the origin. */
+ * the link origin by v + w x lever. The lever leads from the screw frame to the link origin. */
 static void evaluate_link(const Arm *arm, const double *q, double *T, double *J, double *scratch)
 {
     double *poses = scratch, *rates = poses + POSE * arm->n_links;

@@ -14,8 +14,7 @@
 #include "iterative/native/arm.h"
 #include "iterative/native/pose_error.h"
 
-/* Writes the indices of the coordinates that are free to move at the configuration work->q. Returns
- * their number. */
+/* Writes the indices of the coordinates that are free to move at work->q. Returns their number. */
 int find_free(const Problem *problem, const double *e);
 
 /* Writes J^T J and J^T e of the m free coordinates, from the columns (n, 6) of J. */

@@ -1,7 +1,7 @@
 /* The weighted error between two poses, and its Jacobian.
  *
  * If all six weights are positive, the error is the logarithm of the relative pose, a twist. If a
- * weight is 0, the error vector consists of a translation and a rotation vector. The error is
+ * weight is 0, the error consists of a translation vector and a rotation vector. The error is
  * measured at the tip and expressed in the task axes: base axes or tip axes. */
 #pragma once
 
@@ -37,8 +37,7 @@ static inline void apply_weights(const Task *task, double *columns, int n)
     }
 }
 
-/* Writes the error (6,) without weights and the vector p from the tip to the target, in task axes.
- */
+/* Writes the unweighted error (6,) and the vector p from tip to target, in task axes. */
 static inline void pose_error(const Task *task, const double *T, const double *target, double *e,
                               double *p)
 {
@@ -58,8 +57,8 @@ static inline void pose_error(const Task *task, const double *T, const double *t
     }
 }
 
-/* Converts tip twists (n, 6) in task axes to derivatives of the displacement (p, w) from the tip to
- * the target, with reversed sign. */
+/* Replaces the tip twists (n, 6), in task axes, by the negative derivatives of a displacement. The
+ * displacement (p, w) leads from the tip to the target. */
 static inline void differentiate_displacement(const Task *task, const double *p, const double *w,
                                               double *columns, int n)
 {

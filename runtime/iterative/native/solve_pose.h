@@ -1,7 +1,7 @@
 /* Iterative inverse kinematics of one pose: attempts from several start configurations.
  *
- * If no attempt converges, the best results are refined to the nearest minimum error. A part of the
- * evaluation budget is reserved for refining the best results. */
+ * If no attempt converges, the best results are refined to the nearest local minimum of the error.
+ * A part of the evaluation budget is reserved for refining the best results. */
 #pragma once
 
 #include "iterative/native/arm.h"

@@ -6,7 +6,8 @@
 #include "iterative/native/evaluate.h"
 
 /* Writes the weighted squared distances of the table poses from the target. The squared distance of
- * two rotations is half their squared matrix difference, which is angle^2 to second order. */
+ * two rotations is half the squared Frobenius norm of their difference. For a small angle between
+ * the rotations, the squared distance is approximately angle^2. */
 static void measure_starts(const Problem *problem, double *distances)
 {
     const Arm *arm = problem->arm;
@@ -38,9 +39,9 @@ static void copy_start(const Problem *problem, const double *seed, int start, do
     }
 }
 
-/* Writes the squared pose errors of the start configurations if coordinates are locked at the
- * values of the seed. The tabulated poses cannot be used, because they belong to other values of
- * the locked coordinates. */
+/* Writes half the squared pose error of each start configuration, with the locked coordinates at
+ * their seed values. The tabulated poses cannot be used, because they belong to other values of the
+ * locked coordinates. */
 static void measure_locked_starts(const Problem *problem, const double *seed, double *distances)
 {
     const Workspace *work = problem->work;

@@ -1,5 +1,5 @@
-/* Start configurations of the iteration: the seed, and the configurations of a table. The table is
- * sorted by the distance of its poses from the target. */
+/* Start configurations: the seed, then a table sorted by the distance of its poses to the target.
+ */
 #pragma once
 
 #include "iterative/native/arm.h"
@@ -9,6 +9,5 @@
  * table has no further start configuration. */
 int next_start(const Problem *problem, const double *seed, int tried);
 
-/* Inserts work->q into the list work->best[:count], which is sorted by error. Returns the new
- * number of results. */
+/* Inserts work->q into the list work->best, sorted by error. Returns the new length. */
 int keep_end(const Problem *problem, double half_square, double *errors, int count);

@@ -54,8 +54,8 @@ static void apply_damped_inverse(const RateProblem *p, const double *V, double *
     }
 }
 
-/* Returns the largest s in [0, 1] for which the rates s a + b respect all bounds, or -1. Writes the
- * joint whose bound limits s, or -1, to *critical. */
+/* Returns the largest s in [0, 1] for which the rates s a + b respect all bounds. Returns -1 if no
+ * such s exists. Writes the joint whose bound limits s, or -1, to *critical. */
 static double largest_scale(const RateProblem *p, int *critical)
 {
     double least = 0, most = 1;
@@ -85,8 +85,7 @@ static double largest_scale(const RateProblem *p, int *critical)
     return most >= least && most >= 0 ? most : -1;
 }
 
-/* Returns the factor s in [0, 1] for which the scaled vector s*a is nearest to the box between the
- * bounds. Finds s by bisection. */
+/* Finds by bisection the s in [0, 1] for which s*a is nearest to the box between the bounds. */
 static double nearest_scale(const RateProblem *p, const double *a)
 {
     double from = 0, to = 1;
@@ -152,8 +151,7 @@ static void keep_better(RateProblem *p, Candidate found, Candidate *best)
     }
 }
 
-/* Computes the singular value decomposition of the columns of J that belong to the free joints.
- * Returns whether damping is unnecessary for these free joints. */
+/* Decomposes the columns of J of the free joints. Returns 1 if these joints need no damping. */
 static int decompose_free(RateProblem *p)
 {
     svd_decompose(&p->svd, p->J, p->fixed);
@@ -235,8 +233,9 @@ static void project_to_null_space(const RateProblem *p, double *d)
     }
 }
 
-/* Returns the largest s in [0, 1] for which y + s d is within the bounds. Writes the joint that
- * limits s, or -1, to *critical. Components of d up to `rounding` count as 0. */
+/* Returns the largest s in [0, 1] for which y + s d is within the bounds. Writes to *critical the
+ * index of the joint that limits s, or -1 if no joint limits s. Components of d up to `rounding`
+ * count as 0. */
 static double largest_part(const RateProblem *p, const double *d, double rounding, int *critical)
 {
     double part = 1;

@@ -34,14 +34,15 @@ typedef struct {
     double *memory;
 } RateProblem;
 
-/* Allocates memory for n joints; -1 on failure. */
+/* Allocates memory for n joints. Returns -1 on failure. */
 int rate_problem_new(RateProblem *p, int n);
 
 void rate_problem_free(RateProblem *p);
 
-/* Computes the rates y for the twist s V with the largest s in [0, 1] within the bounds. Joints
- * that reach their bounds stay there. The other joints compensate for the missing motion, unless
- * the task needs damping. The member p->svd must be the decomposition of J. Returns s. */
+/* Computes the rates y for the twist s V, where s in [0, 1] is the largest factor for which y is
+ * within the bounds. Joints that reach their bounds stay there. The other joints compensate for the
+ * missing motion, unless the task needs damping. The member p->svd must be the decomposition of J.
+ * Returns s. */
 double solve_within_bounds(RateProblem *p);
 
 /* Projects the secondary rates z into the null space, and adds the projection to y within the

@@ -31,8 +31,7 @@ static double approach_rate(double left, double acceleration, double dt)
     return left / (ticks * dt) + acceleration * dt * (ticks - 1) / 2;
 }
 
-/* Lowers the rate in the smallest possible steps until q + sign * rate * dt, after rounding, is
- * within the limit. */
+/* Lowers the rate with nextafter until the rounded q + sign * rate * dt is within the limit. */
 static double round_before_limit(double q, double rate, double dt, double limit, double sign)
 {
     for (int i = 0; i < ULPS && rate > 0 && isfinite(rate); i++) {

@@ -42,8 +42,7 @@ void damped_box_free(DampedBox *box)
     free(box->rows);
 }
 
-/* Tests whether the scalar product ab of two rows is negligible relative to the square of the
- * longer row. */
+/* Tests whether the scalar product ab is negligible relative to max(aa, bb). */
 static int is_orthogonal_enough(double aa, double bb, double ab, double unused)
 {
     (void)unused;
@@ -210,7 +209,7 @@ void damped_box_bound(DampedBox *box, const double *lower, const double *upper)
     for (int i = 0; i < n; i++) {
         box->x[i] = box->at[i] < 0 ? lower[i] : box->at[i] > 0 ? upper[i] : box->x[i];
     }
-    /* After every iteration x is within the bounds, so that it is usable without convergence. */
+    /* x is within the bounds after every iteration, so x is usable without convergence. */
     for (int round = 0; round < ROUNDS * n; round++) {
         int count = 0;
         for (int i = 0; i < n; i++) {

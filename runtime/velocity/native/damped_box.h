@@ -4,7 +4,8 @@
  * Small singular values are damped by the rule in numerics/_tolerances.h. If x violates a bound, an
  * active-set method minimizes |J x - y|^2 + sum over i of d_i^2 (v_i . x)^2 within the bounds.
  *
- * J changes little between steps of a path.
+ * J changes little between steps of a path, so a decomposition usually starts from the U of the
+ * previous step.
  *
  * Source: Chiaverini, Siciliano and Egeland 1994 (numerical filtering); Maciejewski and Klein 1989
  * (reuse of U); Stark and Parker 1995 (active set). */
@@ -26,21 +27,22 @@ typedef struct {
     double *x;                    /* (n,) the result */
     int *at;                      /* (n,) -1 or 1 if x is at its lower or upper bound, otherwise 0
                                    */
-    double *H, *A; /* (n, n): H of the bounded problem; A, the rows of H for the free variables */
+    double *H, *A; /* (n, n): matrix H of the equation H x = g without bounds; submatrix A of H for
+                      the free variables */
     double *g, *z; /* (n,): right-hand side g; solution z for the free variables */
     int *free;     /* (n,): indices of the free variables */
 } DampedBox;
 
-/* Allocates memory for n columns; 0 on failure. */
+/* Allocates memory for n columns. Returns 0 on failure. */
 int damped_box_new(DampedBox *box, int n);
 
-/* Begins a sequence of Jacobians. */
+/* Begins a sequence of Jacobians with damping threshold `border` and initial damping `damping`. */
 void damped_box_start(DampedBox *box, double border, double damping);
 
 void damped_box_free(DampedBox *box);
 
-/* Computes the singular value decomposition of the Jacobian J (6, n). Returns the smallest of the
- * min(6, moving) singular values. */
+/* Computes the singular value decomposition of the Jacobian J (6, n). Returns the k-th largest
+ * singular value, where k = min(6, box->moving). The remaining singular values are always 0. */
 double damped_box_decompose(DampedBox *box, const double *J);
 
 /* Computes the unbounded solution x for the right-hand side y (6,) with the last decomposition. */

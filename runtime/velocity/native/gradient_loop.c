@@ -6,9 +6,9 @@
 enum { J, H, UNIT, ROW, RANK, MEASURE, GRADIENT, N_OPERANDS };
 enum { J_ROW, J_COLUMN, H_ROW, H_COLUMN, H_STEP, UNIT_STEP, ROW_STEP, GRADIENT_STEP };
 
-/* Replaces p->J by the derivative of the measure w = product of sigma[:rank] with respect to the
- * entries of the unscaled Jacobian; returns w. Since d sigma = u^T dJ v, the derivative is the sum
- * over i of (product of sigma_j, j != i) u_i v_i^T. */
+/* Replaces p->J by the derivative of the measure w with respect to the entries of the unscaled
+ * Jacobian. Returns w, the product of sigma[:rank]. Since d sigma = u^T dJ v, the derivative is the
+ * sum over i of (product of sigma_j, j != i) u_i v_i^T. */
 static double differentiate_measure(RateProblem *p, npy_intp rank)
 {
     int n = p->n;

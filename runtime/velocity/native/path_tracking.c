@@ -78,7 +78,7 @@ static double step_coordinate(const Tracking *t, int j, double from, double step
     }
     double most = t->rate[j] * t->dt, change = clamp(step, -most, most);
     double to = clamp(from + change, t->lower[j], t->upper[j]);
-    /* Because of rounding errors, the joint rate may exceed its limit. */
+    /* If rounding errors would let the rate exceed its limit, the step is shortened. */
     while (fabs(to - from) > most || fabs((to - from) / t->dt) > t->rate[j]) {
         change = nextafter(change, 0);
         to = clamp(from + change, t->lower[j], t->upper[j]);

@@ -6,7 +6,8 @@
 #include "library/_kernel.h"
 #include "velocity/native/damped_box.h"
 
-/* Bits of Tracking.touched: the limits of a coordinate that are active in a step. */
+/* Bits of Tracking.touched: the limits of a coordinate that are active in a step, and whether the
+ * step is shortened. */
 enum { RATE_TOUCHED = 1, LIMIT_TOUCHED = 2, SHORTENED = 4 };
 
 typedef struct {
@@ -29,7 +30,7 @@ typedef struct {
         expected; /* squared error before a step, and the predicted squared error after the step */
 } Tracking;
 
-/* Allocates memory; 0 on failure. */
+/* Allocates memory. Returns 0 on failure. */
 int tracking_new(Tracking *t, double border, double damping);
 
 void tracking_free(Tracking *t);

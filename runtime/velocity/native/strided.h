@@ -37,8 +37,7 @@ static inline void fill_vector(char *to, int n, npy_intp step, double value)
     }
 }
 
-/* Reads the Jacobian (6, n), scales its rows by p->row and its columns by p->unit. Returns whether
- * all entries are finite. */
+/* Reads J (6, n), scaled by p->row and p->unit. Returns whether all entries are finite. */
 static inline int read_jacobian(RateProblem *p, const char *from, npy_intp row_step,
                                 npy_intp column_step)
 {
