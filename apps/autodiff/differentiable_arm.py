@@ -10,7 +10,9 @@ from chasles import InputValueError, Robot
 
 
 class Solutions(NamedTuple):
-    """All solutions of the inverse kinematics, one in each solution slot.
+    """All solutions of the inverse kinematics.
+
+    Each solution slot contains one solution or is empty.
 
     Attributes:
         q: (..., slots, n) coordinates [rad or m].

@@ -105,7 +105,7 @@ def _raw(robot: Robot, name: str, printed: Callable[..., Any] | None) -> Callabl
         name: The name of the function.
         printed: The function for devices other than the CPU, or None.
     """
-    function = robot.functions[name]  # the closure keeps the kernel loaded
+    function = robot.functions[name]  # the reference in `call` keeps the kernel loaded
     address = _address(function.kernel)
 
     def call(*inputs: Any) -> Any:
@@ -187,8 +187,8 @@ def _ik(
         V = jnp.broadcast_to(V[..., None, :], J.shape[:-1])
         for k, rate in zip(fixed, fixed_dot, strict=True):
             V = V - J[..., k] * rate[..., None, None]
-        # Without a solution, the inverse Jacobian is 0, because NaN times a zero derivative would
-        # be NaN.
+        # If a solution slot contains no solution, its inverse Jacobian is set to 0. A NaN would
+        # spread to the gradient, because NaN times 0 is NaN.
         inverse = jnp.where(solved[..., None, None], _inverse(J[..., jnp.array(free)]), 0)
         rates = jnp.einsum("...ij,...j->...i", inverse, V)
         own = [(rate[..., None] * solved)[..., None] for rate in fixed_dot]

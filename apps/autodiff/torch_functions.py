@@ -37,7 +37,8 @@ def arm(robot: Robot) -> DifferentiableArm:
 def _evaluated(key: str, name: str, *inputs: Tensor) -> tuple[Tensor, ...]:
     """Evaluate a function without copying float64 inputs."""
     ufunc = _ROBOTS[key].functions[name].ufunc
-    # NumPy allocates large arrays in huge pages, four times as fast as PyTorch.
+    # NumPy allocates large arrays in huge pages. An allocation by NumPy is four times as fast as an
+    # allocation by PyTorch.
     found = ufunc(*(item.detach().to(torch.float64).numpy() for item in inputs))
     results = found if isinstance(found, tuple) else (found,)
     return tuple(torch.from_numpy(item).to(inputs[0].dtype) for item in results)
@@ -151,7 +152,7 @@ def _inverse(J: Tensor) -> Tensor:
 
 
 def _axial(A: Tensor) -> Tensor:
-    """Return the vector a with a . w = <A, [w]x> for all w."""
+    """Return the vector a with dot(a, w) = trace(A^T [w]x) for all vectors w."""
     pairs = ((2, 1), (0, 2), (1, 0))
     return torch.stack([A[..., i, j] - A[..., j, i] for i, j in pairs], dim=-1)
 

@@ -3,7 +3,8 @@
 A serial robot is described by the screw axes of its joints and its home tool pose. Screw axes
 describe every chain exactly. For a robot with loops, the result is the nominal robot file with the
 identified parameters. The compiler infers the nominal robot from the values. The inverse kinematics
-solves the nominal robot first. Newton's method then refines each solution for the calibrated robot.
+first computes the solutions of the nominal robot. Newton's method then refines each solution for
+the calibrated robot.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ _PITCH = 1e-12
 _METER = 15
 """Number of decimal places of a length in meters. A length that is 0 by design stays exactly 0."""
 _DEGREE = 13
-"""Number of decimal places of an angle in degrees (2e-15 rad). Rounding keeps angles of exactly 90
-degrees exact."""
+"""Number of decimal places of an angle in degrees (2e-15 rad). After rounding, an angle that is 90
+degrees by design is exactly 90 degrees."""
 _SPRINGS = "\n[[springs]]"
 """Heading of the first spring table in a robot file, with the line break before it."""
 FloatArray = NDArray[np.float64]
@@ -134,7 +135,7 @@ def _motor(coordinate: Coordinate) -> str:
 
 
 def _screw(coordinate: Coordinate, column: FloatArray, tool: FloatArray) -> list[str]:
-    """Return the axis and point of a joint from its column of the mixed Jacobian."""
+    """Return the robot file fields of a joint axis, given its column of the mixed Jacobian."""
     v, omega = column[:3], column[3:]
     if coordinate.kind == "prismatic":
         return ['type = "prismatic"', f"axis = {_row(v)}"]
@@ -145,8 +146,8 @@ def _screw(coordinate: Coordinate, column: FloatArray, tool: FloatArray) -> list
             f"coordinate {coordinate.name!r} moves several joints or a screw joint; write the "
             "identified parameters into the file of the nominal robot"
         )
-    # v = omega x (tool - point) for the twist (v, omega). The point is the axis point nearest to
-    # the tool origin.
+    # The twist (v, omega) satisfies v = omega x (tool - point). Here, `point` is the axis point
+    # nearest to the tool origin.
     return [f"axis = {_row(omega)}", f"point = {_row(tool + np.cross(omega, v))}"]
 
 

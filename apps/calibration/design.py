@@ -1,11 +1,11 @@
 """Select the configurations that determine the parameters best.
 
 B_i is the derivative of the measurements at configuration i with respect to the parameters. Each
-row is divided by its standard deviation. The covariance of the parameters is the inverse of A = sum
-B_i^T B_i. A D-optimal design maximizes det(A). A D-optimal design thus also maximizes the
-observability index O1 = det(A)^(1/2k) / sqrt(count) for k parameters and count configurations. The
-search adds configurations one by one. The search then replaces selected configurations by
-candidates until no replacement increases the determinant of A.
+row of B_i is divided by the standard deviation of its measurement. The covariance of the parameters
+is the inverse of A = sum B_i^T B_i. A D-optimal design maximizes det(A), and therefore also the
+observability index O1 = det(A)^(1/2k) / sqrt(count). Here, k is the number of parameters, and count
+is the number of configurations. The search adds configurations one by one. The search then replaces
+selected configurations by candidates until no replacement increases the determinant of A.
 
 Source:
     V. V. Fedorov, Theory of Optimal Experiments, 1972, for the exchange of configurations; J. H.
@@ -50,13 +50,13 @@ class Design(StudyResult):
     """Selected configurations and the expected accuracy of the parameters.
 
     Attributes:
-        indices: Indices of the configurations among the candidates.
+        indices: Indices of the selected configurations in the array of candidates.
         q: (count, n) coordinates [rad or m].
         names: Names of the identifiable parameters and unknowns.
         std: Standard deviation of each parameter and unknown [m, rad, 1].
         observability: The observability index O1, with variables in units of 1 mm and 1 mrad.
-        tool_error: Root mean square tool position error from measurement noise, over all candidates
-            [m].
+        tool_error: Root mean square of the tool position errors over all candidates [m]. These
+            errors result from measurement noise.
         tool_error_with_more: Expected tool error with ten additional configurations [m].
     """
 
@@ -219,9 +219,9 @@ class _Exchange:
         return chosen
 
     def _gains(self, chosen: NDArray[np.intp]) -> FloatArray:
-        """Return the (M,) increase of log det(A) by each candidate.
+        """Return the increase (M,) of log det(A) that each candidate would cause.
 
-        Candidates that are already selected get -inf.
+        The increase is -inf for candidates that are already selected.
         """
         C = np.linalg.inv(self.information(chosen) + self.prior)
         r = self.B.shape[1]

@@ -34,7 +34,8 @@ range of a prismatic joint is relative to the spread of the tool positions."""
 _ALIKE = 4
 """Decimal places to which repeated configurations agree [rad, m]."""
 FAR_OFF = 0.1, 0.01
-"""Maximum plausible change of a parameter [rad, m]. Changes caused by noise are not counted."""
+"""Maximum plausible change of a parameter [rad, m]. The part of a change that noise may cause is
+subtracted before the comparison."""
 
 
 def diagnose(found: Calibration) -> tuple[str, ...]:

@@ -45,16 +45,16 @@ def identify(
         robot: A robot with parametric functions, `chasles.load(name, parametric=True)`.
         q: (N, n) coordinates at which the tool was measured [rad or m].
         measurements: The measurements.
-        vary: One or several parameters that may differ from nominal, by name or by group
-            ("parameter", "joint", "offset", "axis", "transmission", "coupling", "compliance",
-            "loop", "base", "tool"). The group "parameter" means the named parameters of the
-            description, such as the radius of a delta robot. A named parameter changes every value
-            that depends on it. The name "geometry" stands for the group "axis", which contains all
-            lengths, angles and offsets. For robots with loops, "geometry" also includes "loop". If
-            poses are measured, corrections of the tool frame are added. For serial robots,
-            "geometry" and the tool corrections are a complete and minimal set of parameters.
-            Corrections of the base frame are added if `parameter_std` is set, if "axis" is not
-            varied, or if the robot has loops.
+        vary: One or several names of parameters or parameter groups. These parameters may differ
+            from their nominal values. The groups are "parameter", "joint", "offset", "axis",
+            "transmission", "coupling", "compliance", "loop", "base" and "tool". The group
+            "parameter" means the named parameters of the description, such as the radius of a delta
+            robot. A named parameter changes every value that depends on it. The name "geometry"
+            stands for the group "axis", which contains all lengths, angles and offsets. For robots
+            with loops, "geometry" also includes "loop". If poses are measured, corrections of the
+            tool frame are added. For serial robots, "geometry" and the tool corrections are a
+            complete and minimal set of parameters. Corrections of the base frame are added if
+            `parameter_std` is set, if "axis" is not varied, or if the robot has loops.
         parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1],
             keyed by name, group or unit, as in :func:`~chasles.calibration.first_order_errors`.
             Parameters with little effect on the measurements stay near nominal.
@@ -109,7 +109,7 @@ def located(
 
 
 def _without_outliers(start: Start, T: FloatArray) -> Start:
-    """Estimate the start values again from the measurements without outliers.
+    """Estimate the start values again from the measurements that are not outliers.
 
     Outliers would shift the frame of all rows.
     """

@@ -3,9 +3,10 @@
 The nominal robot normally fits the measurements to a few percent of their spread. The calibrated
 robot fits far better than the nominal robot. If the misfit of the nominal robot exceeds a few
 percent, the checks repeat the fit with corrected input. The checks try other units, joint signs and
-zeros, and swapped joint columns. The checks also add the value of one joint to the value of a later
-joint, as in controllers of arms with parallel links. The checks also try shifted rows, a
-left-handed frame and other orientation conventions.
+zeros, and swapped joint columns. One check assumes that a joint column contains the sum or
+difference of the joint's own angle and the angle of an earlier joint. Controllers of arms with
+parallel links report such angles. The checks also try shifted rows, a left-handed frame and other
+orientation conventions.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ spread."""
 BETTER = 10.0
 """Factor by which a correction must reduce the nominal robot's errors."""
 MUCH_BETTER = 3.0
-"""Minimum factor by which a correction reduces the errors after calibration."""
+"""Factor by which a correction must reduce the calibrated robot's errors."""
 _TRIED = 3
 """Number of input mistakes that are tested, the most likely mistakes first."""
 _LENGTHS = {
@@ -51,8 +52,8 @@ _SLIDES = {
     "prismatic coordinates are in meters, not in millimeters": 1e3,
 }
 _NEIGHBOURS = 2
-"""The encoder of joint j may also measure the motion of joint i. The check tests index differences
-j - i up to this value."""
+"""Maximum index difference j - i for one check of the joint columns. This check tests whether the
+encoder of joint j also measures the motion of joint i."""
 _MIN_SURPLUS = 9
 """Minimum number of redundant equations for the checks of joints, rows and conventions. With fewer
 redundant equations, wrong input may fit by chance."""
@@ -145,7 +146,10 @@ def _wrong_zeros(
 def _added(
     names: Sequence[str], q: FloatArray, turning: BoolArray
 ) -> Iterator[tuple[str, FloatArray]]:
-    """Yield corrected coordinates for an encoder that also measures an earlier joint's motion."""
+    """Yield corrected coordinates for an encoder that also measures the motion of another joint.
+
+    The other joint is earlier in the chain.
+    """
     for i, j in itertools.combinations(np.flatnonzero(turning).tolist(), 2):
         if j - i <= _NEIGHBOURS:
             for word, sign in (("added to", 1.0), ("subtracted from", -1.0)):

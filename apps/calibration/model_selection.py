@@ -2,7 +2,7 @@
 
 More parameters fit the measurements better, but may predict other measurements less accurately.
 Each model is identified several times. Each identification omits one group of the configurations.
-The models are ranked by their errors at the configurations that the identification omitted.
+The models are ranked by their errors at the omitted configurations.
 
 Source:
     T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning, 2009, 7.10, for
@@ -31,7 +31,7 @@ from .result import Calibration
 FloatArray = NDArray[np.float64]
 
 FOLDS = 6
-"""Default number of groups of the configurations."""
+"""Default number of groups into which the configurations are divided."""
 EQUAL = 1.05
 """Two models are equally good if the ratio of their median errors is at most this value. The median
 error of a hundred targets has a sampling uncertainty of about 5 %."""
@@ -139,8 +139,8 @@ def cross_validate(
             :func:`~chasles.calibration.identify`.
         q: (N, n) coordinates [rad or m].
         measurements: The measurements.
-        folds: Number of groups of configurations. With k groups, a group contains every k-th
-            configuration.
+        folds: Number of groups into which the configurations are divided. With k groups, a group
+            contains every k-th configuration.
         vary: Parameters that may differ from nominal.
         parameter_std: Standard deviations of the parameters about their nominal values.
         robust: Whether outliers are excluded.

@@ -162,7 +162,7 @@ class Calibration(StudyResult):
         return _report(self)
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the errors [mm] before and after the calibration over the configurations.
+        """Plot the errors [mm] over the configurations, before and after the calibration.
 
         Args:
             ax: matplotlib axes, or None for a new figure 8 cm wide.
@@ -199,8 +199,8 @@ class Calibration(StudyResult):
     ) -> None:
         """Write a file in the format of its suffix.
 
-        .toml is the robot file of the calibrated robot. .html and .tex are one-page reports. .csv
-        is the parameter table. .npz contains all data for `load`.
+        A .toml file is the robot file of the calibrated robot. An .html or .tex file is a one-page
+        report. A .csv file is the parameter table. An .npz file contains all data for `load`.
 
         Args:
             path: The file. Plots of a .tex report are PDF files next to the report.

@@ -148,7 +148,8 @@ def monte_carlo(
 
     Args:
         robot: A robot with parametric functions.
-        q: (n,) coordinates of all arms, or (samples, n) coordinates of each arm [rad or m].
+        q: (n,) coordinates that apply to all random arms, or (samples, n) coordinates of each arm
+            [rad or m].
         parameter_std: As in :func:`first_order_errors`.
         samples: Number of random arms.
         rng: A seed or a random generator, or None for fresh random numbers.

@@ -61,7 +61,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         The exit status: 0 for success, 1 after an error, 2 for wrong arguments, 130 after Ctrl-C.
     """
     if isinstance(sys.stdout, io.TextIOWrapper):
-        # Lines are flushed at once for a program that reads the pipe.
+        # With line buffering, a program that reads the output from a pipe receives each line
+        # immediately.
         sys.stdout.reconfigure(line_buffering=True)
     try:
         app(arguments, prog_name="chasles")
@@ -70,8 +71,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except ChaslesError as error:
         return _failed(str(error))
     except BrokenPipeError:
-        # If `head` or `less` closed the pipe, Python prints an error message at exit. Redirecting
-        # stdout to the null device prevents the error message.
+        # If `head` or `less` closed the pipe, Python would print an error message at exit.
+        # Redirecting stdout to the null device prevents the error message.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         return _failed(f"{error.filename}: {error.strerror}" if error.filename else str(error))

@@ -338,7 +338,7 @@ def _compare(due: list[Job], workers: int, *, shows_bar: bool) -> None:
     _announce(due)
     good = _show(work.compared(due, workers), len(due), shows_bar=shows_bar)
     folder = due[0].to
-    # Only a comparison of all shipped robots can find generated folders without a robot file.
+    # Generated folders without a robot file can be found only if all shipped robots are compared.
     is_complete = set(ROBOTS.glob("*.toml")) <= {job.file.resolve() for job in due}
     orphans = work.orphans(due, folder) if folder == GENERATED and is_complete else []
     if orphans:

@@ -34,7 +34,7 @@ _MEGABYTE = 1e6
 _PROGRAMS = {"pdflatex": "articles as PDF (chasles pdf)"}
 _LIBRARY = re.compile(r"[a-z]\w*-[0-9a-f]{32}(-[0-9a-f]{16})?\.so")
 _DISTRIBUTION = re.compile(r"[\w.-]+")
-"""The name at the start of a requirement, such as lxml in "lxml>=5"."""
+"""Pattern of the name at the start of a requirement, such as lxml in "lxml>=5"."""
 _EXTRAS_OF = re.compile(r"chasles\[([\w,]+)\]")
 """A requirement that installs other extras of chasles, such as "chasles[derive,files]"."""
 _EXTRAS = (

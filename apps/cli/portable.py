@@ -3,8 +3,8 @@
 A kernel is a compiled library that runs on all processors of a platform.
 
 On x86-64, a kernel contains the scalar code three times: for every processor, for processors with
-AVX2 and for processors with AVX-512. When the kernel is opened, the code for the processor of the
-machine is selected.
+AVX2 and for processors with AVX-512. When the kernel is loaded, the code that suits the machine's
+processor is selected.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def write_portable(manifest: Manifest, folder: Path) -> Path:
     try:
         target.mkdir(parents=True, exist_ok=True)
         write_kernel(manifest, target)
-        # The manifest is written last, because without it the folder cannot be loaded.
+        # A folder without a manifest cannot be loaded. The manifest is therefore written last.
         files = {target / file: _source(manifest, file) for file in (*manifest.files, _MANIFEST)}
         for path in files:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -91,8 +91,8 @@ def _compile_levels(manifest: Manifest, folder: Path) -> None:
 def _processor_flags(compiler: Compiler, march: str) -> tuple[str, ...]:
     """Return the compiler flags for a value of -march, or for the default processor if empty."""
     if any(Path(word).stem in ("zig", "ziglang") for word in compiler.command):
-        # Zig writes processor names with underscores. Zig takes -mtune as the target processor, so
-        # -mtune is omitted.
+        # Zig writes processor names with underscores. Zig interprets -mtune as the target
+        # processor, so -mtune is omitted.
         return (f"-mcpu={march.replace('-', '_') or 'baseline'}",)
     # With generic tuning, code with wide SIMD vectors is 40 % slower.
     is_wide = march not in ("", "x86-64")

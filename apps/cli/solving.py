@@ -36,7 +36,8 @@ _WEIGHTS: Mapping[TaskName, tuple[float, ...]] = {
     "position_direction": (1.0, 1.0, 1.0, 1.0, 1.0, 0.0),
     "orientation": (0.0, 0.0, 0.0, 1.0, 1.0, 1.0),
 }
-"""Weights of the pose error in tool axes, for each task of `ik_numeric`."""
+"""Weights of the position errors and rotation errors in tool axes, keyed by the task of
+`ik_numeric`."""
 _COMPONENTS: Mapping[str, Callable[[FloatArray], Any]] = {
     "position": lambda T: T[:3, 3],
     "plane": lambda T: T[:2, 3],
@@ -45,11 +46,11 @@ _COMPONENTS: Mapping[str, Callable[[FloatArray], Any]] = {
     "pitch": lambda T: [math.atan2(T[2, 2], math.hypot(T[0, 2], T[1, 2]))],
     "heading": lambda T: [math.atan2(T[1, 0], T[0, 0])],
 }
-"""Functions from a pose to the components of a task."""
+"""Functions that compute a component of a task from a pose, keyed by the name of the component."""
 _FREER: tuple[TaskName, ...] = ("position_direction", "position_pitch", "position")
 """Tasks that prescribe the position and at most two components of the orientation."""
 _ORIENTATION = "orientation out of reach"
-"""Message if the tool reaches the position with a different orientation."""
+"""Message if the tool reaches the position only with a different orientation."""
 _REASONS = {"stalled": "no closer pose found"}
 """Messages for values of `reason` in a result of `ik_numeric`."""
 _PLAIN = re.compile(r"[-+.,e\d\s]+", re.IGNORECASE)
@@ -208,7 +209,7 @@ def ik(
 
 @dataclass(frozen=True)
 class _Near:
-    """The configuration q (n,) within limits with the pose T nearest to the target.
+    """The configuration q (n,) within limits whose tool pose T is nearest to the target.
 
     `reaches_position` is true if the tool can reach the target position with a different
     orientation.

@@ -139,7 +139,10 @@ def positions(joints: Sequence[Coordinate], text: str, option: str) -> dict[str,
 
 
 def scaled(number: float, unit: str) -> float:
-    """Return a number in degrees or millimeters."""
+    """Convert an angle to degrees, or a length to millimeters.
+
+    Other numbers do not change.
+    """
     return math.degrees(number) if unit == ANGLE else number * 1000 if unit == LENGTH else number
 
 

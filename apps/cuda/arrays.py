@@ -71,7 +71,10 @@ def stream(like: Any) -> int:
 
 
 def is_jax(array: Any) -> bool:
-    """Whether an array belongs to JAX. JAX does not wait for kernels of chasles."""
+    """Whether an array belongs to JAX.
+
+    JAX does not wait for chasles kernels to finish.
+    """
     return _package(array) == "jaxlib"
 
 

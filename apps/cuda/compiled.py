@@ -119,7 +119,7 @@ def synchronize(device: int) -> None:
 
 @dataclass(frozen=True)
 class _Current:
-    """Selects the context that CuPy, PyTorch and JAX share, for a `with` block."""
+    """A context manager that selects the CUDA context shared by CuPy, PyTorch and JAX."""
 
     device: int
 

@@ -60,7 +60,7 @@ class Kernels:
 
         Raises:
             InputValueError: The export does not contain the function, or an array is unsuitable.
-            ShapeError: A shape is wrong.
+            ShapeError: An input array has the wrong shape.
         """
         info = self.robot.functions.get(name)
         if info is None or len(inputs) != len(info.inputs):
@@ -84,7 +84,8 @@ class Kernels:
 
         Returns:
             q (n, count), residual (count,), margin (count,) and slot (count,) as int32. A negative
-            slot means no solution: -1 out of reach, -2 outside the limits, -3 for NaN.
+            slot means that there is no solution. The slot is -1 if the pose is out of reach, -2 if
+            the solutions are outside the limits, and -3 if T or q_seed is NaN.
         """
         n = self.robot.n
         shapes, results = [(4, 4), (n,)], [(n,), (), ()]

@@ -1,4 +1,4 @@
-"""Animations of motions: GIF files by Pillow, MP4 files by ffmpeg."""
+"""Animations of motions: Pillow writes GIF files, and ffmpeg writes MP4 files."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from .views import views_of
 FloatArray = NDArray[np.float64]
 _MAX_FPS = 1000
 _SWEEP, _SWEEP_LENGTH = math.radians(45), 0.15
-"""Largest motion of a coordinate in each direction: an angle, or a length relative to the robot
-size."""
+"""Largest displacement of a coordinate in each direction. An angle is in radians, and a length is
+relative to the robot size."""
 _SWEEP_TIME, _FEWEST, _PARTS = 2.0, 9, 33
-"""Duration of a coordinate's motion [s], minimum number of frames, and number of tested
-configurations."""
+"""Duration of a coordinate's motion [s], minimum number of frames, and number of configurations at
+which the closure of the loops is checked."""
 _HALO = 1.6
 """Width of the background around the letters of a label [points]."""
 _PERIOD = 4.0
@@ -159,7 +159,8 @@ def _pictures(
         figure = figure_of(moment, (), has_path=True, boxes=boxes, places=places)
         # The first frame shows no tool path and needs no legend.
         figure.legends[0].set_visible(k > 0)
-        # Links can pass below the fixed labels, so each label gets an outline.
+        # Label positions are fixed, and links may pass behind the labels. An outline keeps each
+        # label legible.
         halo = [withStroke(linewidth=_HALO, foreground=figure.get_facecolor())]
         for label in (text for ax in figure.axes for text in ax.texts if text.get_text()):
             label.set_path_effects(halo)
@@ -219,7 +220,8 @@ def _write_gif(target: Path, pictures: list[NDArray[np.uint8]], fps: float) -> N
         from PIL import Image  # noqa: PLC0415
 
     images = [Image.fromarray(picture) for picture in pictures]
-    # One palette for all images prevents flickering colors. Only the last image has the whole path.
+    # One palette for all images prevents flickering colors. The palette comes from the last image,
+    # because only this image shows the whole tool path.
     palette = images[-1].quantize(128)
     first, *rest = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     first.save(target, save_all=True, append_images=rest, duration=round(1000 / fps), loop=0)

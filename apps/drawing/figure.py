@@ -32,7 +32,8 @@ _LEFT, _RIGHT, _BOTTOM, _TOP, _GAP = 0.42, 0.08, 0.36, 0.16, 0.2
 _ENTRY = 0.1
 """Height of a legend line [inch]."""
 _TICK, _MAX_TICKS = (0.4, 0.2), 4
-"""Space of a tick label along each axis [inch], and maximum number of ticks."""
+"""Space for one tick label along the x and the y axis [inch], and maximum number of ticks per axis.
+"""
 _LETTERS, _SMALL = 7.0, 6.0
 """Font sizes [pt]."""
 _AXES = ("#d55e00", "#009e73", "#0072b2")
@@ -91,16 +92,16 @@ def draw(
         q: (n,) actuated coordinates [rad or m]. None selects the reference configuration of a robot
             with loops. For an arm, None selects a configuration in which all joints are clearly
             visible.
-        ghosts: Additional configurations in pale colors: True draws the nearest other solutions for
-            the tool pose, at most three. "modes" draws other assembly modes at q, at most three. A
-            `Solutions` object for one pose, or an array (g, n) of coordinates, specifies the
-            configurations to draw. If the links of two solutions coincide, the legend says that the
-            solutions coincide.
+        ghosts: Additional configurations in pale colors: True draws at most three other solutions
+            for the tool pose, namely the solutions nearest to q. "modes" draws at most three other
+            assembly modes at q. A `Solutions` object for one pose, or an array (g, n) of
+            coordinates, specifies the configurations to draw. If the links of two solutions
+            coincide, the legend says that the solutions coincide.
         path: The tool path of a `Trajectory`, `Motion`, `Plan` or of configurations (k, n) is
             drawn.
         views: One or more of "front", "side", "top", "axonometric" and, for planar robots, "plane".
-        ax: matplotlib axes for a single view, or None for a new figure. With axes, the default view
-            is "plane" for planar robots, otherwise "axonometric".
+        ax: matplotlib axes for a single view, or None for a new figure. If axes are passed, the
+            default view is "plane" for planar robots and "axonometric" for other robots.
         file: The file to write: .pdf, .svg or .png.
 
     Returns:

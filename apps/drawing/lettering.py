@@ -267,7 +267,7 @@ class Lettering:
 
 
 def _decimals(lengths: list[float]) -> int:
-    """Return the number of decimals of all lengths."""
+    """Return the common number of decimal places of the lengths."""
     if not lengths:
         return 0
     power = math.floor(math.log10(max(lengths)))

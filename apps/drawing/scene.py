@@ -1,4 +1,4 @@
-"""The content of a drawing in one view: robot, ghosts, tool path and frames."""
+"""The content of one drawing view: robot, additional pale configurations, tool path and frames."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from .views import View
 FloatArray = NDArray[np.float64]
 
 UNIT = {"one": 0.016, "four": 0.022}
-"""Radius of a joint symbol relative to the widest view, for one and for four views."""
+"""Radius of a joint symbol relative to the widest view, for figures with one view and for figures
+with four views."""
 _ARROW = 6.0
 """Length of frame arrows in drawing units."""
 _LINES = ("link", "rod", "ram", "piston")
@@ -104,7 +105,8 @@ def scenes(
     Args:
         skeleton: The bodies.
         poses: (bodies, 4, 4) poses of the bodies in the base frame.
-        ghosts: (g, bodies, 4, 4) body poses of each additional configuration, drawn in pale colors.
+        ghosts: (g, bodies, 4, 4) body poses of g additional configurations, which are drawn in pale
+            colors.
         path: (k, 3) tool positions, or None.
         views: The projections.
         span_of: (m, bodies, 4, 4) body poses that determine the symbol size, or None to use `poses`

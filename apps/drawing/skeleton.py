@@ -51,13 +51,13 @@ class Skeleton:
         robot: The robot.
         bodies: The bodies. The frame of the ground is the base frame. Parents precede children.
         tip: Index of the body with the tip.
-        tip_placement: (4, 4) pose of the tip in the frame of this body.
+        tip_placement: (4, 4) pose of the tip in the frame of the body with the tip.
         size: Diagonal of the bounding box at the reference configuration, or at zero coordinates
             [m].
         q_drawn: (n,) default configuration of drawings. For a robot with loops, q_drawn is the
             reference configuration.
         closures: The joints that close loops, except the struts.
-        actuators: Index of each actuated coordinate in q, keyed by its index in z.
+        actuators: Mapping from the index of an actuated coordinate in z to its index in q.
     """
 
     robot: Robot
@@ -105,8 +105,8 @@ class Skeleton:
                 serial robot, z contains the (..., n) coordinates [rad or m].
 
         Returns:
-            (..., bodies, 4, 4) body poses. With open loops, each strut lies between its two end
-            points.
+            (..., bodies, 4, 4) body poses. Even if loops are open, each strut lies between its two
+            end points.
         """
         local = self._motions.poses(np.asarray(z, dtype=np.float64))
         found = np.empty((*local.shape[:-3], len(self.bodies), 4, 4))

@@ -46,7 +46,10 @@ class View:
         return seen
 
     def depth(self, points: FloatArray) -> float:
-        """Return the mean coordinate of points (k, 3) towards the viewer [m]."""
+        """Return the mean depth of points (k, 3) [m].
+
+        Points closer to the viewer have a larger depth value.
+        """
         return float(np.mean(points @ self.rows[2]))
 
 
@@ -70,9 +73,9 @@ def views_of(skeleton: Skeleton, poses: FloatArray, names: tuple[str, ...] | Non
     Args:
         skeleton: The bodies.
         poses: (bodies, 4, 4) poses of the bodies.
-        names: "front" (x to the right, z up), "side" (y, z), "top" (x, y), "axonometric", or
-            "plane" for a planar robot. If `names` is None, a planar robot gets the view "plane",
-            and a spatial robot gets the other four views.
+        names: "front" (x to the right, z up), "side" (y to the right, z up), "top" (x to the right,
+            y up), "axonometric", or "plane" for a planar robot. If `names` is None, a planar robot
+            gets the view "plane", and a spatial robot gets the other four views.
 
     Raises:
         InputValueError: A name is unknown.

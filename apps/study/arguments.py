@@ -1,4 +1,4 @@
-"""Argument checks of studies: finite numbers, rigid poses, integer counts."""
+"""Checks that arguments of studies are finite numbers, rigid poses or integer counts."""
 
 from __future__ import annotations
 

@@ -8,8 +8,8 @@ tree, the virtual work of all forces is 0:
     G_j x + Q_j + tau_j = 0
 
 Q_j is the generalized force of weights and tool wrench. tau_j is the actuator force on the
-coordinate. For a coordinate without an actuator, tau_j is 0. The equations of these coordinates
-determine x.
+coordinate. For a coordinate without an actuator, tau_j is 0. The equations of the coordinates
+without actuators determine x.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ from .tolerances import STATICALLY_SINGULAR
 FloatArray = NDArray[np.float64]
 _FORCES = {"pin": (0, 1, 2), "ball": (0, 1, 2), "slider": (0, 1), "weld": (0, 1, 2)}
 _MOMENTS = {"pin": (0, 1), "ball": (), "slider": (0, 1, 2), "weld": (0, 1, 2)}
-"""Axes of the closure frame along which a closure transmits forces and moments."""
+"""Indices of axes of the closure frame, for each type of closure. The closure transmits forces
+along the first set of axes, and moments about the second set."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class Equilibrium:
         skeleton: The bodies.
         poses: (m, bodies, 4, 4) pose of each body.
         screws: (m, bodies, 6) twist (v, omega) of each joint per unit of the joint value.
-        carries: (bodies, bodies) whether the first body's joint carries the second body.
+        carries: (bodies, bodies) mask. Entry (i, j) is true if the joint of body i moves body j.
         coordinates: Indices of the tree coordinates in z, or in q for a serial robot.
         ratios: (bodies, coordinates) change of the joint value of each body per unit of each
             coordinate.
@@ -66,9 +67,10 @@ class Equilibrium:
             coordinate is an angle, and 1 if it is a length.
         struts: The struts (rods and cylinders), keyed by name.
         cylinders: Names of the struts with two sections.
-        driven: For each actuator, a pair: the strut or the row of G that the actuator drives, and
-            the motion per unit of q.
-        free_rows: The rows of G without an actuator.
+        driven: One pair per actuator. The first entry is the name of the driven strut, or the row
+            index of the driven coordinate in G. The second entry is the motion of this strut or
+            coordinate per unit of q.
+        free_rows: The rows of G whose coordinates have no actuator.
         unknowns: Names of the struts, closures and couplings with unknown forces.
         unit_wrenches: (m, bodies, 6) wrenches on all bodies for the unit value of each unknown
             force.
@@ -164,7 +166,7 @@ class Equilibrium:
         return a, b
 
     def _strut_wrenches(self, name: str) -> FloatArray:
-        """Return the wrenches of a strut with unit force."""
+        """Return the wrenches that a strut with unit force exerts on the bodies at its ends."""
         span, found = self.struts[name], self._zeros()
         a, b = self.ends(span)
         u = (b - a) / np.linalg.norm(b - a, axis=-1, keepdims=True)
@@ -173,7 +175,7 @@ class Equilibrium:
         return found
 
     def _closure_wrenches(self, closure: ClosureFrames) -> list[FloatArray]:
-        """Return the wrenches of each unit force and moment of a closure."""
+        """Return the wrenches of all unit forces and unit moments that a closure transmits."""
         (a, b), frame = closure.bodies, np.array(closure.frames[1])
         R = self.poses[:, b, :3, :3] @ frame[:, :3]
         at, normal = self.points(b, frame[:, 3]), self._normal(closure, R[..., 2])
@@ -225,8 +227,9 @@ class Equilibrium:
     def _normal(self, closure: ClosureFrames, axis: FloatArray) -> FloatArray | None:
         """Return the normal (m, 3) of the plane in which a loop moves, or None.
 
-        The closure of a planar loop is assumed to transmit forces in the plane only. The force
-        normal to the plane and the moments in the plane would be statically indeterminate.
+        The closure of a planar loop is assumed to transmit forces in the plane only. If the closure
+        also transmitted a normal force and moments about axes in the plane, these loads would be
+        statically indeterminate.
         """
         a, b = closure.bodies
         path = np.flatnonzero(self.carries[:, a] ^ self.carries[:, b])
@@ -263,9 +266,10 @@ class Equilibrium:
     ) -> list[tuple[int, FloatArray, FloatArray]]:
         """Split a force at a point on the axis of a strut into forces on the two ends.
 
-        The lever rule distributes the transverse component to both ends. An axial force on a barrel
-        or piston acts on the end of the section. An axial force on a rod is divided equally between
-        its two ends.
+        The lever rule distributes the transverse component to both ends. An axial force on the
+        barrel of a cylinder acts only on the end of the barrel. An axial force on the piston acts
+        only on the end of the piston. An axial force on a rod is divided equally between its two
+        ends.
         """
         a, b = self.ends(span)
         length = np.linalg.norm(b - a, axis=-1, keepdims=True)
@@ -296,7 +300,7 @@ def on_line(force: FloatArray, at: FloatArray) -> FloatArray:
 def _in_plane(
     kind: str, axis: FloatArray, normal: FloatArray
 ) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Return directions (m, 3) in which a planar closure transmits forces and moments."""
+    """Return the directions (m, 3) of the forces and moments that a planar closure transmits."""
     if kind == "slider":
         return [np.cross(normal, axis)], [normal]
     first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal[0]))])

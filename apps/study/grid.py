@@ -3,13 +3,13 @@
 The estimate counts visited cells, because the density of points is not uniform. The visited cells
 have a larger volume than the body. Along a line parallel to x, the visited cells extend half a cell
 beyond the body on average, at each end of the body. An open face is a face between a visited cell
-and a cell that was not visited. Let h be the side of a cell. The visited cells exceed the volume of
-the body by h/2 times the area of the open faces. The total area of the open faces normal to x
-equals the area of the body's surface projected along x. Let c be half the number of open faces
-normal to an axis, divided by the number of visited cells. For each axis, the estimate multiplies
-the volume of the visited cells by 1 - c. The product of the volume and the factors 1 - c of all
-axes is exact for boxes and never negative. The points are too few if a random half of the points
-misses many of the visited cells. With too few points, larger cells are used.
+and a cell that was not visited. Let h be the side of a cell. The volume of the visited cells
+exceeds the volume of the body by h/2 times the area of the open faces. The total area of the open
+faces normal to x equals the area of the body's surface projected along x. Let c be half the number
+of open faces normal to an axis, divided by the number of visited cells. For each axis, the estimate
+multiplies the volume of the visited cells by 1 - c. The resulting volume is exact for boxes and
+never negative. The points are too few if a random half of the points misses many of the visited
+cells. With too few points, larger cells are used.
 
 Four errors remain. First, if the surface of the body is parallel to the faces of the cells, all
 lines leave the body at the same position within a cell. For a surface parallel to cell faces, the
@@ -47,7 +47,8 @@ CountArray = NDArray[np.uint32]
 _GROWTH = 2 / 3
 """The number of missed cells is assumed proportional to 1 / (number of points)^_GROWTH."""
 _SLOPING = 0.1
-"""Relative error of the volume correction at open faces that are not coplanar with neighbors."""
+"""Relative error of the volume correction at sloping surfaces. At a sloping surface, adjacent open
+faces are not coplanar."""
 
 
 _CHANCE = 0.5
@@ -265,8 +266,12 @@ def _corrected(visited: BoolArray) -> tuple[float, float]:
 
 
 def _open_faces(visited: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Return the number of faces between visited and unvisited cells along each axis."""
-    level, integer_at_least = np.zeros(visited.ndim), np.zeros(visited.ndim)
+    """Return the numbers of level and of sloping open faces along each axis.
+
+    An open face separates a visited cell from an unvisited cell. An open face is level if the
+    adjacent faces in its plane are also open.
+    """
+    level, total = np.zeros(visited.ndim), np.zeros(visited.ndim)
     padded = np.pad(visited, [(1, 1) if n > 1 else (0, 0) for n in visited.shape])
     axes = [axis for axis, n in enumerate(visited.shape) if n > 1]
     for axis in axes:
@@ -277,6 +282,6 @@ def _open_faces(visited: BoolArray) -> tuple[FloatArray, FloatArray]:
             for other in axes:
                 if other != axis:
                     inner &= np.roll(faces, 1, other) & np.roll(faces, -1, other)
-            integer_at_least[axis] += faces.sum()
+            total[axis] += faces.sum()
             level[axis] += inner.sum()
-    return level, integer_at_least - level
+    return level, total - level

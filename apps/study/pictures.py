@@ -22,7 +22,7 @@ _STYLES = ("-", "--", ":")
 
 
 def plot_workspace(found: Any, ax: Any = None) -> Any:
-    """Plot the fraction of configurations in each column of cells."""
+    """Plot the fraction of configurations in each column of cells along the view direction."""
     thin = int(np.argmin(found.grid.shape))
     if ax is not None:
         _view(found, thin, ax)
@@ -69,7 +69,10 @@ def _image(ax: Any, grid: Any, normal: int, values: Any, **style: Any) -> Any:
 
 
 def _shares(hits: NDArray[np.uint64]) -> Any:
-    """Return how many of 1000 configurations are in each cell. Empty cells are masked."""
+    """Return the number of configurations in each cell, per 1000 configurations.
+
+    Empty cells are masked.
+    """
     return np.ma.masked_equal(hits, 0) * (1000 / max(int(hits.sum()), 1))
 
 
@@ -100,7 +103,10 @@ def plot_trajectory(found: Any, ax: Any = None) -> Any:
 
 
 def plot_success(found: Any, ax: Any = None) -> Any:
-    """Plot success rates over the number of samples, one line per step, with 95 % intervals."""
+    """Plot success rates against the number of samples, with one line per maximum step.
+
+    Error bars show the 95 % intervals.
+    """
     axes = _axes(ax, (4.4, 3.2))
     for k, step in enumerate(sorted({row.max_step for row in found.rows})):
         rows = [row for row in found.rows if row.max_step == step]
@@ -233,7 +239,7 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
 def plot_reach(found: Any, ax: Any = None) -> Any:
     """Plot the fraction of reached orientations, and how many poses each limit excludes.
 
-    Each view shows the mean of the reached cells along the line of sight.
+    Each view shows the mean of this fraction over the reached cells along the view direction.
     """
     with requires("chasles[study]"):
         import matplotlib.pyplot as plt  # noqa: PLC0415

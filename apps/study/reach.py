@@ -33,7 +33,8 @@ FREE, OUT_OF_REACH = -1, -2
 _TURN = 2 * math.pi
 _BLOCKS_A_PIECE = 16
 _MAX_COUNT = 255
-"""Maximum stored number of solutions of a pose, because the number is stored in one byte."""
+"""Largest number of solutions that is stored for a pose. Larger numbers are replaced by this value,
+because one byte stores the number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +134,7 @@ def reach(
 
     Args:
         robot: A robot with `ik`.
-        targets: A grid, whose cell centers are positions of the tool origin. Alternatively an array
+        targets: A grid whose cell centers are positions of the tool origin. Alternatively an array
             of (m, 3) positions of the tool origin [m], or an array of (m, 4, 4) tool poses.
         orientations: (k, 3, 3) tool orientations at every position. The default is
             `uniform_orientations(20)`.
@@ -332,7 +333,7 @@ class _ReachJob:
 
 
 def _counted(robot: Robot, found: Any) -> tuple[IntArray, IntArray]:
-    """Return (number of solutions within limits, limiting coordinate) of each pose."""
+    """Return, for each pose, the number of solutions within limits and the limiting coordinate."""
     inside = found.valid.copy()
     for j, wraps in enumerate(found.wraps):
         if np.isfinite(_room(robot, j, wraps)):
@@ -346,7 +347,10 @@ def _counted(robot: Robot, found: Any) -> tuple[IntArray, IntArray]:
 
 
 def _room(robot: Robot, j: int, wraps: bool) -> float:
-    """Return the range of a coordinate [rad or m], or inf if limits have no effect."""
+    """Return the range of a coordinate [rad or m].
+
+    The result is inf if `wraps` is true and the range is at least a full turn.
+    """
     room = float(robot.upper[j] - robot.lower[j])
     return math.inf if wraps and room >= _TURN else room
 

@@ -111,8 +111,8 @@ def reachable_positions(
         robot: A robot with `ik`, such as a platform on six legs or a delta robot.
         R_0_ee: (3, 3) the orientation, or None for the orientation at q_seed.
         resolution: Number of cells along each side of the box: 32 times a power of two.
-        q_seed: (n,) coordinates [rad or m] with a tool position near reached positions. None means
-            the reference configuration.
+        q_seed: (n,) coordinates [rad or m]. The tool position at these coordinates is reachable or
+            close to a reachable position. None means the reference configuration.
 
     Raises:
         AttributeError: The robot has no `ik`.
@@ -184,7 +184,7 @@ def _reached(robot: Robot, R: FloatArray, positions: FloatArray) -> BoolArray:
 
 
 def _border(inside: BoolArray) -> BoolArray:
-    """Return the cells with a result that differs from one of the 26 neighbors."""
+    """Return a mask of the cells that differ from at least one of their 26 neighbors."""
     padded = np.pad(inside, 1)
     least, most = padded.copy(), padded.copy()
     for axis in range(3):

@@ -1,7 +1,7 @@
 """Result files with all fields of a frozen dataclass in the .npz format.
 
-Arrays have the names of their fields. The entry "facts" contains all other values as JSON text. The
-text also describes nested objects such as a grid.
+Each array in the file has the name of its field. The entry "facts" contains all other values as
+JSON text. The text also describes nested objects such as a grid.
 """
 
 from __future__ import annotations
@@ -95,7 +95,8 @@ class StudyResult:
         try:
             made = _unpacked(json.loads(str(arrays["facts"])), types, arrays)
         except (KeyError, RecursionError, SystemError, TypeError, ValueError) as error:
-            # A damaged string array may contain numbers that are not characters: SystemError.
+            # A damaged string array can contain numbers that are not character codes. Its
+            # conversion to str then raises SystemError.
             raise InputValueError(wrong) from error
         if not isinstance(made, cls) or not _fits(made, cls):
             raise InputValueError(wrong)
@@ -132,7 +133,10 @@ def read_npz(path: str | os.PathLike[str]) -> Arrays:
 
 
 def _array(name: str, found: np.ndarray[Any, Any] | bytes) -> np.ndarray[Any, Any]:
-    """Return the array of an archive member. A member that is not an array has type bytes."""
+    """Return the array of an archive member.
+
+    NumPy returns bytes for a member that is not an array.
+    """
     if isinstance(found, bytes):
         raise ValueError(f"entry {name} is not an array")
     return found

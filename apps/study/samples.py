@@ -35,9 +35,9 @@ points."""
 _BITS = 52
 """Number of bits of a coordinate in the unit cube."""
 _NET_KEY = 0
-"""Second number of the random seed of the Sobol sequence.
+"""Second number of the two-number random seed of the Sobol sequence.
 
-The pieces of a sample set use the second numbers 1, 2, ..."""
+For the pieces of a sample set, the second number of the seed is 1, 2, and so on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,8 +127,8 @@ def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Sample
         key: As in `Samples`.
 
     Raises:
-        InputValueError: A prismatic coordinate has no limits, the count is too small, or the name
-            is unknown.
+        InputValueError: A prismatic coordinate has no limits, the count is too small, or the
+            sampling method is unknown.
     """
     if sampling not in get_args(Sampling):
         expected = ", ".join(get_args(Sampling))

@@ -51,9 +51,9 @@ class StaticLoads(StudyResult):
             force of a cylinder acts between barrel and piston. The force of a rod is the mean of
             the forces at its two ends.
         closure_names: Names of the closures: joints that close a loop between two links.
-        closure_wrenches: (..., c, 6) force and moment [N, N m] from the first link of a closure on
-            the second link. The point of reference is the closure's frame on the second link. The
-            forces and moments are expressed in the axes of the base frame.
+        closure_wrenches: (..., c, 6) force and moment [N, N m] that the first link of a closure
+            exerts on the second link. The moment is about the origin of the closure frame on the
+            second link. The forces and moments are expressed in the axes of the base frame.
     """
 
     robot: str
@@ -88,7 +88,10 @@ class StaticLoads(StudyResult):
 
     @property
     def closures(self) -> dict[str, FloatArray]:
-        """(..., 6) wrench of each closure, keyed by name."""
+        """(..., 6) wrench of each closure, keyed by name.
+
+        A closure is a joint that closes a loop.
+        """
         by_name = np.moveaxis(self.closure_wrenches, -2, 0)
         return dict(zip(self.closure_names, by_name, strict=True))
 
@@ -100,7 +103,7 @@ def gravity_forces(
     *,
     gravity: ArrayLike | None = None,
 ) -> FloatArray:
-    """Return the forces of weights in the coordinates of the actuators.
+    """Return the generalized forces that the weights exert on the actuator coordinates.
 
     The sign convention is the same as in `robot.actuator_forces`. At any velocity of the joints,
     the power of the returned forces equals the power of the weights. To hold the robot, the
@@ -138,10 +141,11 @@ def static_loads(
     wrench: ArrayLike | None = None,
     gravity: ArrayLike | None = None,
 ) -> StaticLoads:
-    """Return the loads of all joints, struts and closures of a robot at rest.
+    """Return the loads of all joints, struts and loop-closing joints of a robot at rest.
 
-    The closure of a planar loop transmits forces in the plane only. A loop is planar if all its
-    axes are parallel. The joints of the joint tree carry the force components normal to the plane.
+    The joint that closes a planar loop transmits forces only in the plane of the loop. A loop is
+    planar if all its axes are parallel. The joints of the joint tree carry the force components
+    normal to the plane.
 
     Args:
         robot: The robot.
@@ -157,7 +161,8 @@ def static_loads(
     Raises:
         OutOfReachError: The loops of a single configuration do not close.
         InputValueError: A mass is invalid, or a single configuration has no unique equilibrium. The
-            message names the struts and closures, or the coordinates.
+            message names the struts and closures whose loads are not determined, or the coordinates
+            that the load moves.
     """
     check_type("static_loads: robot", robot, Robot)
     found = _Solved("static_loads", robot, q, masses, wrench, gravity)

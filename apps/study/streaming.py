@@ -26,7 +26,8 @@ _PIECES_A_TASK = 64
 """Number of pieces of a sample set that a worker processes in one task. A task takes a few seconds.
 Tasks of this duration need little communication, and little work is lost if a worker is killed."""
 _TASKS_A_WORKER = 2
-"""Number of queued tasks per worker. With a queued task, a worker never waits for its next task."""
+"""Number of queued tasks per worker. A second task in the queue lets a worker start its next task
+without waiting."""
 _RETRIES = 5
 """Maximum number of repetitions of a task after its worker was killed."""
 

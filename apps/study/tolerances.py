@@ -33,5 +33,5 @@ arc."""
 # --- static loads ---
 
 STATICALLY_SINGULAR = 1e-9
-"""Relative size of values that count as 0: singular values of the equilibrium equations, unbalanced
-forces and sines of angles between axes."""
+"""Relative tolerance below which a value counts as 0. The tolerance applies to singular values of
+the equilibrium equations, unbalanced forces and sines of angles between axes."""

@@ -1,9 +1,11 @@
-"""The positions that a tool reaches, with the number and quality of configurations.
+"""Computes the positions that a tool reaches.
 
-Configurations are sampled in the box of the coordinates. Forward kinematics determines the grid
-cell that contains the tool origin. The count of this grid cell increases by 1. The counts of the
-cells are stored, but the configurations are not stored. The memory therefore does not depend on the
-number of configurations.
+For each cell of a position grid, the number of configurations and their quality are stored.
+
+Configurations are sampled between a lower and an upper bound of each coordinate. Forward kinematics
+determines the grid cell that contains the tool origin. The count of this grid cell increases by 1.
+The counts of the cells are stored, but the configurations are not stored. The memory therefore does
+not depend on the number of configurations.
 """
 
 from __future__ import annotations
@@ -32,7 +34,8 @@ _CALLS = 1000
 _STEP = 1e-12
 """An optimization stops below this step length, relative to the coordinate ranges."""
 _SLOPE = 1e-14
-"""An optimization stops below this gradient, for coordinates relative to the ranges."""
+"""An optimization stops if the gradient is below this value. The gradient is computed for
+coordinates that are divided by their ranges."""
 FloatArray = NDArray[np.float64]
 Quality = Literal["manipulability", "limit_margin", "directions"]
 
@@ -60,8 +63,9 @@ class Workspace(StudyResult):
             limit margin is the distance to the nearest limit, relative to the coordinate's range
             (at most 1/2). Cells without hits have the value 0. None if the limit margin is not
             requested.
-        directions: (nx, ny, nz) number of sectors that contain a z axis of the tool, out of 64
-            equal sectors of the sphere. None if `quality` does not contain "directions".
+        directions: (nx, ny, nz) number of direction sectors that the tool's z axis reaches. The
+            sphere of directions is divided into 64 equal sectors. None if `quality` does not
+            contain "directions".
         bounds: (2, 3) smallest and largest coordinates of the tool origin [m], found by
             optimization.
         samples: Number of configurations.
@@ -116,8 +120,8 @@ class Workspace(StudyResult):
             at: The coordinate [m].
 
         Returns:
-            Hits (n, m) in each cell. Rows and columns are the two axes other than `axis`, in the
-            order x, y, z.
+            (n, m) number of hits in each cell. Rows and columns are the two axes other than `axis`,
+            in the order x, y, z.
 
         Raises:
             InputValueError: The axis is unknown, or the coordinate is outside the grid.
@@ -292,7 +296,10 @@ def _workspace(work: _Visits, tally: _Counts, bounds: FloatArray) -> Workspace:
 
 
 def _path_length(robot: Robot, points: Samples) -> SizeEstimate:
-    """Return the length of the tool path, without parts with open loops."""
+    """Return the length of the tool path.
+
+    Parts of the path where a loop does not close are omitted.
+    """
     q = np.linspace(points.lower, points.upper, _PATH_POINTS)
     p = robot.fk(q)[:, :3, 3]
     fine, coarse = (
@@ -352,16 +359,16 @@ def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: in
     def value(q: FloatArray) -> tuple[float, FloatArray]:
         T, J = robot.fk_jacobian_mixed(q[None])
         p, gradient = T[0, axis, 3], J[0, axis]
-        # Configurations with open loops get a large finite value. The line search interpolates
-        # between values.
+        # Configurations with open loops get a large finite value, because the line search
+        # interpolates between values and cannot use inf.
         return (sign * p, sign * gradient) if np.isfinite(p) else (wall, np.zeros_like(q))
 
     T = robot.fk(start[None])
     wall = sign * float(T[0, axis, 3]) + float(np.abs(T[0, :3, 3]).max())
     bounds = list(zip(points.lower, points.upper, strict=True))
     options = {"maxfun": _CALLS, "ftol": 0.0, "xtol": _STEP, "gtol": _SLOPE}
-    # The method TNC needs no BLAS. Methods that call BLAS on tiny matrices would be slow, because
-    # the BLAS threads synchronize.
+    # The method TNC needs no BLAS. BLAS calls on tiny matrices are slow, because the BLAS threads
+    # must synchronize.
     with np.errstate(invalid="ignore"):
         found = minimize(value, start, jac=True, method="TNC", bounds=bounds, options=options)
     return float(found.fun)

@@ -1,11 +1,11 @@
-"""Restrict the live view to the page with the token in its address.
+"""Rejects requests to the live view that do not come from the page of the view itself.
 
 Every program on this machine can reach a server on 127.0.0.1. A page of any web site that is open
 in the browser can also reach the server. Three checks protect the view from pages of other web
 sites and from other programs. First, the Host header must name this machine. A Host header with the
-domain of a web site that points to 127.0.0.1 is rejected. Second, the Origin header of a WebSocket
-request must name the address of the page itself. Third, a request must contain the token, either in
-the address or in the cookie of the first response.
+domain of a web site is rejected, even if this domain points to 127.0.0.1. Second, the Origin header
+of a WebSocket request must name the address of the page itself. Third, a request must contain the
+token, either in the address or in the cookie of the first response.
 """
 
 from __future__ import annotations

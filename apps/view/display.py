@@ -158,13 +158,13 @@ class Display:
 
         Args:
             q: (n,) coordinates [rad or m].
-            last: The previous configuration. This configuration selects the branch of loops solved
-                by iteration.
+            last: The previous configuration. For loops solved by iteration, this configuration
+                selects the branch.
 
         Returns:
-            The configuration. If the loops do not close, the result is the previous configuration.
-            If Newton's method solves the loops, the result is the last configuration on the
-            straight path to q at which the loops close.
+            The configuration. If the loops do not close at q, the result is the previous
+            configuration. With Newton's method, the coordinates instead move on a straight line to
+            q. The result is the last configuration on this line at which the loops close.
         """
         if self.robot.loop_solution == "newton":
             return self._followed(q, last)
@@ -206,7 +206,9 @@ class Display:
         return self._placed(found.z, colours, self.most_modes)
 
     def _placed(self, z: FloatArray, shown: Sequence[Colour], count: int) -> Ghosts:
-        """Return `count` pale robots. The first g robots show the configurations (g, n_z).
+        """Return `count` transparent robots (ghosts).
+
+        The first ghosts show the configurations in the rows of `z`, one row per ghost.
 
         Unused ghosts have scale zero.
         """
@@ -221,7 +223,7 @@ class Display:
         return found
 
     def no_ghosts(self, count: int) -> Ghosts:
-        """Return `count` invisible pale robots, which can show further configurations."""
+        """Return `count` transparent robots (ghosts), invisible because their scale is 0."""
         bodies = len(self.skeleton.bodies)
         wxyzs = np.zeros((count, bodies, 4))
         wxyzs[..., 0] = 1.0
@@ -229,7 +231,10 @@ class Display:
         return Ghosts(positions, wxyzs, np.zeros(count), colours)
 
     def limits(self, displayed: Displayed) -> Mapping[str, Nearness]:
-        """Return the limit state of each actuated coordinate, keyed by the moved joint."""
+        """Return the limit state of each actuated coordinate, keyed by joint name.
+
+        The states are: within the limits, near a limit, or beyond a limit.
+        """
         lower, upper = self.robot.lower, self.robot.upper
         beyond = (displayed.q < lower - AT_LIMIT) | (displayed.q > upper + AT_LIMIT)
         gap = np.minimum(displayed.q - lower, upper - displayed.q)
@@ -298,7 +303,7 @@ class Display:
 
 
 def _moved(robot: Robot, bodies: Skeleton) -> dict[str, int]:
-    """Return the index of the coordinate that moves each joint or cylinder, by symbol name."""
+    """Return the coordinate index of each actuated joint or cylinder, keyed by name."""
     found = {}
     for body in bodies.bodies:
         k = bodies.actuator(body.joint)

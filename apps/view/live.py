@@ -53,8 +53,8 @@ class LiveView:
     the branches of the inverse, and points show the workspace. A time slider shows a trajectory.
 
     Attributes:
-        address: The address of the page. The token in the address keeps other pages of the browser
-            out.
+        address: The address of the page. The token in the address prevents access by other pages in
+            the browser.
         displayed: The displayed configuration.
         handle_size: Length of the arrows at the tool [m].
         is_dragged: Whether a user is dragging the tool.
@@ -186,7 +186,7 @@ class LiveView:
         ]
 
     def _add_ghosts(self) -> None:
-        """Add the ghosts of each body as one batched mesh, with one message per frame."""
+        """Add one batched mesh per body for all ghosts (transparent robots)."""
         places = self._display.most_ghosts + self._display.most_modes
         self._ghosts = []
         for k, body in enumerate(self._display.skeleton.bodies):
@@ -358,7 +358,11 @@ class LiveView:
                 handle.batched_wxyzs = ghosts.wxyzs[:, k]
 
     def _kinds_of_ghosts(self) -> list[tuple[Any, Callable[[Displayed], Ghosts], int]]:
-        """Return (checkbox, function, maximum number) for solutions and assembly modes."""
+        """Return the checkbox, the function and the maximum number for each kind of ghost.
+
+        The kinds of ghosts (transparent robots) are solutions and assembly modes. A kind with the
+        maximum number 0 is omitted.
+        """
         display = self._display
         branches = (self._ghosts_shown, display.ghosts, display.most_ghosts)
         modes = (self._modes_shown, display.modes, display.most_modes)

@@ -69,13 +69,13 @@ class Drawing:
 def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
     """Return the visual meshes and primitive shapes of a URDF file.
 
-    A link belongs to the body with its name. A link without a body of its name, such as a gripper
-    link, moves with its nearest ancestor that has a body. The joints between link and ancestor are
-    at zero.
+    Each link belongs to the body with the same name. A link without such a body, for example a
+    gripper link, moves with its nearest ancestor link that has a body. The joints between link and
+    ancestor are at zero.
 
     Args:
         file: The URDF file. Mesh files are searched relative to this file and in its ROS package.
-        skeleton: The skeleton of the robot derived from this file.
+        skeleton: The skeleton of the robot. The robot was derived from this URDF file.
 
     Returns:
         A mesh for each link with an available shape, or () if the file is not a .urdf file.
@@ -118,7 +118,10 @@ def count_meshes(file: Path) -> int:
 
 
 def _root(file: Path) -> Any:
-    """Return the root of a URDF file. A document type in the file raises an error."""
+    """Return the root of a URDF file.
+
+    Raise an error if the file declares a document type.
+    """
     from lxml import etree  # noqa: PLC0415
 
     # An XML entity could read another file.

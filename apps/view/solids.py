@@ -44,7 +44,8 @@ class Solid:
 
     Attributes:
         body: Index of the body in the skeleton.
-        joint: Name of the joint or strut for a symbol, or "" for links and plates.
+        joint: Name of the actuated joint or strut that the solid represents, or "" for all other
+            solids.
         colour: Red, green and blue from 0 to 255.
         triangles: The surface in the body's frame.
     """
@@ -129,7 +130,7 @@ def _surfaces(
 
 
 _WIDTH = {"link": 1.0, "guide": 0.7, "barrel": 1.7, "piston": 0.9, "rod": 0.8, "ram": 1.5}
-"""Radius of each kind of line, in link radii."""
+"""Radius of each kind of line, divided by the radius of a link."""
 
 
 def _lines(points: FloatArray, radius: float) -> Iterator[Triangles]:
@@ -140,7 +141,7 @@ def _lines(points: FloatArray, radius: float) -> Iterator[Triangles]:
 
 
 def _plate(points: FloatArray, radius: float) -> Iterator[Triangles]:
-    """Yield a plate for coplanar points, or else rods from their mean to each point."""
+    """Yield a plate for coplanar points, otherwise rods from their centroid to each point."""
     center = points.mean(0)
     _, spread, axes = np.linalg.svd(points - center)
     if len(spread) < 3 or spread[2] < 1e-6 * spread[0]:  # noqa: PLR2004 - an axis has three directions

@@ -64,7 +64,7 @@ def branches(robot: Robot, T: FloatArray, last: FloatArray) -> Branches:
 
 
 def _all(robot: Robot, T: FloatArray, last: FloatArray) -> tuple[FloatArray, BoolArray, FloatArray]:
-    """Return (coordinates, limit test, margin) of all branches."""
+    """Return (coordinates, within-limits flags, margins), with one entry for each branch."""
     if hasattr(robot, "ik"):
         return _in_closed_form(robot, T, last)
     if hasattr(robot, "ik_planar"):

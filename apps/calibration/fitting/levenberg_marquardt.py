@@ -60,8 +60,8 @@ def least_squares(
         scale: One scale for all variables, or (k,) scales.
         loss_from: Size of the errors in Cauchy's loss log(1 + (e / size)^2), or 0 for the sum of
             squares.
-        step: The iteration stops below this relative change of the sum of squares and the
-            variables.
+        step: The iteration stops if the relative change of the variables or the relative decrease
+            of the cost is at most this value.
         evaluations: Maximum number of evaluations of the errors.
     """
     at = errors(x)
@@ -106,7 +106,10 @@ def _equations(
 
 
 def _solved(H: FloatArray, damping: float, g: FloatArray) -> FloatArray:
-    """Return the damped step. The matrix may be indefinite because of rounding."""
+    """Return the damped step.
+
+    H may be indefinite because of rounding.
+    """
     damped = H + damping * np.eye(len(H))
     try:
         factor = scipy.linalg.cho_factor(damped, check_finite=False)

@@ -1,14 +1,14 @@
 """Noise of measurements and detection of outliers, with linearized errors.
 
 Near the solution, a change dx of the scaled variables changes the errors from e to e + J dx.
-Parameters with known standard deviations add the errors d + D dx. With the noise s, the matrix H
-combines the measurement errors and the parameter errors:
+Parameters with known standard deviations contribute additional errors d + D dx. With the noise s,
+the matrix H combines the measurement errors and the parameter errors:
 
     H = J^T J + s^2 D^T D
 
 The inverse of H gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). Each
-measurement error also shifts the fit. So the residual contains only the fraction 1 - h of the
-error's variance. The sum of 1 - h is the number of residual degrees of freedom.
+measurement error also shifts the fit, so the variance of a residual is only 1 - h times the
+variance of the error. The sum of 1 - h is the number of residual degrees of freedom.
 
 Without known standard deviations, s^2 = sum e^2 / (M - k) for M errors and k variables. With known
 standard deviations, s maximizes the marginal likelihood of the measurements. An error along a
@@ -38,7 +38,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 OUTLYING = 5.0
-"""Outlier limit in robust standard deviations, for many residual degrees of freedom."""
+"""Outlier limit for a large number of residual degrees of freedom. The unit is one robust standard
+deviation."""
 CONSISTENT = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""
 MIN_NOISE = 1e-3
@@ -49,7 +50,8 @@ _MIN_DEVIATION = 0.01
 measurements are exact, residuals below this value come from rounding and do not indicate outliers.
 """
 CHANCE = float(scipy.special.ndtr(-OUTLYING))
-"""Probability that a correct measurement exceeds the outlier limit on one side."""
+"""Probability that the error of a correct measurement is beyond the outlier limit. Only one side of
+the distribution is counted."""
 _EFFICIENCY = 0.37
 """Statistical efficiency of the median absolute deviation for a normal distribution."""
 _ESTIMATED = 0.1
@@ -99,7 +101,7 @@ class Linearized:
         return np.asarray(scipy.linalg.solve_triangular(R, np.eye(len(R))))
 
     def freedoms(self, noise: float) -> float:
-        """Return the residual number of degrees of freedom.
+        """Return the number of residual degrees of freedom.
 
         Only parameters that the measurements determine reduce the number of degrees of freedom.
         """
@@ -108,7 +110,7 @@ class Linearized:
         return float((1 - _leverages(self.J, self.inverse_root(noise))).sum())
 
     def noise(self) -> float:
-        """Return the noise, relative to the stated standard deviations.
+        """Return the noise as a multiple of the stated standard deviations.
 
         The noise is 0 if `D` has no rows and the number of errors is at most the number of
         variables.
@@ -123,7 +125,7 @@ class Linearized:
 
         Args:
             every: The M linearized errors to test.
-            used: (M,) whether the fit uses each error.
+            used: (M,) mask that is true if the fit uses the error.
             noise: The previous estimate of the noise.
         """
         h = _leverages(every.J, self.inverse_root(noise))

@@ -53,15 +53,17 @@ _EVALUATIONS = 100
 """Maximum number of evaluations per solution. For exact data, the iteration does not converge
 before rounding errors dominate. About twenty suffice."""
 _NEARNESS = 0.3
-"""Penalty on 1 mm or 1 mrad of deviation from the nominal design, in standard deviations. The
+"""Penalty [standard deviations] for a deviation of 1 mm or 1 mrad from the nominal design. The
 penalty selects one solution if parameters have the same effect."""
 _PLACED = 1e-3
-"""Penalty on 1 mm or 1 mrad of deviation of frames and targets from their start values."""
+"""Penalty [standard deviations] for a deviation of 1 mm or 1 mrad of a frame or target from its
+start value."""
 _FAR = 0.1
 """Unit of the scaled frame and target variables in the first fit [m or rad]. A tool that hardly
 rotates determines target and base positions only weakly."""
 _NEARBY = 1e-6
-"""The first fit of a robot with loops stops at this relative step."""
+"""The first fit of a robot with loops stops if the relative change of the variables or of the sum
+of squares is at most this value."""
 _MAX_NEARBY = 200
 """Maximum number of evaluations of the first fit of a robot with loops."""
 _SAME_NOISE = 0.01
@@ -71,7 +73,7 @@ _SAME_NOISE = 0.01
 def in_one_thread(function: Callable[Inputs, Output]) -> Callable[Inputs, Output]:
     """Run the linear algebra of a function in one thread.
 
-    The matrices are small.
+    One thread is sufficient, because the matrices are small.
     """
 
     @functools.wraps(function)
@@ -199,8 +201,8 @@ def _candidates(
 ) -> IntArray:
     """Return the indices of the parameters that may be varied."""
     words = parts(robot, vary)
-    # The device frame is never exactly known. Varied joint axes can absorb the error of the device
-    # frame. If no axes are varied, base corrections absorb the error.
+    # The device frame is never exactly known. If joint axes are varied, their parameters can absorb
+    # the error of the device frame. If no axes are varied, base corrections absorb the error.
     if has_deviations or "axis" not in words or robot.kind != "serial":
         words.add("base")
     if measurements._fixes_tool:
@@ -274,7 +276,10 @@ class Problem:
         return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.geometry(x)))
 
     def unknowns(self, x: FloatArray) -> FloatArray:
-        """Return the measurement unknowns: fixed values, and entries of the variables x."""
+        """Return the unknowns of the measurements.
+
+        Fixed unknowns keep their values, and x contains the other unknowns.
+        """
         found = self.fixed_unknowns.copy()
         found[self.open_unknowns] = x[len(self.sought) :]
         return found
@@ -328,14 +333,17 @@ class Problem:
         )
 
     def prior_jacobian(self) -> FloatArray:
-        """Return the derivative (t, k) of the prior deviations by k scaled variables."""
+        """Return the derivative (t, k) of `strays` with respect to the k scaled variables."""
         rows = np.flatnonzero(self.known)
         found = np.zeros((len(rows), len(self.x0)))
         found[np.arange(len(rows)), rows] = SMALL / self.known[rows]
         return found
 
     def strays(self, x: FloatArray) -> FloatArray:
-        """Return (parameter - nominal value) / standard deviation for t parameters."""
+        """Return the deviations (t,) from nominal, divided by the parameters' standard deviations.
+
+        The t parameters are those with a known standard deviation.
+        """
         at = np.flatnonzero(self.known)
         return np.asarray((x[at] - nominal(self.robot)[self.sought[at]]) / self.known[at])
 
@@ -387,7 +395,7 @@ class Problem:
     ) -> FloatArray:
         """Return the variables that best fit the rows for which `used` is true.
 
-        Configurations with open loops at the start values are ignored.
+        Configurations whose loops do not close at the start values `x` are ignored.
         """
         kept = used[self._rows] & np.isfinite(self.errors(x))
         prior_jacobian = noise * self.prior_jacobian() / SMALL
@@ -425,7 +433,7 @@ class Problem:
         return agreeing
 
     def noise(self, x: FloatArray, used: BoolArray) -> float:
-        """Return the ratio of the errors to their stated standard deviations."""
+        """Return the noise, relative to the stated standard deviations."""
         at = self._linearized(x, used[self._rows])
         if len(at.e) + len(at.D) <= len(x):
             raise self._few_agree(used)

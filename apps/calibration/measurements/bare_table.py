@@ -1,7 +1,7 @@
 """Infer the columns of a table without a header from their count and values.
 
 Coordinates are the first or the last columns of the table. The other columns are target positions.
-A set of target positions must have constant mutual distances.
+The mutual distances of the targets must be nearly the same in all rows.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """Circle point analysis: positions measured while one joint at a time rotates.
 
-While one joint rotates, a target moves on a circle with center c. The joint angle t_i has an
-unknown offset:
+While one joint rotates, a target moves on a circle with center c. The joint angles t_i have an
+unknown common offset. The target positions y_i are:
 
     y_i = c + a cos t_i + b sin t_i
 
-This equation is linear in c, a and b. The joint axis passes through c along a x b. A fit of the
-nominal axes to the measured axes gives the base frame in the device frame.
+This equation is linear in c, a and b. The joint axis passes through c in the direction a x b. A fit
+of the nominal axes to the measured axes gives the base frame in the device frame.
 
 Source:
     B. W. Mooring, Z. S. Roth, M. R. Driels, Fundamentals of Manipulator Calibration, 1991, chapter

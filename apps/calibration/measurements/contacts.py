@@ -93,14 +93,15 @@ class _OneNumber(Measurements):
 
         Args:
             T: (N, 4, 4) nominal tool poses.
-            start: Function that returns the start values of all unknowns for a target (3,).
+            start: Function that returns the start values of all unknowns for a given target
+                position (3,).
         """
         return min(
             (self._refined(T, start(target)) for target in _TARGETS), key=lambda fit: fit.misfit
         )
 
     def _refined(self, T: FloatArray, x: FloatArray) -> Start:
-        """Fit the unknowns at the nominal poses."""
+        """Fit the unknowns to the measurements at the nominal tool poses."""
         still = np.zeros((len(T), 6, 0))
 
         def errors(y: FloatArray) -> Errors:
@@ -130,7 +131,7 @@ class Distances(_OneNumber):
         return self._best(T, lambda target: self._linear(T, target))
 
     def _linear(self, T: FloatArray, target: FloatArray) -> FloatArray:
-        """Fit the fixed point linearly for a target (3,)."""
+        """Estimate the fixed point by linear least squares for a given target position (3,)."""
         # The squared distance of point p from the center c is d^2 = |p|^2 - 2 p . c + |c|^2
         points = points_on_tool(T, target[None])[:, 0]
         p = points - points.mean(0)
@@ -157,8 +158,8 @@ class Distances(_OneNumber):
 class SphereContacts(_OneNumber):
     """Contacts of a target on the tool with a sphere of unknown center and radius.
 
-    Contacts do not determine the scale of the robot, so one length stays nominal. For a known
-    radius, use :class:`Distances`.
+    Contacts do not determine the scale of the robot, so one length keeps its nominal value. For a
+    known radius, use :class:`Distances`.
 
     Attributes:
         values: (N,) distances from the surface [m], or 0 for a contact.
@@ -167,7 +168,7 @@ class SphereContacts(_OneNumber):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Names: target coordinates (tool frame), center coordinates (base frame), and radius."""
+        """Names of target coordinates (tool frame), center coordinates (base frame) and radius."""
         return (*_point("target"), *_point("center"), "radius")
 
     def _start(self, T: FloatArray) -> Start:

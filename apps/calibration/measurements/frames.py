@@ -30,7 +30,7 @@ _ROUNDS = 60
 _SETTLED = 1e-6
 """The iteration stops below this relative decrease of the squared error."""
 _DAMPED = 1e-3
-"""Initial damping, as a factor of the trace of the normal equations."""
+"""Initial damping, relative to the trace of the normal equations."""
 _STUCK = 1e6
 """The iteration stops at this damping, relative to the trace of the normal equations."""
 _FULL = 1e-9
@@ -41,8 +41,8 @@ _LEVER = 0.1
 """Minimum distance of points that represent an orientation [m]. At this distance, a rotation by
 0.05 mrad moves a point by 5 um."""
 _REPEATED = 0.999
-"""Maximum ratio of the two largest singular values at which the orientations alone determine the
-result."""
+"""Maximum ratio of the second largest to the largest singular value. Up to this ratio, the measured
+orientations alone determine the rotations between the frames."""
 
 
 class Registration(NamedTuple):
@@ -81,8 +81,9 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
         measured: (N, 4, 4) probe poses in the device frame.
     """
     R, Y = T[:, :3, :3], measured[:, :3, :3]
-    # The singular vectors of the largest singular value solve R_base_W = R_i R_tool_probe Y_i^T for
-    # all measurements i.
+    # R_base_W = R_i R_tool_probe Y_i^T holds for all measurements i. The right singular vector of
+    # `products` for its largest singular value therefore contains the entries of R_tool_probe, up
+    # to a factor.
     products = np.einsum("nij,nkl->ikjl", R, Y).reshape(9, 9)
     _, sizes, vectors = np.linalg.svd(products)
     if sizes[1] > _REPEATED * sizes[0]:
@@ -157,7 +158,7 @@ def mean_pose(T: FloatArray, measured: FloatArray) -> FloatArray:
 
 
 class _Registrations:
-    """Registration errors as a function of the rotation R alone.
+    """Registration errors as a function of the rotation R of the base in the device frame.
 
     Targets x_j and translation c satisfy R_i x_j + c = R^T y_ij - p_i. The nominal poses have
     orientations R_i and origins p_i.
@@ -215,7 +216,7 @@ class _Registrations:
         return R
 
     def at(self, R: FloatArray) -> Registration:
-        """Return the registration for a rotation (3, 3) of the base frame in the device frame."""
+        """Return the best registration for a rotation R (3, 3) of the base in the device frame."""
         found = self._solution @ _with_one(R[None])[0]
         error = float(np.linalg.norm(self.errors(R[None])))
         return Registration(_pose(R, R @ found[-3:]), found[:-3].reshape(-1, 3), error)

@@ -2,13 +2,14 @@
 
 The heading of a joint column is the coordinate name or a common joint name. Examples are q1, J1,
 joint_1, theta_1[deg], A1, Achse 1, rax_1, q[0] and the letters S L U R B T. A column for the
-position x has the heading x, X_mm, px, pos_x, tcp.x or x_measured. Headings of several positions
-are X1, x_1, P1_x, target_1_x, SMR1.X, left_x and right_x. The x columns of two positions may also
-have the heading x twice, or the headings x and x.1. Headings of quaternions are qw, quat_w,
-orientation.w. If no joint column has these names, q1 ... q4 or q0 ... q3 are also headings of
-quaternions. Headings of rotation vectors are rx, rot_x, rotvec_x. Roll, pitch and yaw have the
-headings roll, pitch, yaw; w, p, r (FANUC); or c, b, a (KUKA). Headings of matrices are r11, R_1_1,
-T[0][0], m00, or nx, ox, ax ... Headings of target names are target, marker, SMR, point and ball.
+position x has the heading x, X_mm, px, pos_x, tcp.x or x_measured. If there are several positions,
+their x columns have headings such as X1, x_1, P1_x, target_1_x, SMR1.X, left_x and right_x. The x
+columns of two positions may also have the heading x twice, or the headings x and x.1. Columns of
+quaternions have headings such as qw, quat_w and orientation.w. If no joint column has these names,
+q1 ... q4 or q0 ... q3 are also headings of quaternions. Headings of rotation vectors are rx, rot_x,
+rotvec_x. Roll, pitch and yaw have the headings roll, pitch, yaw; w, p, r (FANUC); or c, b, a
+(KUKA). Columns of matrices have headings such as r11, R_1_1, T[0][0] and m00, or nx, ox and ax. A
+column of target names has the heading target, marker, SMR, point or ball.
 
 Units are written in brackets, after an underscore or a space, or without a separator: "q1 [deg]",
 "q1_deg", "J1deg". Words such as "measured", "actual" or "tracker" are ignored. Columns with
@@ -95,7 +96,8 @@ _FANUC, _KUKA = ("w", "p", "r"), ("c", "b", "a")
 _POSITIONS = frozenset((*AXES, "px", "py", "pz"))
 _DOTTED = re.compile(r"[a-zA-Z]\.\d+$")
 _COLUMNS = ("n", "o", "a")
-"""First letters of headings for a rotation matrix: Paul's names of the three columns."""
+"""First letters of headings for a rotation matrix. In Paul's notation, n, o and a are the column
+vectors of the matrix."""
 
 
 class Column(NamedTuple):
@@ -247,7 +249,7 @@ def _numbered_quaternion(
 ) -> dict[int, str]:
     """Find a quaternion q1 ... q4 or q0 ... q3.
 
-    These names must not be names of joints.
+    The columns count as a quaternion only if the table also has joint columns with other names.
     """
     del own
     numbers = {

@@ -1,9 +1,10 @@
 """Measurements from a table: coordinates with target positions or poses, in common formats.
 
-A row has the joint angles q1 [deg], ..., q6 [deg]. One target has the position columns x [mm], y
-[mm], z [mm]. Several targets have the columns x1 [mm], y1 [mm], z1 [mm], x2 [mm], ... With a column
-"target", each row has one target. With a column "station", the device has several stations. The
-orientation of a pose has the columns rx [deg], ry [deg], rz [deg], or qw, qx, qy, qz.
+Each row contains joint angles in the columns q1 [deg], ..., q6 [deg]. The position of a single
+target is in the columns x [mm], y [mm], z [mm]. The positions of several targets are in the columns
+x1 [mm], y1 [mm], z1 [mm], x2 [mm], ... If the table has a column "target", each row contains one
+target. If the table has a column "station", the device measured from several stations. The
+orientation of a pose is in the columns rx [deg], ry [deg], rz [deg], or qw, qx, qy, qz.
 
 The columns of the table can be in any order. `headings.py` lists the supported headings.
 `table_text.py` lists the separators. Units are in the headings or in a row below the header. If no
@@ -47,7 +48,7 @@ _TITLES = 30
 _UNSEEN = ("", "nan", "-", "--", "n/a", "na", "none", "null")
 """Cell texts, in lower case, that mark an invisible target."""
 _UNITLESS = ("-", "1")
-"""Cell texts that mark a column without a unit, in the row of units below the headings."""
+"""Cell texts in the row of units, below the headings, that mark a column without a unit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +57,7 @@ class MeasurementTable:
 
     Attributes:
         q: (N, n) coordinates [rad or m].
-        measurements: Target positions or poses.
+        measurements: The measured target positions or poses.
         assumptions: Facts inferred from the values in the table, one sentence each.
     """
 
@@ -172,7 +173,10 @@ class _Table(NamedTuple):
         return points
 
     def plain(self, names: Sequence[str]) -> FloatArray:
-        """Return the unscaled values (rows, k) of all rows whose k cells are numbers."""
+        """Return the unscaled values (rows, k) of k columns.
+
+        Rows without a number in one of the k cells are omitted.
+        """
         columns = [self.columns[name].number for name in names]
         cells = [[_cell(row, column) for column in columns] for row in self.rows]
         found = np.array([[number(cell) for cell in row] for row in cells]).reshape(-1, len(names))

@@ -1,7 +1,8 @@
 """Target positions that a device measures from several stations with unknown poses.
 
-A laser tracker that cannot see all targets from one station is moved. W is the frame of the first
-station. The frame T_W_station[s] of station s is identified together with the robot:
+If a laser tracker cannot see all targets from one station, the tracker is moved to other stations.
+W is the frame of the first station. The identification estimates the frame T_W_station[s] of each
+station s together with the robot. The measured target positions y_ij are:
 
     y_ij = inverse(T_W_station[s]) T_W_base (T_i x_j), with s the station at configuration i
 """
@@ -79,7 +80,7 @@ class StationPositions(Measurements):
     def rows(self) -> IntArray:
         """For each error, the index of its row.
 
-        Each visible target is a row.
+        Each visible target has its own row.
         """
         return self._placed.rows
 
@@ -132,8 +133,8 @@ class StationPositions(Measurements):
 
         The estimate starts with the station that measured the most targets.
 
-        :func:`register_points` estimates the targets from this station. The targets then determine
-        the frames of the other stations in closed form.
+        :func:`register_points` estimates the target positions from the measurements of this
+        station. The targets then determine the frames of the other stations in closed form.
         """
         seen = np.bincount(self.station[self.configurations], minlength=self.count)
         most = self.station == np.argmax(seen)
@@ -151,7 +152,7 @@ class StationPositions(Measurements):
     def _from_frame(self, T: FloatArray, start: Start) -> Start:
         """Estimate the positions of the targets from the measurements at station 1.
 
-        Then estimate the frames of all other stations.
+        Then estimate the frames of the other stations from these positions.
         """
         first = self.station == 0
         targets = targets_at(T[first], self.points[first])

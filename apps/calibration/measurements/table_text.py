@@ -34,7 +34,10 @@ class TableLine(NamedTuple):
 
 
 class TableText(NamedTuple):
-    """The lines of a table file. `comment` contains the cells of the comment line above."""
+    """The lines of a table file.
+
+    `comment` contains the cells of the last comment line above the table.
+    """
 
     lines: list[TableLine]
     comment: list[str]

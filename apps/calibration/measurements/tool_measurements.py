@@ -311,7 +311,7 @@ class Poses(Measurements):
     def rows(self) -> IntArray:
         """For each error, the index of its row.
 
-        Each pose is a row.
+        The six errors of a pose belong to the same row.
         """
         return np.repeat(np.arange(len(self.T)), 6)
 
@@ -362,7 +362,10 @@ class Poses(Measurements):
         return start._replace(measurements=replace(self, T_tool_probe=mean_pose(T, self.T)))
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:  # noqa: ARG002
-        """Return the position errors and the rotation vectors from measured to computed axes."""
+        """Return the position and orientation errors of the probe, in standard deviations.
+
+        An orientation error is the rotation vector from the measured to the computed orientation.
+        """
         found = T @ self.T_tool_probe
         apart = found[:, :3, 3] - self.T[:, :3, 3]
         turned = so3.log(found[:, :3, :3] @ self.T[:, :3, :3].swapaxes(-1, -2))

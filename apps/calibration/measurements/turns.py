@@ -17,14 +17,14 @@ from .quaternions import rotations
 FloatArray = NDArray[np.float64]
 
 _TURN = 2 * math.pi + 0.01
-"""Maximum angle [rad] in a table in radians. If an angle in a table without units exceeds this
-maximum, the angles are in degrees."""
+"""Maximum angle [rad] in a table whose angles are in radians. If an angle in a table without units
+exceeds this maximum, the angles are in degrees."""
 _MOVED = 0.1
 """If all angles in a table without units are small, they count as radians only if the values of a
 column span more than this range [rad]."""
 _ROUNDED = 0.02
-"""Tolerance for quaternions (relative length) and rotation matrices (deviation from orthogonality).
-The values in a table may have only two decimal places."""
+"""Tolerance for the relative length error of quaternions, and for the deviation of rotation
+matrices from orthogonality. The values in a table may have only two decimal places."""
 
 
 class WrongRow(ValueError):

@@ -46,7 +46,8 @@ class Contents:
         title: Title of the page.
         summary: Sentences of the report's summary.
         parameters: Parameter values and their 95 % intervals.
-        tables: Tables of errors by target, frames, validation errors and correlations.
+        tables: Tables of the errors by target, of the frames, of the validation errors of models,
+            and of strong correlations.
         notes: Warnings, excluded rows and unidentifiable parameters.
     """
 

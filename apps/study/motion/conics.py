@@ -1,7 +1,7 @@
 """Conic sections through five points: arcs of ellipses, parabolas and hyperbolas.
 
-Homogeneous coordinates x = (x, y, 1) describe the plane of the points. The conic with the symmetric
-matrix C is x^T C x = 0. The pole W of the chord from P to Q is the intersection of the tangents at
+A point of the plane has the homogeneous coordinates h = (x, y, 1). The conic with the symmetric
+matrix C is h^T C h = 0. The pole W of the chord from P to Q is the intersection of the tangents at
 P and Q. The arc is
 
     X(t) = (1 - t)^2 P + 2 t (1 - t) W + t^2 Q,    0 <= t <= 1
@@ -35,9 +35,9 @@ FloatArray = NDArray[np.float64]
 _POINTS = 5
 """Number of points that determine a conic."""
 _PIECES, _ORDER = 128, 16
-"""Number of pieces of an arc, and of quadrature points on each piece."""
+"""Number of pieces of an arc, and number of quadrature points on each piece."""
 _NEWTON = 4
-"""Number of Newton steps that invert the arc length."""
+"""Number of Newton steps that find the parameter t at an arc length."""
 _NO_ARC = "conic: the points do not follow each other on an arc of the conic through them"
 
 
@@ -85,9 +85,9 @@ def conic(poses: ArrayLike) -> ConicArc:
     """Return the arc of the conic section through five points, from the first to the last.
 
     Args:
-        poses: (5, 4, 4) poses in the order along the arc, or (5, 3) positions [m]. With positions,
-            the tool keeps the orientation of the base frame. The positions are coplanar, and no
-            three positions are collinear.
+        poses: (5, 4, 4) poses in the order along the arc, or (5, 3) positions [m]. If `poses`
+            contains positions, the tool keeps the orientation of the base frame. The positions are
+            coplanar, and no three positions are collinear.
 
     Returns:
         The arc. The orientation is a smooth curve through the orientations of the poses.
@@ -136,7 +136,10 @@ def _require_corners(points: FloatArray) -> None:
 
 
 def _arc(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return (control points (3, 3), parameters) of the arc through homogeneous points (5, 3)."""
+    """Return the control points (3, 3) of an arc through points (5, 3), and the point parameters.
+
+    All points are homogeneous.
+    """
     x, y, _ = points.T
     terms = np.column_stack([x * x, x * y, y * y, x, y, np.ones(_POINTS)])
     a, b, c, d, e, f = np.linalg.svd(terms)[2][-1]

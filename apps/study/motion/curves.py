@@ -84,7 +84,7 @@ def joint_line(q_start: ArrayLike, q_end: ArrayLike, *, space: Space = "coordina
     Args:
         q_start: (n,) values at the start [rad or m].
         q_end: (n,) values at the end [rad or m].
-        space: "coordinates" for values of q, "chain" for joint positions of the main chain.
+        space: "coordinates" for actuated coordinates q, "chain" for main-chain joint positions.
 
     Raises:
         ShapeError: q_start and q_end are not vectors of the same length.
@@ -101,7 +101,8 @@ class TaskLine:
     """A straight line in the coordinates of a task, such as position and pitch.
 
     Attributes:
-        start: (k,) task coordinates at the start, in the order of the inverse for the task.
+        start: (k,) task coordinates at the start, in the argument order of the inverse kinematics
+            for the task.
         end: (k,) task coordinates at the end.
         task: "position", "position_pitch" or "planar".
         length: Distance of the end positions [m]. If this distance is 0, `length` is the norm of
@@ -182,7 +183,8 @@ def task_curve(task: Task, curve: PoseCurve, start: float = 0.0, end: float = 0.
 
     Args:
         task: "position", "position_pitch" or "planar", as in `task_line`.
-        curve: The curve of the tool pose. The task prescribes a different orientation.
+        curve: The curve of the tool pose. Only the tool origin of this curve is used, not its
+            orientation.
         start: Tool pitch ("position_pitch") or tool angle ("planar") at the start [rad].
         end: Tool pitch or tool angle at the end [rad]. The pitch or angle is linear in s.
 
@@ -356,7 +358,7 @@ def _require_long(name: str, length: float) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Spline:
-    """A smooth curve that follows poses. The length s is the chord length."""
+    """A smooth curve that follows poses. The path parameter s is the length along the chords."""
 
     positions: Any
     rotations: Any
@@ -375,8 +377,8 @@ def curve_poses(
 ) -> CurvePoses:
     """Return the poses at lengths s (m,) from positions p and their derivatives v and a."""
     R = rotations(s).as_matrix()
-    # SciPy returns the angular velocity in body axes. In base axes, the derivative needs no
-    # additional term, because omega x omega = 0.
+    # SciPy returns the angular velocity in body axes. The derivative of the angular velocity
+    # transforms to base axes without an additional term, because omega x omega = 0.
     turn, turn_rate = ((R @ rotations(s, order)[..., None])[..., 0] for order in (1, 2))
     return CurvePoses(poses_at(R, p), np.hstack([v, turn]), np.hstack([a, turn_rate]))
 
@@ -424,11 +426,11 @@ def parabola(poses: ArrayLike) -> Spline:
 
 
 def blend(poses: ArrayLike, radius: float) -> Spline:
-    """Return straight lines between poses with corners blended by parabolas.
+    """Return a curve of straight lines between poses, with a parabola at each corner.
 
-    A parabola replaces each corner. The direction of the curve is continuous. The curvature jumps.
-    The distance from the corner is at most half of the blend radius. At each corner, the curve has
-    the orientation of the corner pose.
+    The direction of the curve is continuous. The curvature jumps. The curve passes each corner at a
+    distance of at most half of the blend radius. At each corner, the curve has the orientation of
+    the corner pose.
 
     Args:
         poses: (m, 4, 4) three or more poses, or (m, 3) positions [m] with the orientation of the

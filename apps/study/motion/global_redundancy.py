@@ -1,4 +1,4 @@
-"""The redundancy parameters of a motion, resolved over the whole curve.
+"""Global redundancy resolution: the redundancy parameters of a motion over the whole curve.
 
 The method is dynamic programming over the self-motion. At knots on the curve, the inverse
 kinematics is computed for a grid of redundancy parameters. Every sequence of configurations within
@@ -225,7 +225,10 @@ class _Search:
         return start, low, high
 
     def _reached(self, name: str) -> tuple[float, float]:
-        """Return the range of a joint over random coordinates, or infinity for an angle."""
+        """Return the smallest and the largest value of a joint at random coordinates.
+
+        The range is infinite if `name` is not a joint, but another angle.
+        """
         if name not in self.robot.joint_names:
             return -np.inf, np.inf
         theta = self.robot.chain(self.robot.random_q(_RANDOM, rng=0))
@@ -320,7 +323,7 @@ def _bounds(robot: Robot, label: str, limits: Any) -> FloatArray:
 
 
 def _inwards(bounds: FloatArray) -> FloatArray:
-    """Return (n, 2) inward shifts of both limits, as large as the coordinate range.
+    """Return shifts (n, 2) that move each limit inward by the full coordinate range.
 
     The shift of a lower limit is positive. The shift of an upper limit is negative.
 

@@ -28,7 +28,7 @@ class LimitViolation:
         limit: "lower", "upper", "rate" or "acceleration".
         amount: Maximum amount by which the trajectory exceeds the limit [rad or m, per second for
             rates, per second^2 for accelerations].
-        t: Time at which the trajectory exceeds the limit by this amount [s].
+        t: Time [s] at which the trajectory exceeds the limit by `amount`.
     """
 
     coordinate: str

@@ -39,7 +39,8 @@ _SAMPLES = 521
 """Number of sample poses if the redundancy is resolved over the whole curve. The joint limits are
 satisfied at the sample poses."""
 _ROUNDING = 1e-9
-"""Maximum relative excess over the curve length that counts as a rounding error."""
+"""Tolerance of the length of a time scaling, relative to the curve length. A time scaling that
+exceeds the curve length by less than this tolerance is accepted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +54,8 @@ class Motion:
         q_seed: (n,) coordinates near the start. For a curve of the tool, q_seed selects the branch
             of the inverse kinematics.
         fixed: Names or indices of joints that keep their values at q_seed, or a mapping of joints
-            to values. The curve must be a curve of the tool pose. Fixed joints that are not
-            redundancy parameters require an iteration.
+            to values. The curve must be a curve of the tool pose. If a fixed joint is not a
+            redundancy parameter, the inverse kinematics is solved by iteration.
         redundancy: The method that selects values of redundant joints. With "fixed", redundancy
             parameters keep their values at q_seed. With "minimum_norm", each pose is solved by
             minimum-norm steps of the main-chain joints, starting from q_seed. With "global", the
@@ -119,7 +120,7 @@ class Motion:
 
         Raises:
             OutOfReachError: The curve leaves the workspace, the branch or the limits. The message
-                states position and reason.
+                states the position on the curve and the reason.
         """
         return self.at(_times(self.duration, frequency))
 
@@ -180,7 +181,7 @@ class Motion:
 
     @cached_property
     def _parameters(self) -> ParameterCurve:
-        """The redundancy parameters, resolved over the whole curve."""
+        """The redundancy parameters along the curve, from the global redundancy resolution."""
         robot, length = self.robot, self.curve.length
         s = np.linspace(0.0, length, _SAMPLES)
         curve, _ = parameter_curve(robot, s, self.curve.at(s)[0], self.q_seed, robot.limits)
@@ -192,7 +193,7 @@ class Motion:
         return [item if isinstance(item, str) else names[item] for item in items]
 
     def _q_fixed(self) -> FloatArray:
-        """Return q_seed (n,) with the values of fixed coordinates and joints."""
+        """Return q_seed (n,), with the fixed coordinates and joints at their fixed values."""
         q, joints = np.array(self.q_seed, dtype=np.float64), self.robot.joint_names
         values = read_fixed("Motion", self.fixed).values()
         for name, value in zip(self._fixed_names(), values, strict=True):

@@ -7,8 +7,8 @@ the main chain joints theta:
 
 The pseudo-inverse J^+ gives the step of the joints with the smallest norm. The norm includes the
 main chain joints, but not the cylinder lengths. The configuration at a pose depends only on the
-start configuration and the pose. A closed curve therefore returns to the same configuration. A
-different configuration may be nearer to the start configuration.
+start configuration and the pose. A closed curve therefore returns to the same configuration. The
+resulting configuration is not always the one nearest to the start configuration.
 
 Source:
     D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969, for
@@ -62,8 +62,8 @@ def minimum_norm(
     Minimum-norm steps from `start` solve the inverse kinematics of each pose.
 
     The derivatives with respect to s match the twist of the curve up to rounding errors. The
-    null-space components of the derivatives are fourth-order differences. Near singularities, the
-    fourth-order differences are inaccurate.
+    null-space components of the derivatives are computed by finite differences of fourth order.
+    Near singularities, the finite differences are inaccurate.
 
     Args:
         robot: A robot whose main chain has as many joints as the robot has coordinates.

@@ -38,7 +38,8 @@ FloatArray = NDArray[np.float64]
 _LONG = 200
 """Maximum total length of the stage names in a summary [characters]."""
 _SAME = 1e-9
-"""Maximum distance [m] and angle [rad] between the end of a stage and the start of a curve."""
+"""Maximum difference between the end of a stage and the start of the next curve or plan. Pose
+matrices are compared for a curve [m, 1], and coordinates for a plan [rad or m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,8 +117,9 @@ class MotionSequence:
             profile: As in `time_scaling`.
             space: "coordinates", or "chain" for a straight line in the joints of the main chain.
             name: The name of the stage.
-            limits: duration, speed, acceleration and jerk of a path coordinate that runs from 0 at
-                the start of the line to 1 at its end.
+            limits: The arguments duration, speed, acceleration and jerk of `time_scaling`. These
+                arguments refer to a path coordinate that increases from 0 at the start of the line
+                to 1 at the end.
         """
         begin = self.q_end
         if space == "chain" and self.robot.loops:

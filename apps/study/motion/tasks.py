@@ -31,8 +31,8 @@ from .redundancy import parametrized
 FloatArray = NDArray[np.float64]
 
 _STEP = 2e-3
-"""Step of fourth-order differences [rad or m]. Second derivatives divide rounding errors by the
-squared step."""
+"""Step of the fourth-order finite differences [rad or m]. Second derivatives divide rounding errors
+by the squared step."""
 
 
 def task_rates(
@@ -40,11 +40,12 @@ def task_rates(
 ) -> tuple[FloatArray, FloatArray]:
     """Return derivatives of the coordinates with respect to s from a curve in task coordinates.
 
-    A joint does not move if the inverse for the task keeps the joint constant. The task determines
-    the joint rates only if the number of moving joints equals the number of task coordinates.
+    The inverse kinematics for a task may set some joint values to 0. These joints do not move. The
+    task determines the joint rates only if the number of moving joints equals the number of task
+    coordinates.
 
     Args:
-        robot: A robot with the inverse of the task.
+        robot: A robot that has an inverse for the task.
         task: The task.
         q: (m, n) coordinates on the curve [rad or m].
         by_s: (m, k) first derivatives of the task coordinates with respect to s.
@@ -105,7 +106,8 @@ def parameter_rates(
 
     A redundancy parameter a(q), such as a swivel angle, has the known rate a'. The motion c along
     the null vector n of the Jacobian follows from D_n a c = a' - D_p a. D_n is the derivative along
-    n. D_p is the derivative along p, the minimum-norm coordinate rate for the given twist.
+    n, and D_p the derivative along p. The vector p is the minimum-norm coordinate rate for the
+    given twist.
 
     Args:
         robot: The robot.
@@ -135,7 +137,7 @@ def parameter_rates(
 def _along(
     angle: Callable[[FloatArray], FloatArray], q: FloatArray, rate: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return first and second derivatives (m,) of an angle along rates (m, n)."""
+    """Return the first and second directional derivatives (m,) of an angle along rates (m, n)."""
     size = np.linalg.norm(rate, axis=1)
     step = _STEP * rate / np.maximum(size, np.finfo(float).tiny)[:, None]
     moves = [angle(q + k * step) - angle(q) for k in (-2, -1, 1, 2)]

@@ -38,9 +38,10 @@ _FEWEST = 10
 _FINER = 10
 """Limits are checked at this number of samples between two grid nodes."""
 _REFINEMENTS = 3
-"""Number of times that samples are added near the maximum required time factor."""
+"""Maximum number of sampling passes. Each pass after the first samples only the intervals in which
+the time factor may exceed the current maximum."""
 _ROUNDS = 4
-"""Maximum number of grids."""
+"""Maximum number of successively refined grids."""
 _CLOSEST = 1e-5
 """Minimum node spacing relative to the curve length. If two nodes were closer, rounding errors of
 rates would look like accelerations."""
@@ -48,15 +49,16 @@ _LOCAL = 1.01
 """If the limits require a time factor above this value at a sample, a node is added to the grid
 interval that contains the sample."""
 _HIDDEN = 1.0
-"""Maximum height of a peak between two samples, relative to the difference between the two samples.
-"""
+"""Between two samples, the time factor is assumed to exceed the larger of the two sampled time
+factors by at most this multiple of their difference."""
 _BEFORE = 1e-9
 """Time from the last sample of an interval to the next node, relative to the duration of the
 interval."""
 _NONE = 1e9
-"""Value for an unlimited acceleration of the tool along its path."""
+"""Value that stands for an unlimited acceleration of the tool along its path."""
 _MARGIN = 1e-5
-"""Relative increase of the duration, because limits may be exceeded between the samples."""
+"""Relative increase of the duration, as a margin for limits that are exceeded between the samples.
+"""
 
 
 def time_optimal(
@@ -70,7 +72,7 @@ def time_optimal(
     """Return the motion along the curve of `motion` in the minimum time within limits.
 
     Args:
-        motion: A motion on the curve. The time scaling of this motion has no effect.
+        motion: A motion on the curve. The time scaling of this motion does not affect the result.
         rate_limits: () or (n,) maximum rates [rad/s or m/s].
         acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2].
         tool_speed: The maximum speed of the tool's origin [m/s], or None for no limit.
@@ -110,7 +112,10 @@ def time_optimal(
 
 
 def _with_nodes(s: FloatArray, further: FloatArray) -> FloatArray:
-    """Add the midpoint of each interval between nodes s that contains a value of `further`."""
+    """Return the nodes s, plus the midpoint of each interval that contains a value of `further`.
+
+    Very short intervals are not divided.
+    """
     parts = np.unique(np.clip(np.searchsorted(s, further) - 1, 0, len(s) - 2))
     wide = np.diff(s)[parts] > _CLOSEST * s[-1]
     middles = (s[parts] + s[parts + 1]) / 2
@@ -165,7 +170,10 @@ def _nodes(motion: Motion, count: int) -> FloatArray:
 
 
 def _on_grid(motion: Motion, s: FloatArray, tool_speed: float | None) -> Any:
-    """Return the curve as a toppra path. The tool path length is an additional coordinate."""
+    """Return the curve as a toppra path.
+
+    If `tool_speed` is not None, the tool path length is an additional coordinate.
+    """
     with requires("chasles[study]"):
         from toppra.interpolator import AbstractGeometricPath  # noqa: PLC0415
 
@@ -192,11 +200,12 @@ def _stretch(
 ) -> tuple[float, FloatArray]:
     """Return the time factor (at least 1) and additional grid nodes.
 
-    A motion that is slower by the time factor satisfies the limits.
+    If the motion is slowed down by the time factor, the motion satisfies the limits.
 
     Close to a singularity, peaks may be narrower than the sample spacing. An interval is sampled
-    again if its estimated maximum is too large. The estimate is the larger time factor plus a
-    fraction of the difference between the two time factors.
+    again if its estimated maximum exceeds the maximum found so far. The estimate is the larger time
+    factor at the two ends of the interval, plus `_HIDDEN` times the difference of these two time
+    factors.
     """
     begin, width = motion.time_scaling.breaks[:-1], np.diff(motion.time_scaling.breaks)
     most, beyond = 1.0, [np.empty(0)]
@@ -217,7 +226,7 @@ def _stretch(
 
 
 def _used(sampled: Trajectory, limits: list[FloatArray], tool_speed: float | None) -> FloatArray:
-    """Return the time factor (m,) of each sample."""
+    """Return the time factor (m,) that the limits require at each sample."""
     rate = (np.abs(sampled.qd) / limits[0]).max(1)
     acceleration = np.sqrt((np.abs(sampled.qdd) / limits[1]).max(1))
     used = np.maximum(rate, acceleration)

@@ -133,7 +133,7 @@ def time_scaling(
     Args:
         profile: "constant", "cubic", "quintic", "trapezoidal" or "s_curve".
         length: Total path length, at least 0, in the unit of the curve, for example m.
-        duration: The time [s], or None for the shortest duration within the limits.
+        duration: The duration [s], or None for the shortest duration within the limits.
         speed: The maximum rate, per second.
         acceleration: The maximum acceleration, per second squared.
         jerk: The maximum jerk, per second cubed. The profiles "cubic" and "trapezoidal" ignore the
@@ -141,7 +141,7 @@ def time_scaling(
 
     Raises:
         InputValueError: A required limit is missing, the duration is too short, a value is not
-            positive, or a length of 0 has no duration.
+            positive, or the length is 0 and `duration` is None.
     """
     if profile not in get_args(Profile):
         raise InputValueError(
@@ -207,7 +207,8 @@ def _in_time(found: TimeScaling, duration: float | None) -> TimeScaling:
 
 
 _PEAKS = {"constant": (1.0,), "cubic": (1.5, 6.0), "quintic": (1.875, 10 / math.sqrt(3), 60.0)}
-"""Maximum finite rate, acceleration and jerk for unit length and unit duration."""
+"""Maximum rate, acceleration and jerk for unit length and unit duration. Infinite maxima are
+omitted."""
 _POWERS: dict[str, tuple[float, ...]] = {
     "constant": (0, 1),
     "cubic": (0, 0, 3, -2),

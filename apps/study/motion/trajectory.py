@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 _STEP = 0.05
 """Default time step between table rows [s]."""
 _SHOWN = 40
-"""Number of characters of a cell in an error message."""
+"""Maximum number of characters of a cell that an error message shows."""
 _NUMBERS = ("t", "q", "qd", "qdd")
 _TIME = ("t [s]", "t", "time [s]", "time")
 """Supported names of the time column."""
@@ -72,7 +72,7 @@ class Trajectory(StudyResult):
     def q_at(self, t: ArrayLike) -> FloatArray:
         """Return coordinates (..., n) at times (...) [s], by linear interpolation.
 
-        Before the start and after the end, the first and the last sample are returned.
+        Times before the start give the first sample, and times after the end give the last sample.
         """
         times = real("Trajectory.q_at: t", t)
         columns = [np.interp(times, self.t, column) for column in self.q.T]
@@ -103,11 +103,11 @@ class Trajectory(StudyResult):
         """Return the trajectory of a file.
 
         Args:
-            path: A .npz file of `to_npz` or with arrays `t (m,)` and `q (m, n)`, or a .csv file
-                with a header. The .csv columns are the coordinate names [rad or m], and optionally
-                "t [s]", "NAME rate" and "NAME acceleration". All other columns of the table are
-                ignored. If the file contains no times, the time step is 0.05 s. Missing rates and
-                accelerations are computed by finite differences.
+            path: A .npz file that `to_npz` wrote, a .npz file with arrays `t (m,)` and `q (m, n)`,
+                or a .csv file with a header. The .csv columns are the coordinate names [rad or m],
+                and optionally "t [s]", "NAME rate" and "NAME acceleration". All other columns of
+                the table are ignored. If the file contains no times, the time step is 0.05 s.
+                Missing rates and accelerations are computed by finite differences.
             robot: The robot of the trajectory. The robot is required unless `to_npz` wrote the
                 file.
 

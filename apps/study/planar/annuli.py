@@ -1,8 +1,9 @@
 """Intersection of several annuli: border arcs and area.
 
 The border of the intersection consists of circular arcs. Each circle is cut at its intersections
-with the other circles. An arc belongs to the border if its midpoint lies in all annuli. Green's
-theorem gives the exact area from these arcs:
+with the other circles. An arc belongs to the border if its midpoint lies in all annuli. Each arc
+has the radius r and the center (c_x, c_y), and extends from angle a to angle b. Green's theorem
+gives the exact area A from these arcs:
 
     2 A = sum of r^2 (b - a) + r (c_x (sin b - sin a) - c_y (cos b - cos a)) over the arcs,
     counterclockwise around the region
@@ -104,7 +105,8 @@ def area(annuli: Sequence[Annulus]) -> float:
 def _cuts(center: FloatArray, radius: float, others: Sequence[Annulus]) -> list[float]:
     """Return the sorted angles at which other circles cross a circle.
 
-    The last entry is the first angle plus 2 pi. Without crossings, the angles are 0 and 2 pi.
+    The last entry is the first angle plus 2 pi. If no other circle crosses the circle, the angles
+    are 0 and 2 pi.
     """
     angles: list[float] = []
     for other in others:

@@ -2,9 +2,9 @@
 
 The border of a region is computed from candidate arcs. The candidate arcs contain the border, and
 are divided at their intersections. A piece belongs to the border if the region lies on exactly one
-of its sides. A region rotates about a point by angles from a to b. Candidate arcs of the swept
-region are the border rotated by a, the border rotated by b, and arcs of circles about the point.
-These circles touch the border or pass through its corners.
+of its sides. A region rotates about a point by angles from a to b. The swept region has three kinds
+of candidate arcs: the border rotated by a, the border rotated by b, and arcs about the rotation
+center. The circles about the rotation center touch the border or pass through its corners.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ BoolArray = NDArray[np.bool_]
 
 _TURN = 2 * math.pi
 _BLOCK = 20_000
-"""Maximum number of point-arc pairs at once. Arrays of this size fit in the processor cache."""
+"""Maximum number of pairs of a point and an arc that are processed at once. Arrays of this size fit
+in the processor cache."""
 _RAY = 0.7548776662466927
 """Direction [rad] of the rays for counting crossings. Rays in this uncommon direction are rarely
 tangent to arcs."""
@@ -37,7 +38,7 @@ tangent to arcs."""
 
 @dataclass(frozen=True, eq=False)
 class ArcRegion:
-    """A point set in the plane that circular arcs define.
+    """A planar set of points that is defined by circular arcs.
 
     The set is a region bounded by arcs, a curve that consists of arcs, or a point. A point is an
     arc of radius 0.
@@ -113,7 +114,7 @@ class ArcRegion:
 
 
 def swept(region: ArcRegion, center: FloatArray, lower: float, upper: float) -> ArcRegion:
-    """Return the region that is swept by a region in a rotation about a point.
+    """Return the region that another region sweeps in a rotation about a point.
 
     Args:
         region: The region.

@@ -1,7 +1,7 @@
 """Joint axes that move a specified point of a serial arm.
 
-Two intersecting consecutive axes do not move their intersection point. Examples are the center of a
-spherical wrist and the intersection of axes 5 and 6 of a UR arm.
+If two consecutive joint axes intersect, their joints do not move the intersection point. Examples
+are the center of a spherical wrist and the intersection of axes 5 and 6 of a UR arm.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
 
 
 def _configurations(robot: Robot) -> FloatArray:
-    """Return the middle of the limits and random configurations nearby."""
+    """Return the configuration in the middle of the limits, and random configurations nearby."""
     bounded = np.isfinite(robot.lower) & np.isfinite(robot.upper)
     inside = (np.where(bounded, robot.lower, 0) + np.where(bounded, robot.upper, 0)) / 2
     some = inside + np.random.default_rng(0).uniform(-1, 1, (_CONFIGURATIONS, robot.n))

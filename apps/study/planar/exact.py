@@ -1,11 +1,11 @@
 """Workspaces with exact borders, for arms that move a point in a plane.
 
-If the axes that move the point are parallel, the workspace is planar. With prismatic joints along
-the axes, the workspace is a prism. If parallel horizontal axes follow a vertical first axis, the
-workspace is a body of revolution. The plane of the motion may be offset from the first axis. For
-planar arms and for bodies of revolution, the rotations about the axes are applied one by one, from
-the tip to the base. The border of the swept region consists of arcs. `meridian.py` computes
-volumes.
+If the axes that move the point are parallel, the workspace is planar. If prismatic joints also move
+the point parallel to these axes, the workspace is a prism. If parallel horizontal axes follow a
+vertical first axis, the workspace is a body of revolution. The plane of the motion may be offset
+from the first axis. For planar arms and for bodies of revolution, the rotations about the axes are
+applied one by one, from the tip to the base. The border of the swept region consists of arcs.
+`meridian.py` computes volumes.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Bodies of revolution that a rotating planar region sweeps.
 
-The plane has the distance d from a vertical axis. A point of the region has the horizontal
-coordinate u and the height v in the plane. The line u = 0 is nearest to the axis. In a full turn,
-(u, v) describes a circle of radius rho = sqrt(u^2 + d^2) at height v. The points (u, v) and (-u, v)
-describe the same circle. Since rho d(rho) = u du, the volume is an integral over the region
-(Pappus).
+The region lies in a vertical plane at the distance d from a vertical axis. A point of the region
+has the horizontal coordinate u and the height v in the plane. In the plane, the line u = 0 has the
+smallest distance from the axis. In a full turn, (u, v) describes a circle of radius rho = sqrt(u^2
++ d^2) at height v. The points (u, v) and (-u, v) describe the same circle. Since rho d(rho) = u du,
+the volume is an integral over the region (Pappus).
 
 In a rotation by an angle s of less than a full turn, the point u describes an arc of angle s. The
 point (-u, v) describes an arc on the same circle. The start of the second arc is the start of the
@@ -13,8 +13,9 @@ region, their arcs overlap by the following angle:
 
     max(0, s - pi + 2 a) + max(0, s - pi - 2 a)
 
-The overlap of the arcs counts once. The integrals of |u| over u > 0 and u < 0 are m+ and m-. The
-intersection of the region with its reflection at u = 0 is C. The volume is
+The overlap of the arcs counts once. Let m+ and m- be the integrals of |u| over the parts of the
+region with u > 0 and u < 0. Let C be the intersection of the region with its reflection at the line
+u = 0. The volume is
 
     V = s (m+ + m-) - integral over C, u > 0, of u (max(0, s - pi + 2 a) + max(0, s - pi - 2 a))
 
@@ -98,9 +99,9 @@ class Meridian:
     def curves(self) -> list[FloatArray]:
         """Return the border as curves of points (k, 2) in (rho, z) [m].
 
-        The points with u = 0 are the points of the plane that are nearest to the axis. If the
-        region crosses u = 0, the border includes straight lines. All points of these lines have u =
-        0, so the lines have the smallest possible distance from the axis.
+        The points with u = 0 are the points of the plane that are nearest to the axis. If `offset`
+        is not 0 and the region contains segments of the line u = 0, the border includes these
+        segments at rho = `offset`.
         """
         found = [np.column_stack([np.hypot(u, self.offset), v]) for u, v in self._pieces()]
         return found + (self._nearest() if self.offset else [])

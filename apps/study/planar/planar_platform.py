@@ -2,8 +2,8 @@
 
 At a constant orientation, a two-link leg or a cylinder with limits reaches an annulus. The center
 and the radii of the annulus are fitted to samples. The fit is exact, because a leg's margin or
-squared length is a polynomial in the squared distance from the center. Legs that do not fit a
-polynomial raise an error.
+squared length is a polynomial in the squared distance from the center. If this polynomial does not
+fit a leg, an error is raised.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ class PlanarRegion(StudyResult):
     Attributes:
         robot: The robot's name.
         name: The name of the region.
-        pieces: Disjoint parts of the region. Each part is the intersection of one annulus per leg.
+        pieces: Disjoint parts of the region. Each part is an intersection of annuli, one for each
+            leg.
     """
 
     _parts = (Annulus,)
@@ -111,7 +112,7 @@ def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
 
 
 def dexterous_workspace(robot: Robot) -> PlanarRegion:
-    """Return the positions of a planar platform's tool that allow every angle.
+    """Return the tool positions that a planar platform reaches at every angle.
 
     Let t be the distance of the tool from this fixed point. The distance of the tool from the
     center of the annulus is then between |t - r| and t + r. So the tool stays in the annulus if t
@@ -144,9 +145,9 @@ class OrientationGrid(StudyResult):
     """The angles that a planar platform can have at each position.
 
     Attributes:
-        grid: Grid of positions of the platform, which are the centers of the cells.
+        grid: Grid whose cell centers are the positions of the platform.
         angles: (k,) the angles [rad].
-        possible: (nx, ny, k) whether each angle is possible at each position.
+        possible: (nx, ny, k) mask, true if the platform can have the angle at the position.
     """
 
     _parts = (Grid,)
@@ -244,7 +245,7 @@ def _annulus(robot: Robot, leg: int, phi: float) -> Annulus:
 def _of_distance(
     robot: Robot, leg: int, value: Callable[[FloatArray], FloatArray], phi: float, degree: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Fit the center and the coefficients of a polynomial in distance^2 to samples."""
+    """Fit the center c and the coefficients of a polynomial in |p - c|^2 to samples of `value`."""
     size = robot.unit_length
     p = np.random.default_rng(0).uniform(-size, size, (_SAMPLES, 2))
     found = value(np.column_stack([p, np.full(len(p), phi)]))
@@ -266,8 +267,9 @@ def _of_distance(
 def _center(p: FloatArray, value: FloatArray, degree: int) -> FloatArray:
     """Return the center of a leg's annulus, computed from the leading terms of the polynomial.
 
-    For the center (c_x, c_y), a d^2m = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y y)
-    + lower orders.
+    Let m be `degree`, a the leading coefficient, and d the distance of (x, y) from the center (c_x,
+    c_y). Then a d^(2m) = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y y) + lower
+    orders.
     """
     x, y = p.T
     orders = [(i, j) for i in range(2 * degree + 1) for j in range(2 * degree + 1 - i)]

@@ -21,7 +21,7 @@ from .zero_curves import zero_curves
 FloatArray = NDArray[np.float64]
 
 _PAD = 0.05
-"""Margin around the region that all legs reach, relative to its size."""
+"""Margin around the region that all legs reach, relative to the larger side of its bounding box."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +75,8 @@ def singularity_curves(
         phi: The platform angle [rad].
         x: Lower and upper bound of x [m]. The default is the region that all legs reach.
         y: Lower and upper bound of y [m]. The default is the region that all legs reach.
-        slot: Solution slot of `ik_planar`. The slot determines the branch of each leg. Slot 0
-            contains the reference branch.
+        slot: Solution slot of `ik_planar`. The solution slot determines the branch of each leg.
+            Slot 0 contains the reference branch.
         resolution: Number of grid lines per axis.
 
     Returns:

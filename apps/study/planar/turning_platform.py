@@ -7,8 +7,8 @@ and at least a away from the nearest point. For each condition, the region of va
 bounded by circles. The circles about the ends of the arc have radii a and b. The circles about m
 have radii b - r, r + a and |r - a|. So circular arcs bound the total workspace.
 
-The border of the inclusive workspace also contains curves that are not circular, on which two legs
-reach their limits. The inclusive workspace is computed by subdividing squares. A square with half
+The border of the inclusive workspace also contains noncircular curves. On these curves, two legs
+are at their limits. The inclusive workspace is computed by subdividing squares. A square with half
 diagonal d is inside the workspace if all legs reach its center at some angle phi with a margin of
 d. A square is outside the workspace if, at each angle phi, its center is beyond the limits of some
 leg by more than d. The inside test and the outside test have a closed form. A square that is
@@ -47,7 +47,7 @@ class OrientationRangeWorkspace(StudyResult):
 
     Attributes:
         robot: The robot's name.
-        angles: (2,) lower and upper platform angle of the range [rad].
+        angles: (2,) lower and upper end of the range of platform angles [rad].
         total: The region of tool positions that are reachable at every platform angle of the range.
             The area of this region is exact.
         inclusive: The area of tool positions that are reachable at one or more platform angles of
@@ -216,11 +216,11 @@ def _judged(
 
 
 def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArray[np.bool_]:
-    """Return whether each point (m, 2) has a platform angle at which all legs reach the point.
+    """Return, for each point (m, 2), whether all legs reach it at one common platform angle.
 
     The tolerance `slack` widens the annulus that a leg reaches. The angles at which a leg reaches a
-    point form intervals. An interval ends at the border of the annulus or of the angle range. Only
-    the ends of the intervals and the start of the range are tested.
+    point form intervals. An interval ends where the point is on the border of the annulus, or at an
+    end of the angle range. Only the ends of the intervals and the start of the range are tested.
     """
     first = np.zeros(len(points))
     found = _all_reach(legs, points, first, slack)

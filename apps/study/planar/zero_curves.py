@@ -18,7 +18,7 @@ Values = Callable[[FloatArray], FloatArray]
 
 
 def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArray, ...]:
-    """Return the curves on which a function is 0, from values on a grid.
+    """Return the zero curves of a function, computed from its values on a grid.
 
     Zeros on edges are bisected to double precision. A sign change at a pole of the function is not
     a zero.
@@ -30,7 +30,10 @@ def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArra
 
 
 def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return (index (2, n, m) of the zero on each edge or -1, zeros (k, 2))."""
+    """Return the index (2, n, m) of the zero on each edge, and the zeros (k, 2).
+
+    The index is -1 for an edge without a zero.
+    """
     sides = np.full((2, *f.shape), -1)
     starts: list[FloatArray] = []
     ends: list[FloatArray] = []

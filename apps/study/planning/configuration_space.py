@@ -1,11 +1,11 @@
 """Configuration space of a robot among obstacles.
 
 Segments between configurations are checked continuously, not at samples. A segment is free if the
-clearance exceeds the largest motion of any robot point on the segment. Otherwise, the segment is
-halved, and each half is checked. A segment with a length below the resolution counts as blocked.
-`loop_bounds.py` bounds the joint motion caused by loops. `hulls.py` bounds the body motion caused
-by joints. A segment near a dead point or a parallel singularity counts as blocked. Therefore no
-segment connects different assembly modes.
+clearance exceeds the largest displacement of any point of the robot along the segment. Otherwise,
+the segment is halved, and each half is checked. A segment with a length below the resolution counts
+as blocked. `loop_bounds.py` bounds the joint motion caused by loops. `hulls.py` bounds the body
+motion caused by joints. A segment near a dead point or a parallel singularity counts as blocked.
+Therefore no segment connects different assembly modes.
 
 Source:
     F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and
@@ -37,7 +37,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _RESOLUTION = 1e-3
-"""Minimum length of a segment relative to the ranges."""
+"""Minimum length of a segment, relative to the largest coordinate range."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,8 +118,8 @@ class ConfigurationSpace:
             b: (n,) end of the segment [rad or m].
 
         Returns:
-            (checks,) distances [m]. A distance is inf if loops on the segment are open or near a
-            dead point.
+            (checks,) distances [m]. All distances are inf if a loop is open or near a dead point
+            somewhere on the segment.
         """
         z, w = (a + b) / 2, np.abs(b - a) / 2
         if self.bounds is not None:
@@ -277,7 +277,7 @@ def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
 
 
 def _checked(space: ConfigurationSpace, allowed_collisions: list[set[str]]) -> ConfigurationSpace:
-    """Return the space with the pairs of shapes to check.
+    """Return a copy of the space in which `checks` contains the pairs of shapes to check.
 
     A pair is not checked if both shapes are on one body, or if a joint connects their bodies.
 

@@ -93,7 +93,7 @@ class Hulls:
     def shapes(self, radii: FloatArray) -> list[Any]:
         """Return the shapes of the hulls for the collision library coal, with the radii (hulls,).
 
-        A strut has None instead of a shape.
+        The list contains None for each strut.
         """
         with requires("chasles[planning]"):
             import coal  # noqa: PLC0415
@@ -156,7 +156,10 @@ class Hulls:
         return found
 
     def common(self, i: int, j: int) -> int:
-        """Return the index of the last moving body that carries hulls i and j, or 0."""
+        """Return the index of the last moving body that carries hulls i and j.
+
+        If no moving body carries both hulls, the index is 0, which is the ground.
+        """
         bodies = [*self.hulls[i].bodies, *self.hulls[j].bodies]
         shared = set.intersection(*(set(self._chain(int(k))) for k in bodies))
         return max(shared & {0, *self._moving.tolist()})
@@ -238,7 +241,8 @@ class _MovingJoints:
         self.slides = np.array(
             [1.0 if joint.kind == "prismatic" else abs(joint.advance) for joint in joints]
         )
-        # Columns: a point and the direction of each axis.
+        # The two columns of each joint contain a point of the axis and the direction of the axis,
+        # in homogeneous coordinates.
         self.lines = np.array([[[*j.at, 1.0], [*j.axis, 0.0]] for j in joints]).transpose(0, 2, 1)
 
 

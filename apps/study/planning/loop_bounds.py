@@ -1,22 +1,22 @@
 """Guaranteed bounds of passive joints while the actuators move along a straight segment.
 
-Loops are equations c(z) = 0 in all joints z. The equations are trigonometric polynomials in angles,
-and polynomials in prismatic coordinates. Equations of gears are linear in all joints. At the middle
-of the segment, the actuators are at q0 and the other joints at x0. B is a left inverse of dc/dx,
-and H bounds all second derivatives of c. For a step w of all joints, with the actuator steps d,
-Taylor's formula gives
+Equations c(z) = 0 in all joint values z describe the loops. The equations are trigonometric
+polynomials in angles, and polynomials in prismatic coordinates. Equations of gears are linear in
+all joints. At the middle of the segment, the actuators are at q0 and the other joints at x0. B is a
+left inverse of dc/dx, and H bounds all second derivatives of c. For a step w of all joints, with
+the actuator steps d, Taylor's formula gives
 
     |x - x0| <= |B dc/dq d| + |B| w^T H w / 2
 
 If a box around x0 satisfies this inequality strictly, the passive joints x stay inside the box
 during the whole actuator step d. If the joints reached the border of the box, Taylor's inequality
 would be violated there. Let F be the right-hand side as a function of the box w. Repeated
-evaluation w = F(w) from below converges to the box. The function F is convex and increasing in w. A
-step d of the iteration and the next step d' satisfy d' >= F'(w) d > 0. The steps converge to 0, so
-no eigenvalue of F' exceeds 1. The matrix |B| H w bounds the difference of B dc/dx from the identity
-in the box. The box is slightly widened, so the eigenvalues of |B| H w are below 1. So B dc/dx is
-regular in the box. The solution is continuous and on one branch. The bounds do not include rounding
-errors. Rounding errors are about 1e-13.
+evaluation w = F(w) from below converges to the box. The function F is convex and increasing in w.
+Let e be a step of the iteration and e' the next step. Then e' >= F'(w) e > 0. The steps converge to
+0, so no eigenvalue of F' exceeds 1. The matrix |B| H w bounds the difference of B dc/dx from the
+identity in the box. The box is slightly widened, so the eigenvalues of |B| H w are below 1. So B
+dc/dx is regular in the box. The solution is continuous and on one branch. The bounds do not include
+rounding errors. Rounding errors are about 1e-13.
 
 Source:
     L. V. Kantorovich, Functional analysis and applied mathematics, 1948, for bounds by second
@@ -42,11 +42,13 @@ BoolArray = NDArray[np.bool_]
 
 _TURN = 2 * np.pi
 _ANGLES, _LENGTHS = 5, 3
-"""Number of interpolation nodes of a polynomial of degree 2."""
+"""Numbers of interpolation nodes of a polynomial of degree 2, for a revolute joint and for a
+prismatic joint."""
 _LARGEST = 300_000
 """Maximum number of interpolation nodes for one equation."""
 _SAMPLES = 200
-"""Number of random configurations at which the test finds the joints that occur in an equation."""
+"""Number of random configurations in one batch. The test that finds the joints in each equation
+uses the same number of random joint values."""
 _ATTEMPTS = 30
 """Maximum number of batches of random configurations, if loops close at few configurations."""
 _FEWEST = 5
@@ -61,10 +63,11 @@ _ROUNDS = 30
 _WIDER = 1 + 1e-6
 """Factor that enlarges the box, so that Taylor's inequality holds strictly."""
 _ROUNDING = 1e-12
-"""Minimum half width of the box [rad or m]. Values of motionless joints have rounding errors."""
+"""Minimum half width of the box [rad or m]. Even the value of a joint that does not move has
+rounding errors."""
 _CONDITION = 1e10
-"""Maximum condition number of the loop equations. If the condition number exceeds this value, the
-actuators do not determine the joints."""
+"""Maximum condition number of the derivative of the loop equations with respect to the passive
+joints. If the condition number exceeds this value, the actuators do not determine the joints."""
 _CLOSED = 1e-9
 """Maximum closure error of loops [rad or m] at the ends of a segment."""
 
@@ -75,9 +78,9 @@ class LoopBounds:
 
     Attributes:
         robot: The robot.
-        given: (g,) indices in z of the joints that actuators move directly.
-        gears: (g, n) motion of each directly moved joint per unit of each actuator.
-        turns: (z,) whether a joint is revolute.
+        given: (g,) indices in z of the joints with constant gear ratios to the actuators.
+        gears: (g, n) motion of each joint in `given` per unit of each actuator coordinate.
+        turns: (z,) whether each joint is revolute.
         widest: (z,) largest absolute joint value for which the bounds hold [m], or inf for revolute
             joints.
         curvature: (equations, z, z) bounds of the second derivatives of the equations.
@@ -156,8 +159,8 @@ def loop_bounds(robot: Robot, lower: FloatArray, upper: FloatArray) -> LoopBound
         upper: (n,) largest coordinates [rad or m].
 
     Raises:
-        InputValueError: The loops close at too few configurations, or a loop equation is not a
-            polynomial of degree 2 in few joints.
+        InputValueError: The loops close at too few configurations, or a loop equation has too many
+            joints or is not a polynomial of degree 2.
     """
     names = [variable.name for variable in robot.configuration_variables]
     chain = np.array([names.index(own.name) for own in robot.chain_joints])
@@ -243,7 +246,7 @@ def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatAr
 
     If the equation contains no strut, all coefficients are 0.
 
-    The length is constant, or linear in the stroke.
+    The strut length is constant, or a linear function of the stroke.
     """
     basis = np.column_stack([np.ones(len(z)), z])
     for distance in distances:

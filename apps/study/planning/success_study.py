@@ -74,7 +74,9 @@ class SuccessStudy(StudyResult):
         write_table(path, names, [astuple(row) for row in self.rows])
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the success rate over the samples, one line per maximum step, with 95 % intervals.
+        """Plot the success rate against the number of samples, with 95 % intervals.
+
+        Each maximum step has one line.
 
         Args:
             ax: matplotlib axes, or None for a new figure.
