@@ -19,8 +19,8 @@ def require_same(name: str, found: Iterable[ArrayLike], expected: Iterable[Array
     """Check that another library computes the same results as chasles.
 
     Args:
-        name: Words that name the other library and the compared robot or function, such as "casadi
-            for ur5e".
+        name: Names of the other library and of the robot or function, such as "casadi for ur5e". An
+            error message contains this text.
         found: Result arrays of the other library. If chasles returns NaN, the other library must
             return NaN too.
         expected: Result arrays of chasles, with the shapes of the other library's arrays.

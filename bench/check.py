@@ -56,7 +56,7 @@ def measured() -> dict[str, float]:
 
 
 def margin_between(baseline: Mapping[str, str], here: Mapping[str, str]) -> float:
-    """Return the allowed relative decrease of the speed compared with other libraries.
+    """Return the allowed relative decrease of a time ratio.
 
     The margin is larger if the processor or compiler differs from the baseline.
     """

@@ -43,7 +43,7 @@ TIMES = 100
 CALLS = (100, 400)
 """Numbers of Python calls in the short and in the long measurement."""
 CALLED = ("fk", "fk_jacobian_mixed")
-"""Functions that Python calls while instructions are counted."""
+"""Robot functions that the measured Python program calls."""
 PYTHON = """
 import ctypes, os, sys, numpy as np, chasles
 library, *folders = sys.argv[1:]
@@ -59,7 +59,7 @@ for call, q in calls:
             call(q)
         os.getppid()
 """
-"""Python program with the calls whose instructions are counted.
+"""Python program that calls the functions whose instructions are counted.
 
 At each getppid call, valgrind writes its instruction counts and sets them to zero.
 """
@@ -124,7 +124,8 @@ def compare(
         expected: Expected software versions and instruction counts, from bench/instructions.json.
         found: Software versions and instruction counts, measured on the current machine.
         same: Names of programs whose version affects the instruction counts, such as "compiler". If
-            the version of one of these programs differs, no instruction count is checked.
+            one of these programs has another version than expected, no instruction count is
+            checked.
         exactly: If True, any changed instruction count or missing function fails the check. If
             False, only a relative increase above RISE fails the check.
 
@@ -245,7 +246,10 @@ def _inputs(robot: chasles.Robot) -> tuple[list[float], float]:
 
 
 def own_instructions(profile: str, prefixes: tuple[str, ...]) -> int:
-    """Sum the instructions of functions with a name prefix, excluding called functions."""
+    """Return the number of instructions of the functions whose names start with a prefix.
+
+    The instructions of a called function count only if its own name starts with a prefix.
+    """
     total, ours, called = 0, False, False
     for line in profile.splitlines():
         if line.startswith("fn="):
@@ -261,7 +265,10 @@ def own_instructions(profile: str, prefixes: tuple[str, ...]) -> int:
 
 
 def python_calls() -> dict[str, int]:
-    """Return the number of instructions of a Python call. Kernel and math library are included."""
+    """Return the number of instructions of a Python call.
+
+    The number includes the kernel and the math library.
+    """
     names = [f"{arm.name}.{function}" for arm in ARMS for function in CALLED]
     with tempfile.TemporaryDirectory() as folder:
         arms = [_with_called_functions(arm.name, Path(folder)) for arm in ARMS]

@@ -6,7 +6,7 @@ from contextlib import nullcontext
 import hypothesis
 import pytest
 
-# Sets the size of SymPy's cache before a test imports SymPy.
+# This import sets the size of SymPy's cache before a test imports SymPy.
 import chasles.derive  # noqa: F401
 from tests.support.compiling import (
     compiled_with_vectors,
@@ -25,7 +25,8 @@ hypothesis.settings.load_profile("untimed")
 NEW_OBJECTS = 50_000
 """Number of allocations between two collections of young objects; the default of Python is 700.
 
-SymPy allocates many small, long-lived objects, and a collection that scans them frees nothing.
+SymPy allocates many small, long-lived objects. A garbage collection scans these objects, but frees
+nothing.
 """
 ABOUT_COMPILATION = {"call", "library", "test_portable.py"}
 """Folders and modules whose tests compile robots with the flags of users."""
@@ -86,7 +87,8 @@ def pytest_collectstart():
 def pytest_collection_finish():
     """Exclude all imported modules from garbage collection.
 
-    A test for memory leaks needs dozens of garbage collections.
+    A test for memory leaks runs dozens of garbage collections. The collections are faster if they
+    skip these modules.
     """
     # At its first draw, Hypothesis searches all Python objects for references.
     hypothesis.find(hypothesis.strategies.none(), lambda value: value is None)

@@ -374,7 +374,10 @@ def test_apps_use_no_private_attribute_of_a_robot():
 
 
 def absolute_imports(path: Path, root: Path) -> Iterator[tuple[str, ...]]:
-    """Yield the dotted names that a file imports, relative to the folder of its package."""
+    """Yield the dotted names that a file imports.
+
+    Relative imports become names relative to ``root``.
+    """
     package = path.relative_to(root).parent.parts
     for level, module, names in imports(path):
         base = (*(package[: len(package) - level + 1] if level else ()), *filter(None, [module]))

@@ -83,7 +83,7 @@ def _name(loop: Loop) -> str:
 
 
 def roofline(plan: Plan, arm: Arm) -> list[Ratio]:
-    """Compare fk_jacobian of a batch with memset on result arrays of equal size."""
+    """Compare the time of fk_jacobian for a batch with memset on its result arrays."""
     q = _vectors(plan, arm)
     results = np.zeros((len(q), 4, 4)), np.zeros((len(q), 6, arm.joints))
     function = chasles.load(arm.name).fk_jacobian_mixed

@@ -56,7 +56,10 @@ def run(plan: Plan) -> dict[str, object]:
 
 
 def whole_robots(rounds: int) -> dict[str, float]:
-    """Time to derive, generate and write all functions of each robot, in a separate process."""
+    """Measure the time to derive, generate and write all functions of each robot.
+
+    Each measurement runs in a separate process.
+    """
     code = (
         "import sys, time; start = time.perf_counter()\n"
         "from chasles.derive import read, write\n"
@@ -76,7 +79,7 @@ def whole_robots(rounds: int) -> dict[str, float]:
 
 
 def together(robots: tuple[str, ...]) -> dict[str, float]:
-    """Time of ``make derive``, with and without up-to-date files."""
+    """Measure the time of ``make derive`` for missing files and for up-to-date files."""
     with tempfile.TemporaryDirectory() as folder:
         environment = {"CHASLES_CACHE": f"{folder}/cache"}
         first = seconds(lambda: _make(robots, folder, environment))

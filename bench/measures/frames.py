@@ -22,7 +22,8 @@ MAX_MS = 2.0
 """Maximum computing time of a frame [ms]."""
 ROUNDS, FRAMES = 15, 20
 STEP = 0.003
-"""Slider motion per frame relative to its range, as in a typical drag at 30 frames per second."""
+"""Slider motion per frame, divided by the range of the slider. The value is typical of a drag at 30
+frames per second."""
 
 
 def run(robots: Sequence[str]) -> int:

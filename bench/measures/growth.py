@@ -26,7 +26,7 @@ chain."""
 
 
 def run(plan: Plan) -> list[Ratio]:
-    """Compare the time of fk per joint for long chains and for the shortest chain."""
+    """Compare the time of fk per joint between long chains and the shortest chain."""
     works: dict[str, dict] = {"scalar": {}, "batch": {}}
     with _folder() as folder:
         for joints in CHAINS:

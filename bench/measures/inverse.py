@@ -132,7 +132,8 @@ def general(plan: Plan) -> list[Ratio]:
     """Compare an arm without a closed-form structure with the arm's module in ssik.
 
     The arm model of ssik has rounded lengths, so its tool poses differ from the poses of chasles by
-    up to 0.1 mm. Each library therefore solves poses from its own forward kinematics.
+    up to 0.1 mm. Therefore, each library solves tool poses that its own forward kinematics
+    computed.
     """
     if SLOW in absent_peers() or GENERAL not in chasles.robots():
         out.print(f"{GENERAL} or {SLOW} is missing: no comparison for a general arm")
@@ -170,7 +171,10 @@ def calibrated(plan: Plan) -> list[Limit]:
 
 
 def in_C(plan: Plan) -> list[Limit]:
-    """All solutions in C, pose by pose, compiled for AVX2 without AVX-512."""
+    """Measure the time per pose to compute all inverse solutions in C.
+
+    The C code is compiled for AVX2 without AVX-512.
+    """
     if not has_avx2():
         out.print("the processor has no AVX2: the inverse in C is not timed")
         return []

@@ -1,4 +1,7 @@
-"""Times of robots with loops, and of a five-bar compared with loop constraints in Pinocchio."""
+"""Times of robots with loops.
+
+A five-bar is compared with loop constraints in Pinocchio.
+"""
 
 import tempfile
 from collections.abc import Callable
@@ -50,7 +53,7 @@ FOLLOWED = (
 FREE = 0.3
 """Range on both sides of the reference, for coordinates without limits [rad or m]."""
 STEP = 1e-3
-"""Change of each coordinate between the seed and the solution [rad or m]."""
+"""Maximum change of each coordinate between the seed and the solution [rad or m]."""
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
@@ -119,7 +122,10 @@ def five_bar_peer(robot: chasles.Robot):
 
 
 def five_bar(plan: Plan) -> list[Ratio]:
-    """Compare pose, Jacobian and velocity map of five_bar with Pinocchio in Python."""
+    """Compare pose, Jacobian and velocity map of five_bar with Pinocchio.
+
+    Both libraries are called from Python.
+    """
     if "pinocchio" in absent():
         return []
     robot = chasles.load("five_bar")

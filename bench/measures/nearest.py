@@ -20,7 +20,7 @@ from ..report import out, table
 
 ROBOT = "ur5e"
 POSES = 100_000
-"""Number of poses at which ik_nearest is compared with the filters."""
+"""Number of poses at which `ik_nearest` is compared with `within_limits().nearest(q_seed)`."""
 LIMIT = 1.15
 """Maximum ratio of the time of ik_nearest to the time of ik."""
 CHAIN_US = 10.0

@@ -13,7 +13,8 @@ from ..report import Limit, Plan, Ratio, alternated, ratio
 BATCH_OF_ONE = 1 / 1.5
 """A batch of one pose may take at most 1.5 times the time of a single call."""
 LOOK_UP = 1 / 1.5
-"""Minimum ratio of the time of an attribute lookup on a plain object to the time on a robot."""
+"""Minimum ratio of attribute lookup times: the time on a plain object divided by the time on a
+robot."""
 IMPORT_MS, LOAD_MS = 100, 20
 
 

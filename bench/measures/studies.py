@@ -31,7 +31,8 @@ SIDE, ORIENTATIONS = 50, 20
 HOME = np.array([0, -1, 1.2, -0.4, 0.5, 0])
 AWAY = np.array([0.3, 0.2, -0.2, 0.1, 0.2, 0.3])
 LINED, PROCESS = 1000, 4901
-"""Numbers of samples: of the straight tool path of ur5e, and of the motion of well_manipulator."""
+"""Numbers of samples. The first number is for the straight tool path of ur5e. The second number is
+for the motion of well_manipulator."""
 
 
 def run(samples: int) -> int:
@@ -154,7 +155,7 @@ def _forward_peers() -> list[Call]:
 
 
 def _looped(robot: chasles.Robot, call: Call) -> float:
-    """Return the time per configuration of a loop over another library's forward kinematics [s]."""
+    """Return the time per configuration [s] of a loop that calls another library's fk."""
     configurations = np.random.default_rng(0).uniform(robot.lower, robot.upper, (LOOPED, robot.n))
     cells = Grid.from_bounds(np.full(3, -1.2), np.full(3, 1.2), 100)
     hits = np.zeros(cells.shape, dtype=np.uint32)

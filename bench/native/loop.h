@@ -1,7 +1,7 @@
 /* Benchmark loop over joint vectors for fk() and fk_jacobian() of the including file.
  *
- * If `step` is 0, each call overwrites the result of the last call, without memory traffic. The
- * macro KEEP makes the compiler assume that each result is used. */
+ * If `step` is 0, each call overwrites the result of the last call. The results then cause no
+ * memory traffic. The macro KEEP makes the compiler assume that each result is used. */
 #define KEEP(pointer) __asm__ volatile("" : : "r"(pointer) : "memory")
 #define EXPORT __attribute__((visibility("default")))
 

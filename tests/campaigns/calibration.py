@@ -7,13 +7,13 @@ of 0.02 mm and 0.05 mrad. The measurements are poses, positions of three targets
 The mean error at validation configurations must decrease by a factor of 20, with all frames
 unknown. An efficient estimator exceeds the reference error with probability ``LEVEL``.
 
-The axis intervals must contain the true values in 95 of 100 arms. For this test, the identification
-receives the true base frame. An error of an identified base frame would shift all axes equally. The
-intervals of an arm are correlated, so their coverage has no simple distribution. A trial therefore
-divides the errors of all k axes by their standard deviations, which gives the vector z. R is the
-correlation matrix of z, computed from independent derivatives. ``z^T R^-1 z / k`` has an F
-distribution with k and M degrees of freedom. Fisher's method combines the probabilities of all
-arms, separately for too narrow and too wide intervals.
+The confidence intervals of the axis parameters must contain the true values in 95 of 100 arms. For
+this test, the identification receives the true base frame. An error of an identified base frame
+would shift all axes equally. The intervals of an arm are correlated, so their coverage has no
+simple distribution. A trial therefore divides the errors of all k axes by their standard
+deviations, which gives the vector z. R is the correlation matrix of z, computed from independent
+derivatives. ``z^T R^-1 z / k`` has an F distribution with k and M degrees of freedom. Fisher's
+method combines the probabilities of all arms, separately for too narrow and too wide intervals.
 
 A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``, which is below 1e-6. With
 outliers, the F distribution is approximate.
@@ -174,8 +174,8 @@ def _intervals(
     """Return whether each confidence interval contains the true axis parameter, and a probability.
 
     The probability states how likely random errors are to be smaller than the observed errors.
-    Different parameter values can describe the same geometry. A Newton step on noise-free
-    measurements expresses the true geometry in the identified parameters.
+    Different parameter values can describe the same geometry. One Newton step on noise-free
+    measurements computes the values of the identified parameters that describe the true geometry.
     """
     apart = exact._errors(known.poses(drawn.q), known.unknowns)
     J = derivative(robot, known, exact, drawn.q, known.T_W_base, known.p, known.unknowns)

@@ -39,7 +39,7 @@ def trial(number: int) -> Outcome:
 
 
 def differences(robot: SerialRobot, conversion: Conversion, draw: Random) -> dict[str, float]:
-    """Return the largest pose differences of the text and of the CSV table."""
+    """Return the largest pose differences between the robot and its saved file and CSV table."""
     form = conversion.format
     with TemporaryDirectory() as folder:
         path = Path(folder) / ("arm.urdf" if form == "urdf" else "arm.toml")

@@ -1,11 +1,12 @@
 """Derives, compiles and tests arms with errors in every parameter.
 
-Even trials use a named arm, odd trials a random arm with round numbers. Each trial draws a maximum
-error between 0.1 and 10 (millimeter, milliradian). Every pose needs a solution, and no solution may
-be wrong. The inverse may lose at most 1 in 10,000 regular configurations. In even-numbered trials,
-six-joint arms are also solved by the method for general arms.
+Even-numbered trials use a named arm, and odd-numbered trials use a random arm with round numbers.
+Each trial draws a maximum error between 0.1 and 10 (millimeter, milliradian). Every pose needs a
+solution, and no solution may be wrong. The inverse may lose at most 1 in 10,000 regular
+configurations. In even-numbered trials, six-joint arms are also solved by the method for general
+arms.
 
-Stricter rules apply to errors up to 3 (millimeter, milliradian). No solution is in two solution
+Stricter rules apply to arms with errors of at most 3 mm and 3 mrad. No solution is in two solution
 slots. Every configuration with a smallest singular value above 1e-3 is found, also at multiples of
 90 degrees. On some poses, the regular solutions must equal the set found by multi-start Newton
 iteration.
@@ -38,7 +39,8 @@ ARMS = (
 SIZES = -4.0, -2.0
 """Decimal logarithms of the minimum and the maximum error (meter, radian)."""
 RANDOM, RIGHT = 10_000, 1000
-"""Number of configurations per arm: random, and at multiples of 90 degrees."""
+"""Number of random configurations per arm, and number of configurations at multiples of 90 degrees.
+"""
 MAX_LOST = 1e-4
 """Maximum fraction of regular random configurations that may be missing."""
 REGULAR = 1e-4

@@ -32,8 +32,8 @@ ROWS = 10_000
 EXACT = "-O1 -ffp-contract=off"
 """Compiler flags in addition to the default flags.
 
-Compilers contract multiplications and additions differently in each program, and near singular
-poses the difference exceeds the tolerance.
+With contraction, compilers combine multiplications and additions differently in each program. Near
+singular poses, the difference between the results exceeds the tolerance.
 """
 TOLERANCE = 1e-12
 """Largest difference between two results. For values above 1, the difference is relative."""

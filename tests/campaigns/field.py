@@ -2,8 +2,8 @@
 
 Each trial tests one arm at random joint angles and at multiples of 90 degrees. A pose is missed if
 it has no correct solution. A valid solution is wrong if it does not reach its pose. A random
-configuration that is not singular is lost if the solutions of its pose do not contain it. A
-redundant arm is solved with the fixed joint value of the configuration.
+configuration that is not singular is lost if the solutions of its pose do not contain it. For a
+redundant arm, the inverse gets the value of the fixed joint from the configuration.
 """
 
 from pathlib import Path

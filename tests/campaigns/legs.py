@@ -37,7 +37,7 @@ AGREE = 1e-9
 """Maximum difference from Newton's method (relative to the size, or radian)."""
 KINDS = LEG_KINDS | MACHINE_KINDS | GUIDED_KINDS
 EQUAL_LEGS = {f"{n}-{leg}": (leg,) * n for n, of in ((3, FLAT), (6, SPATIAL)) for leg in of}
-"""Types of the legs of platforms with equal legs, keyed by title."""
+"""Leg types of platforms whose legs are all of the same type, keyed by title."""
 NAMED = (*KINDS, *EQUAL_LEGS)
 Array = NDArray[np.float64]
 FUNCTIONS = ("fk", "ik", "fk_jacobian_mixed", "chain", "margin")

@@ -1,6 +1,7 @@
 """Random coordinates of the shipped robots with loops.
 
-Coordinates span twice the limit range. If a robot reports open loops, all values must be NaN.
+The coordinates are drawn from a range that is twice as wide as the joint limits. If a robot reports
+open loops, all values must be NaN.
 """
 
 import tomllib

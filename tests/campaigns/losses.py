@@ -3,7 +3,8 @@
 Each inverse of a random arm solves poses at random coordinates, at multiples of 90 degrees and near
 these multiples. Every pose needs a solution, and no solution may be wrong. The equations run in
 CasADi, so nothing is compiled. Poses that ``ik`` solves only after refinement are also counted.
-Six-joint arms without a closed-form family need compiled C, so the campaign ``general`` tests them.
+Six-joint arms that belong to no closed-form family need compiled C code. The campaign ``general``
+tests these arms.
 """
 
 from collections.abc import Iterator
@@ -75,7 +76,7 @@ def trial(number: int) -> Outcome:
 
 
 def losses_of(case: Derived, seed: int) -> Iterator[Loss]:
-    """Yield the pose sets with missed or wrong solutions."""
+    """Yield the failure counts of each pose set on which the inverse without refinement fails."""
     for chosen, poses in sets(case, np.random.default_rng(seed)):
         bare = judged(chosen, poses, chosen.answers)
         if bare.missed or bare.wrong or bare.lost:

@@ -83,7 +83,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(drawn: DrawnMechanism, seed: int, inputs: int = INPUTS) -> Verdict:
-    """Derives, loads and tests a mechanism at random inputs."""
+    """Derive, load and test a mechanism at random inputs."""
     verdict = Verdict(seed, drawn.family)
     derivation = derive(drawn.mechanism)
     with tempfile.TemporaryDirectory() as folder:
@@ -149,8 +149,8 @@ def _silent(
 ) -> None:
     """Count finite results for open loops and non-finite results for closed loops.
 
-    The input values (N, n) are away from dead points. An independent oracle determines `closed`
-    (N,).
+    The input values (N, n) are away from dead points. The mask `closed` (N,) is the result of an
+    independent oracle.
     """
     verdict.open_inputs += int((~closed).sum())
     if closed.sum() < 2:
@@ -178,7 +178,7 @@ def _slots(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, q: np.
 def _reference(
     verdict: Verdict, numbers: Multistart, drawn: DrawnMechanism, robot: chasles.Robot
 ) -> None:
-    """Count a fault if the map returns a different branch at the reference."""
+    """Count a fault if ``chain`` returns a different branch at the reference."""
     theta = np.array([drawn.mode[name] for name in numbers.chain])
     apart = numbers.wrapped(numbers.chain, robot.chain(drawn.q[None])[0] - theta)
     verdict.faults["wrong"] += int(not np.abs(apart).max() < SAME)

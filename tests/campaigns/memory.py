@@ -32,8 +32,8 @@ SOLVER_SOURCES = [
 GCC = shutil.which("gcc")
 
 # A default build contains code for several instruction sets and selects one at run time. The test
-# hides newer instruction sets so that all code runs. Linux lists the instruction sets of the
-# processor.
+# hides newer instruction sets so that the code for older instruction sets also runs. Linux lists
+# the instruction sets of the processor.
 CHOSEN = [
     *("-include", str(DRIVER.with_name("chosen_sets.h"))),
     "-D__builtin_cpu_supports(set)=chosen_sets_have(set)",
@@ -47,8 +47,8 @@ SETS = {
 ROBOTS = ("ur5e", "panda", "scara")
 """All robots are serial, because loops cannot be closed at arbitrary inputs."""
 CASES = 40 * 6 + 4
-"""Number of cases per function: 40 batch lengths with 6 memory layouts, and 4 long batches whose
-memory is aligned differently."""
+"""Number of cases per function: 40 batch lengths with 6 memory layouts each, and 4 long batches
+with different memory alignments."""
 
 
 def build(name, folder, *flags, compiler=GCC):

@@ -1,9 +1,9 @@
-"""Mutated URDFs keep their structure and their stated pose error.
+"""Mutated URDFs keep the robot's structure, and pose errors do not exceed the stated error.
 
 Each trial writes a shipped serial robot as a URDF and mutates the file (see
 ``tests/support/generators/mutated_urdfs.py``). Each mutant must still have the structure of its
-robot. Otherwise, chasles must state the violated conditions. Pinocchio computes the tool pose from
-the same file for comparison.
+robot, or chasles must state the violated conditions. Pinocchio computes the tool pose from the same
+file for comparison.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

@@ -27,15 +27,15 @@ AGAIN = 100
 """Number of Newton starts from each mode, with random passive joints of all three legs."""
 STEPS, LONGEST_STEP = 50, 0.5
 SLIDE = 2.0
-"""Standard deviation of the start values of passive prismatic joints, relative to the size of the
-poses."""
+"""Standard deviation of the start values of passive prismatic joints, relative to 1 plus the
+largest absolute position coordinate (meter)."""
 NEAR = 0.3
 """Maximum distance of inputs from the reference (radian or meter)."""
 
 
 @dataclass(frozen=True)
 class Compared:
-    """The modes of a platform at one input.
+    """Comparison of the assembly modes of a platform with Newton's method, at one input.
 
     Attributes:
         missed: Number of modes that only Newton's method finds.
@@ -72,7 +72,7 @@ def derived(
 ) -> chasles.Robot:
     """Derive and load some functions of a platform."""
     path = folder / "platform"
-    # A random number may look like a rounded angle.
+    # The option `exact` is set because a random number may look like a rounded angle.
     described = read_text(platform.text("platform"), exact=True)
     write(described, path, functions=functions, languages=LANGUAGES)
     return chasles.load(path)
@@ -111,7 +111,7 @@ def compared(
 def _stays(
     platform: DrawnPlatform, q: np.ndarray, pose: np.ndarray, rng: np.random.Generator
 ) -> bool:
-    """Test whether Newton's method with random passive joints converges back to a mode."""
+    """Test whether Newton's method finds a mode again from random passive joint values."""
     found = newton(platform, q, np.repeat(pose[None], AGAIN, 0), rng)
     return bool((_apart(pose[None], found) < SAME).any())
 

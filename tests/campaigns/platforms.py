@@ -1,7 +1,8 @@
 """Assembly modes of random six-rod platforms agree with Newton's method.
 
-The platforms are general, flat, or have three double joints on the platform (6-3) or on platform
-and base (3-3). The rod lengths belong to a random pose. The solver must find all modes that
+Each platform is of one of four kinds: general, flat, 6-3 or 3-3. A 6-3 platform has three double
+joints on the platform. A 3-3 platform has three double joints on the platform and three on the
+base. The rod lengths are computed from a random pose. The solver must find all modes that
 multi-start Newton iteration finds, with correct rod lengths.
 """
 

@@ -1,4 +1,4 @@
-"""Reads changed files of every kind that chasles reads.
+"""Mutates files of every kind that chasles reads, and reads the mutated files.
 
 Each trial mutates the files in `corpus`, results of a robot, and manifests. Mutations change bytes,
 words, lines, JSON values or arrays. A reader must return a value within the time limit, or raise an

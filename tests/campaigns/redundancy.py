@@ -1,8 +1,8 @@
 """Redundancy resolution of a camera robot on random camera paths.
 
 The camera moves on a spline through random points for 10 s, and points at a fixed target. Limits
-are random. If a dense grid contains a continuous motion, the redundancy resolution must find a
-motion along the path within the limits.
+are random. If a search on a dense grid finds a continuous motion, the redundancy resolution must
+also find a motion along the path within the limits.
 """
 
 import numpy as np

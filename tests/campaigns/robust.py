@@ -122,7 +122,10 @@ def written(stem: Path, text: Text) -> Path:
 
 
 def attempt(path: Path, *, derive: bool) -> Attempt:
-    """Read a file and optionally derives its robot. Failing files are kept."""
+    """Read a file and optionally derive its robot.
+
+    Failing files are kept.
+    """
     found = _attempt(path, derive=derive)
     if not found.is_good:
         KEPT.mkdir(parents=True, exist_ok=True)

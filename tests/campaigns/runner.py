@@ -54,7 +54,8 @@ LONGEST = 900.0
 QUICK_FLAGS = "-O1"
 """Compiler flags of most trials; compilation is twice as fast as with the default flags."""
 USER_FLAGS_EVERY = 5
-"""One in this number of trials compiles the robot with the default compiler flags."""
+"""If the trial number is a multiple of this value, the robot is compiled with the default compiler
+flags."""
 
 
 def campaign(name: str) -> Campaign:
@@ -128,7 +129,11 @@ def run(
 
 
 def _next(tallies: dict[str, Tally], started: Counter[str], *, is_over: bool) -> str | None:
-    """Return a new campaign, or the campaign with the least used time if none is new."""
+    """Return the campaign of the next trial, or None if no trial may start.
+
+    A campaign without a trial comes first. If the time is over, no other trial starts. Otherwise,
+    the campaign with the least used time is next.
+    """
     new = [name for name in tallies if not started[name]]
     if new:
         return new[0]

@@ -98,7 +98,10 @@ def test_judge_detects_missed_configurations(monkeypatch):
 
 
 def test_errors_on_a_self_motion_leave_a_solution():
-    """The self-motion of joints 1 and 4 moves the tool of the arm with errors."""
+    """On the exact arm, joints 1 and 4 have a self-motion.
+
+    On the arm with geometric errors, the same motion moves the tool.
+    """
     arm = displaced(read(description("crx10")), 1.83181e-4, 375254000000)
     q = np.array([[3, 0, 1, 1, 2, 1]]) * (np.pi / 2)
     found = any_geometry.judged_at(arm, q)

@@ -52,7 +52,7 @@ def trial(number: int) -> Outcome:
 
 
 def measured(robot, random: np.random.Generator) -> tuple[dict[str, float], list[str]]:
-    """Return validation errors [m] keyed by model, and failures."""
+    """Return the validation errors [m], keyed by model, and a list of failure messages."""
     drawn = _Arm(robot, random)
     q, validation = drawn.configurations(MEASURED), drawn.configurations(HELD)
     points = drawn.measured(q) + NOISE * random.normal(size=(MEASURED, 3, 3))

@@ -1,4 +1,4 @@
-"""Several files are written completely or not at all."""
+"""A group of files is written completely, or every path keeps its content."""
 
 import os
 

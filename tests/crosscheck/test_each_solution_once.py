@@ -39,7 +39,7 @@ def slots(functions, compiled, T):
 
 
 def apart(q, other, turns, size):
-    """Return the largest coordinate difference in radian, or relative to a size."""
+    """Return the largest coordinate difference (radian, or length divided by ``size``)."""
     d = q - other
     return np.abs(np.where(turns, np.remainder(d + np.pi, 2 * np.pi) - np.pi, d / size)).max(-1)
 

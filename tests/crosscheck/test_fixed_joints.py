@@ -165,7 +165,7 @@ def test_track_keeps_fixed_joints_exactly(name):
 
 @pytest.mark.parametrize("name", [*SERIAL, "well_manipulator", "excavator", "board_installer"])
 def test_ik_numeric_with_fixed_joints_solves_reachable_poses(name):
-    """Poses are reachable from distant start configurations."""
+    """The start configurations are random and can be far from the solutions."""
     robot = chasles.load(name)
     rng = np.random.default_rng(11)
     lower = np.where(np.isfinite(robot.lower), robot.lower, -2.5)

@@ -63,8 +63,8 @@ WRISTED = {"R/R=R": False, "R=R=P": True, "P=R=R": True}
 angles.
 
 The position problem of these arms is a quadratic equation. Two structures of three joints have no
-position inverse. For all structures with a position inverse, the position inverse is tested. Some
-structures with the function `ik_position` lead to a quartic equation.
+position inverse. The position inverse is tested for every structure that has one. Some structures
+with the function `ik_position` lead to a quartic equation.
 """
 EVERYWHERE = [
     *((arm + WRIST, "spherical wrist", right) for arm, right in WRISTED.items()),
@@ -81,8 +81,10 @@ def _arm(chain, function, right):
 
 
 def arm_of(chain, function="ik", *, right=False):
-    """Derive the inverse of an arm. The cached result does not depend on how the arguments are
-    passed."""
+    """Derive the inverse of an arm.
+
+    Calls with positional and with keyword arguments share one cached result.
+    """
     return _arm(chain, function, right)
 
 

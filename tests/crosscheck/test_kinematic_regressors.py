@@ -1,9 +1,9 @@
 """Identification Jacobians agree with Pinocchio's kinematic regressors.
 
 The Pinocchio model has numerical placements, a joint for each coordinate-dependent motion, and one
-more joint at the tool. A regressor returns the tool twist per displacement of each placement. A
-complex-step derivative gives the displacement of each placement per unit of a parameter. This
-derivative is exact up to rounding errors.
+more joint at the tool. Each column of the regressor is the tool twist caused by a unit displacement
+of one placement. A complex-step derivative gives the displacement of each placement per unit of a
+parameter. This derivative is exact up to rounding errors.
 """
 
 import numpy as np

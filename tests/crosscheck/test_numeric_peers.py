@@ -23,7 +23,7 @@ rtb = OptionalPackage("roboticstoolbox")
 POSES = 300
 STARTS = 5
 NEAREST = 1e-7
-"""Tolerance [m, rad] when smallest distances to a pose are compared."""
+"""Amount [m, rad] by which a pose error may exceed the smallest error that SciPy finds."""
 POSITION = (1, 1, 1, 0, 0, 0)
 OUT_OF_REACH = ("ur5e", "iiwa14", "lynxmotion")
 

@@ -27,7 +27,7 @@ SLIDES = (
     *((chain, False) for chain in ("P=R/P", "RLPLR/RxrxR")),
     *((chain, True) for chain in ("RLPLP", "P=RLP/RxrxR", "R/P/P/RxrxR")),
 )
-"""Each case is a chain, and a flag that is true if its skew axes are at right angles."""
+"""Each case is a pair: a chain, and whether its skew axes are at right angles."""
 
 
 def clean(case, seed):

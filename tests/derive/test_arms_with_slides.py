@@ -1,4 +1,4 @@
-"""Gantries, machine tools, cranes and planar arms with prismatic joints miss no pose.
+"""The inverse of gantries, machine tools, cranes and planar arms with sliders misses no pose.
 
 The campaign `slides` tests further random arms with prismatic joints.
 """
@@ -12,7 +12,8 @@ from tests.support.generators.drawn_arms import cases_of
 KINDS = {"PP": 2, "RP": 1, "RR": 2, "RRP": 1, "PPPR": 2, "RPPPR": 1}
 """Joint types of arms with decoupled joints, with the seed of the random generator.
 
-Seed 1 generates axes along the base axes and round lengths, and seed 2 axes in any direction.
+Seed 1 generates lengths with few decimals, and joint axes that are parallel to the base axes. Seed
+2 generates joint axes in any direction.
 """
 MEETING = {"RRR": 2, "PRRR": 1, "RRRPP": 2}
 PLANAR = {"RRT": 0, "RTR": 1, "TRR": 0, "RLTR": 0, "LRTR": 1, "TRLR": 1}

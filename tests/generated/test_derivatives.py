@@ -27,7 +27,7 @@ def mixed_jacobian(name):
 
 
 def change_of_frame(representation, T):
-    """Return the matrix from a mixed Jacobian to another representation."""
+    """Return the matrix that converts a mixed Jacobian to another representation."""
     R, p, none = T[:3, :3], T[:3, 3], ca.SX(3, 3)
     if representation == "space":
         return ca.blockcat([[ca.SX.eye(3), ca.skew(p)], [none, ca.SX.eye(3)]])

@@ -20,9 +20,9 @@ OLD_PROCESSOR = {
     "OPENBLAS_CORETYPE": "Prescott",
     "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
 }
-"""OpenBLAS and NumPy select kernels by processor.
+"""OpenBLAS and NumPy select their kernels for the processor of the machine.
 
-The selected kernels are for an old processor.
+These environment variables select the kernels for an old processor.
 """
 
 DERIVED = ("five_bar",)

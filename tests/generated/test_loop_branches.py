@@ -49,12 +49,13 @@ def test_fk_is_correct_or_nan_outside_limits(name):
     finite = np.isfinite(T).all((-2, -1))
     closed = r.loops_close(q)
     np.testing.assert_allclose(T[closed], m.tip(r.configuration(q[closed])), atol=1e-9)
-    # Values that do not depend on the loops may be finite even if loops are open.
+    # If the loops are open, at least one entry of T is NaN. Entries that do not depend on the loops
+    # may be finite.
     assert not (finite & ~closed).any()
 
 
 def random_chains(name, n, seed):
-    """Return main-chain joints around the reference and far out of reach."""
+    """Return random main-chain joint values around the reference, including unreachable values."""
     r = robot(name)
     start = r.chain(r.reference.q)
     turning = np.array([joint.kind == "revolute" for joint in r.chain_joints])
@@ -217,7 +218,7 @@ def test_chain_branches_close_and_start_with_reference_branch(name):
 
 
 def closest(m, z, known):
-    """Return the smallest loop residual over many start values."""
+    """Return the smallest loop residual that Newton's method reaches from many start values."""
     if len(known) == len(m.names):
         return m.gap(z)
     free = [k for k in range(len(m.names)) if k not in known]
@@ -332,7 +333,8 @@ def test_cylinder_lengths_are_never_negative():
     retracted = np.array([1.98, 2.4, 1.6])
     assert valid.tolist() == [True, True]
     assert (found[:, 1:] + retracted > 0).all()
-    # A negative cylinder length gives the triangles of the positive length, but is not valid.
+    # A negative cylinder length gives the same triangles as the positive length, but negative
+    # lengths are not valid.
     q = np.array(r.reference.q)
     q[1:] = -q[1:] - 2 * retracted
     for k in range(1, 4):

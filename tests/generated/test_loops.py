@@ -1,8 +1,8 @@
 """Robots with closed-form loops agree with independent oracles.
 
-The oracles are NumPy body placements with Newton's method, automatic differentiation, and finite
-differences. The derivatives of closures are compared with complex-step derivatives and the implicit
-function theorem.
+The oracles are Newton's method on body poses computed by NumPy, automatic differentiation, and
+finite differences. The derivatives of closures are compared with complex-step derivatives and the
+implicit function theorem.
 """
 
 from functools import cache
@@ -281,15 +281,14 @@ def test_actuator_maps_invert_chain_maps(name):
 
 
 def turned(name, difference):
-    """Return coordinate differences with angles between -pi and pi."""
+    """Return coordinate differences, with angle differences between -pi and pi."""
     turning = np.array([c.kind == "revolute" for c in model(name).mechanism.coordinates])
     turning &= name != "bricklaying_gantry"
     return np.where(turning, wrapped(difference), difference)
 
 
 def on_the_branch(name, q, back):
-    """Test whether the actuators are on the branch of the reference and not near its dead
-    point."""
+    """Test whether the actuators are on the reference branch and away from dead points."""
     r = robot(name)
     if name not in INVERTIBLE:
         return np.ones(len(q), dtype=bool)

@@ -30,7 +30,10 @@ def least(request, tmp_path_factory):
 
 
 def platform(tmp_path_factory, mechanism, functions):
-    """Return a compiled platform and its model without swing angles."""
+    """Return a compiled platform and its numeric model.
+
+    The model has no swing angles.
+    """
     robot = compiled(mechanism, tmp_path_factory.mktemp("platform") / "spare", functions, ["c"])
     return robot, Model(on_balls(mechanism))
 
@@ -41,7 +44,7 @@ def poses_near(robot, seed=0, reach=0.1):
 
 
 def free_directions(robot, theta):
-    """Return the twist components that the main chain can move."""
+    """Return the indices of the twist components that the main chain can change."""
     return np.flatnonzero(np.abs(robot.chain_jacobian_mixed(theta)).max((0, -1)) > 0)
 
 

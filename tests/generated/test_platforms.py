@@ -282,7 +282,8 @@ def test_stretched_leg_is_type_1_singularity(name):
         assert found.type_2.max() > 0.02
     assert len(sizes[0]) > 3
     assert sizes[0].max() < 0.1
-    # The smallest singular value decreases with the square root of the leg's reach.
+    # The smallest singular value is proportional to the square root of `short`, the distance of the
+    # leg from full extension.
     np.testing.assert_allclose(sizes[0], 10 * sizes[1], rtol=0.02)
 
 
@@ -298,8 +299,8 @@ def test_concurrent_rods_are_type_2_singularity(name):
     # The rods lie on lines through the center, so the crank ends have the distance `reach` from the
     # center.
     reach = planar.PLATFORM + rod
-    # Each crank end lies on the crank's circle, and on a circle about the center with the radius
-    # `reach`.
+    # Each crank end lies on two circles: the circle of its crank, and the circle of radius `reach`
+    # about the center.
     cosine = (reach**2 + planar.BASE**2 - planar.CRANK**2) / (2 * reach * planar.BASE)
     phi = np.arccos(cosine)
     ends = reach * np.stack([np.cos(planar.ANGLES + phi), np.sin(planar.ANGLES + phi)], -1)
@@ -344,7 +345,7 @@ def elbows(q):
 
 
 def spheres(q):
-    """Return both points (N, 2, 3) at the rod length from three shifted elbows.
+    """Return both points (N, 2, 3) whose distance from three shifted elbows is the rod length.
 
     The elbows are shifted inward by the platform radius.
     """

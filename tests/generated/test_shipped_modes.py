@@ -57,7 +57,7 @@ def test_hexapod_modes_are_sorted_from_highest():
 
 
 def test_hexapod_with_equal_legs_has_16_modes():
-    """At a symmetric pose with equal legs, modes could coincide."""
+    """With legs of equal length, the reference mode is symmetric, and modes could coincide."""
     r = robot("stewart_gough")
     found = r.fk_all(np.full(6, 0.08))
     assert found.complete

@@ -57,7 +57,9 @@ def vee_se3(X: Matrix) -> Matrix:
 
 
 def ad(x: Matrix) -> Matrix:
-    """Adjoint ad = [[hat(omega), hat(v)], [0, hat(omega)]] of a twist: `ad(x) y` is the bracket.
+    """Return the adjoint matrix of a twist: `ad(x) y` is the Lie bracket of the twists x and y.
+
+    For x = (v, omega), the matrix is [[hat(omega), hat(v)], [0, hat(omega)]].
 
     `hat(ad(x) y) = hat(x) hat(y) - hat(y) hat(x)`, and `Ad(exp x) = exp(ad x)`.
 

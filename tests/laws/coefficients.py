@@ -62,7 +62,7 @@ def _bernoulli(k: int) -> Expr:
 def _one_minus_cos(theta: Expr) -> Expr:
     """Return 1 - cos(theta).
 
-    A symbolic result is 2 sin(theta/2)^2, which is accurate near zero.
+    For a symbolic theta, the result is 2 sin(theta/2)^2, which is accurate near zero.
     """
     return 1 - cos(theta) if theta.is_number else 2 * sin(theta / 2) ** 2
 

@@ -1,9 +1,9 @@
 """The differential of exp on SO(3) and SE(3) and its inverse, in closed form on SymPy matrices.
 
-Symbols are assumed to be real, and the length of a symbolic rotation vector to be neither zero nor
-a multiple of 2 pi. In float64 the SO(3) `dexp` is accurate at every angle except zero, where it is
-0/0. The off-diagonal block of the SE(3) `dexp` and of its inverse has an error of about the machine
-epsilon divided by the angle.
+Symbols are assumed to be real. The length of a symbolic rotation vector is assumed to be neither
+zero nor a multiple of 2 pi. In float64 the SO(3) `dexp` is accurate at every angle except zero,
+where it is 0/0. The off-diagonal block of the SE(3) `dexp` and of its inverse has an error of about
+the machine epsilon divided by the angle.
 
 Source:
     A. Mueller, Review of the exponential and Cayley map on SE(3), Proceedings of the Royal Society
@@ -28,10 +28,11 @@ from .coefficients import (
 def dexp_left_so3(omega: Matrix) -> Matrix:
     """Left-trivialized differential of exp on SO(3).
 
-    `d/dt exp(hat x) exp(-hat x) = hat(dexp_left(x) x')`: maps the rate of a rotation vector to the
-    angular velocity in the fixed frame. Equals the sum of `hat(x)^k / (k + 1)!`,
-    `I + (1 - cos t)/t^2 W + (t - sin t)/t^3 W^2`, and `exp(hat x) dexp_right(x)`. The function is
-    singular at |omega| = 2 pi k, k > 0.
+    The matrix maps the rate x' of a rotation vector x to the angular velocity in the fixed frame:
+    `d/dt exp(hat x) exp(-hat x) = hat(dexp_left(x) x')`. The matrix equals the sum of `hat(x)^k /
+    (k + 1)!` over k = 0, 1, 2, ... With W = hat(x) and t = |x|, it also equals `I + (1 - cos t)/t^2
+    W + (t - sin t)/t^3 W^2`. A third form is `exp(hat x) dexp_right(x)`. The function is singular
+    at |omega| = 2 pi k, k > 0.
 
     Args:
         omega: (3, 1) rotation vector, radian. A numeric vector may be zero. For a
@@ -53,15 +54,17 @@ def dexp_left_so3(omega: Matrix) -> Matrix:
 def dexp_right_so3(omega: Matrix) -> Matrix:
     """Return the right-trivialized differential of the exponential map on SO(3).
 
-    `exp(-hat x) d/dt exp(hat x) = hat(dexp_right(x) x')`: maps the rate of a rotation vector to
-    the angular velocity in the moving frame. The domain, the result and the errors are the same as
-    for `dexp_left_so3`.
+    The matrix maps the rate x' of a rotation vector x to the angular velocity in the moving frame:
+    `exp(-hat x) d/dt exp(hat x) = hat(dexp_right(x) x')`. The domain, the result and the errors are
+    the same as for `dexp_left_so3`.
     """
     return dexp_left_so3(-omega)
 
 
 def dexp_left_inverse_so3(omega: Matrix) -> Matrix:
-    """Inverse of `dexp_left_so3`, from fixed-frame angular velocity to rotation vector rate.
+    """Return the inverse of `dexp_left_so3`.
+
+    The matrix maps the angular velocity in the fixed frame to the rate of the rotation vector.
 
     `I - W/2 + (1 - t/2 cot(t/2))/t^2 W^2`, with W = hat(omega) and t = |omega|.
 
@@ -73,8 +76,9 @@ def dexp_left_inverse_so3(omega: Matrix) -> Matrix:
         (3, 3) matrix, without unit.
 
     Raises:
-        ValueError: The shape is not (3, 1), or |omega| is a positive multiple of 2 pi, where no
-            inverse exists (detected for exact numbers; a nearby Float gives large entries).
+        ValueError: The shape of omega is not (3, 1), or |omega| is an exact positive multiple of 2
+            pi, for which no inverse exists. A Float |omega| near one of these multiples raises no
+            error, but the matrix then has large entries.
 
     Source: Mueller, section 2.
     """
@@ -83,7 +87,7 @@ def dexp_left_inverse_so3(omega: Matrix) -> Matrix:
 
 
 def dexp_right_inverse_so3(omega: Matrix) -> Matrix:
-    """Inverse of `dexp_right_so3`, `dexp_left_inverse_so3(-omega)`.
+    """Inverse of `dexp_right_so3`, equal to `dexp_left_inverse_so3(-omega)`.
 
     Maps the angular velocity in the moving frame to the rate of the rotation vector. The domain,
     the result and the errors are the same as for `dexp_left_inverse_so3`.
@@ -94,10 +98,10 @@ def dexp_right_inverse_so3(omega: Matrix) -> Matrix:
 def dexp_left_se3(x: Matrix) -> Matrix:
     """Left-trivialized differential of exp on SE(3), [[J, Q], [0, J]], with J of SO(3).
 
-    `d/dt exp(hat x) exp(-hat x) = hat(dexp_left(x) x')`: maps the rate of x to the spatial twist.
-    The result equals the sum of `ad(x)^k / (k + 1)!` over k, and also `Ad(exp x) dexp_right(x)`. Q
-    is the derivative of J = `dexp_left_so3(omega)` in direction v. The function is singular at
-    |omega| = 2 pi k, k > 0.
+    The matrix maps the rate x' to the spatial twist: `d/dt exp(hat x) exp(-hat x) =
+    hat(dexp_left(x) x')`. The result equals the sum of `ad(x)^k / (k + 1)!` over k, and also
+    `Ad(exp x) dexp_right(x)`. Q is the derivative of J = `dexp_left_so3(omega)` in direction v. The
+    function is singular at |omega| = 2 pi k, k > 0.
 
     Args:
         x: (6, 1) twist (v, omega), meter and radian. omega = 0 is allowed for numbers; for symbols,
@@ -124,14 +128,14 @@ def dexp_left_se3(x: Matrix) -> Matrix:
 def dexp_right_se3(x: Matrix) -> Matrix:
     """Right-trivialized differential of exp on SE(3), `dexp_left_se3(-x)`.
 
-    `exp(-hat x) d/dt exp(hat x) = hat(dexp_right(x) x')`: maps the rate of x to the body twist.
-    The domain, the result and the errors are the same as for `dexp_left_se3`.
+    The matrix maps the rate x' to the body twist: `exp(-hat x) d/dt exp(hat x) = hat(dexp_right(x)
+    x')`. The domain, the result and the errors are the same as for `dexp_left_se3`.
     """
     return dexp_left_se3(-x)
 
 
 def dexp_left_inverse_se3(x: Matrix) -> Matrix:
-    """Inverse of `dexp_left_se3`: spatial twist to the rate of x.
+    """Inverse of `dexp_left_se3`: maps the spatial twist to the rate of x.
 
     Equals the sum of `B_k ad(x)^k / k!` with the Bernoulli numbers B_k (B_1 = -1/2). The
     off-diagonal block is the derivative of `dexp_left_inverse_so3(omega)` in direction v.
@@ -156,7 +160,9 @@ def dexp_left_inverse_se3(x: Matrix) -> Matrix:
 
 
 def dexp_right_inverse_se3(x: Matrix) -> Matrix:
-    """Inverse of `dexp_right_se3`, `dexp_left_inverse_se3(-x)`: body twist to the rate of x.
+    """Inverse of `dexp_right_se3`, equal to `dexp_left_inverse_se3(-x)`.
+
+    The function maps the body twist to the rate of x.
 
     The domain, the result and the errors are the same as for `dexp_left_inverse_se3`.
     """

@@ -3,7 +3,8 @@
 Symbols are assumed to be real, and a symbolic angle to be neither zero nor a multiple of 2 pi. The
 expressions contain only +, *, **, sin, cos, sqrt and atan2. In float64 exp is accurate at every
 angle except zero, where it is 0/0. The error of log is about the machine epsilon divided by the
-distance of the angle from pi. `exp_screw` has no degenerate angle.
+distance of the angle from pi. `exp_screw` is accurate at every angle, because its formula contains
+no division by the angle.
 
 Source:
     R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994.
@@ -51,7 +52,9 @@ def exp_so3(omega: Matrix) -> Matrix:
 
 
 def log_so3(R: Matrix) -> Matrix:
-    """Rotation vector of a rotation, of length at most pi: `exp_so3(log_so3(R)) = R`.
+    """Return the logarithm of a rotation matrix as a rotation vector.
+
+    The length of the vector is at most pi, and `exp_so3(log_so3(R)) = R`.
 
     The angle is `atan2(s, c)` with s = |vee(R - R')| / 2 and c = (trace R - 1) / 2. For a `Float`
     matrix with c < 0, the axis is computed from the symmetric part of R, which is accurate near
@@ -99,7 +102,9 @@ def exp_se3(x: Matrix) -> Matrix:
 
 
 def log_se3(T: Matrix) -> Matrix:
-    """Twist of a pose, with |omega| at most pi: `exp_se3(log_se3(T)) = T`.
+    """Return the logarithm of a pose as a twist (v, omega).
+
+    The length of omega is at most pi, and `exp_se3(log_se3(T)) = T`.
 
     `omega = log_so3(R)` and `v = dexp_left_inverse_so3(omega) p`.
 
@@ -123,9 +128,9 @@ def log_se3(T: Matrix) -> Matrix:
 def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
     """Pose of a joint: the exponential of a unit screw times the joint variable.
 
-    The function equals `exp_se3(screw * theta)`, written for a unit axis a and pitch h = a.v: `R =
-    a a' + cos(theta) (I - a a') + sin(theta) hat(a)` and `p = sin(theta) (v - h a) + (1 -
-    cos(theta)) (a x v) + theta h a`; for a prismatic joint R = I and `p = theta v`.
+    The function equals `exp_se3(screw * theta)`. For a unit axis a and pitch h = a.v, the rotation
+    is `R = a a' + cos(theta) (I - a a') + sin(theta) hat(a)`. The translation is `p = sin(theta) (v
+    - h a) + (1 - cos(theta)) (a x v) + theta h a`. For a prismatic joint, R = I and `p = theta v`.
 
     Args:
         screw: (6, 1) twist (v, omega), with omega of unit length (revolute, helical), or zero
@@ -136,7 +141,7 @@ def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
         (4, 4) pose.
 
     Raises:
-        ValueError: The shape is wrong, or omega is a number vector of a length other than 0 and 1.
+        ValueError: The shape is wrong, or a numeric omega has a length other than 0 or 1.
 
     Source: Murray, Li and Sastry, chapter 2, section 3.
     """
@@ -154,7 +159,7 @@ def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
 
 
 def _rotation_vector(R: Matrix) -> tuple[Matrix, Expr]:
-    """Return the rotation vector and the angle.
+    """Return the rotation vector and the angle of a rotation matrix.
 
     For a symbolic matrix, the angle may be negative.
     """
@@ -167,7 +172,7 @@ def _rotation_vector(R: Matrix) -> tuple[Matrix, Expr]:
             return zeros(3, 1).as_immutable(), S.Zero
         theta = atan2(sine, cosine)
     else:
-        # The atan2 is left unevaluated, because SymPy would write atan if it can prove that the
+        # Do not evaluate the atan2. SymPy would replace atan2 by atan if it could prove that the
         # cosine is positive.
         theta = atan2(sine, cosine, evaluate=False)
     return sine_axis * (theta / sine), theta

@@ -1,7 +1,7 @@
 """Cases, the tolerance and independent formulas for the tests of identities.
 
-The oracles use only definitions: the matrix exponential and power series, summed by mpmath at
-40-digit precision for the exact binary values of the inputs.
+The oracles use only definitions: the matrix exponential and power series. mpmath evaluates them
+with 40 digits at the exact binary values of the inputs.
 """
 
 from __future__ import annotations
@@ -120,5 +120,8 @@ def dexp_series(X: Matrix) -> mpmath.matrix:
 
 
 def pairs(items: list[Matrix]) -> Iterator[tuple[Matrix, Matrix]]:
-    """Pairs each item with its successor, cyclically."""
+    """Return pairs of each item and its successor.
+
+    The successor of the last item is the first item.
+    """
     return zip(items, items[1:] + items[:1], strict=True)

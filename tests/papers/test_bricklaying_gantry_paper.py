@@ -102,8 +102,8 @@ def test_motor_rates_match_finite_differences_and_speed_limit():
     middle = np.gradient(sampled.q, sampled.t, axis=0)
     smooth = np.r_[False, np.diff(sampled.stage) == 0] & np.r_[np.diff(sampled.stage) == 0, False]
     assert smooth.mean() > 0.9
-    # The jerk of the guide is at most 4 m/s^3: 400 rad/s^3 at a pulley radius of 10 mm. The time
-    # step of the differences is 0.02 s.
+    # The jerk of the guide is at most 4 m/s^3. At a pulley radius of 10 mm, this is 400 rad/s^3.
+    # The time step of the differences is 0.02 s.
     np.testing.assert_allclose(middle[smooth], sampled.qd[smooth], atol=400 * 0.02**2)
     assert (
         np.linalg.norm(sampled.V[:, :3], axis=1) <= bricklaying_wall.SPEED["speed"] + 1e-12

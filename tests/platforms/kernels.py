@@ -1,6 +1,7 @@
 """Compiles the kernels of all shipped robots for another platform, with the compiler in CC.
 
-`python kernels.py FOLDER SYSTEM MACHINE` has the names of the platform in Python.
+In the command `python kernels.py FOLDER SYSTEM MACHINE`, SYSTEM and MACHINE are the values of
+`platform.system()` and `platform.machine()` on the other platform.
 
 The platform determines only the file name of a kernel and the target of the compiler.
 """

@@ -36,7 +36,7 @@ FUNCTIONS = {
 
 
 def fixed_at(robot, q):
-    """Return the values of the redundancy parameters of configurations."""
+    """Return the values of the redundancy parameters at the configurations q."""
     joints = [joint.name for joint in robot.chain_joints]
     values = {}
     for item in robot.redundancy:
@@ -81,7 +81,7 @@ def write(file):
 
 
 def difference(key, found, expected):
-    """Return the difference divided by the tolerance."""
+    """Return the largest difference between two arrays, divided by the tolerance."""
     if found.shape != expected.shape or not np.array_equal(np.isnan(found), np.isnan(expected)):
         return np.inf
     if found.dtype == bool:
@@ -134,7 +134,7 @@ def check_folders(folder, kernels):
 
 
 def check_system():
-    """The cache is in the folder of the user, and a separate process has a time limit."""
+    """Check that the cache is in the user's folder and that separate processes have time limits."""
     assert cache_folder() == Path(os.environ["LOCALAPPDATA"]) / "chasles"
     assert isolated(partial(sum, [1, 2])) == 3
     try:

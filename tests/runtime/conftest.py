@@ -1,4 +1,4 @@
-"""Creates a separate cache for each test, with the tiny robot in it."""
+"""Creates a separate cache for each test, and the test robot `tiny`."""
 
 import gc
 
@@ -10,7 +10,7 @@ from tests.support.handwritten.tiny import Folder, manifest
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
-    """Return an empty cache, and an environment without the developer's settings."""
+    """Return the folder of an empty cache, and remove the developer's compiler settings."""
     folder = tmp_path / "cache"
     monkeypatch.setenv("CHASLES_CACHE", str(folder))
     monkeypatch.delenv("CC", raising=False)

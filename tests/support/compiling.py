@@ -39,7 +39,8 @@ QUICK, FAST = "-O0", "-O1"
 """Compiler flags: A calibrated arm is compiled in 2.5 s with QUICK, in 5 s with FAST and in 11 s
 with -O3."""
 COMPILER = shutil.which("clang") and "clang"
-"""Clang at -O0 is three times faster than GCC. GCC compiles the shipped robots."""
+"""The command ``clang``, or None if Clang is not installed. At -O0, Clang compiles three times
+faster than GCC. GCC compiles the shipped robots."""
 TCC = shutil.which("tcc") and "tcc"
 """tcc is ten times faster than Clang at -O0, but compiles neither vector code nor the general
 solver of built arms."""
@@ -83,7 +84,7 @@ def reading_here() -> Iterator[None]:
 
 @contextmanager
 def printing_here() -> Iterator[None]:
-    """Context manager under which the test process itself prints the articles."""
+    """Context in which articles are printed in the test process, not in forked processes."""
 
     @contextmanager
     def run_later(work: Callable[[], object]) -> Iterator[Callable[[], object]]:

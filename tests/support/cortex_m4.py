@@ -81,7 +81,9 @@ int main(void)
 
 
 def results(folder: Path, source: str, call: str, inputs: np.ndarray, size: int):
-    """Call a C function for inputs (m, k). Returns instruction counts (m,) and results (m, size).
+    """Call a C function for each row of the inputs (m, k).
+
+    Returns instruction counts (m,) and results (m, size).
 
     Args:
         folder: The folder of the exported code.

@@ -57,8 +57,9 @@ def driver(name):
 def inputs_of(robot, info, rng, count):
     """Return random inputs of a function.
 
-    If the robot has loops, the inputs are near its reference, so that the loops close. The last
-    joint is the redundancy parameter of an inverse, as for panda.
+    If the robot has loops, the inputs are near its reference, so that the loops close. If an
+    inverse has a redundancy parameter, the value of the last joint is used for this parameter, as
+    for panda.
     """
     middle, spread = (np.array(robot.reference.q), 0.1) if robot.reference else (0.0, np.pi)
     q = middle + rng.uniform(-spread, spread, (count, robot.n))

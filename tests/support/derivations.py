@@ -39,7 +39,10 @@ second."""
 
 
 def description(name: str) -> Path:
-    """Return the robot file of a shipped robot, or else of a robot in shelf/."""
+    """Return the robot file of a shipped robot.
+
+    If no shipped robot has this name, return the path of the robot file in the folder shelf/.
+    """
     own = ROBOTS / f"{name}.toml"
     return own if own.is_file() else ROBOTS / "shelf" / own.name
 
@@ -87,6 +90,6 @@ def made(name: str) -> Programs:
 
 
 def shaped(name: str, function: str, *arguments) -> np.ndarray:
-    """Return the single output of a CasADi function in its described shape."""
+    """Return the single output of a CasADi function in the shape that the derivation declares."""
     (result,) = derivation(name).function(function).outputs
     return np.array(kernels(name)[function](*arguments)).reshape(result.shape)

@@ -43,7 +43,7 @@ def configurations(robot, count):
 
 
 def right_angles(robot, count):
-    """Return random configurations at multiples of a right angle."""
+    """Return random configurations whose joint values are multiples of a right angle."""
     return np.random.default_rng(0).integers(-2, 3, (count, robot.n)) * (np.pi / 2)
 
 

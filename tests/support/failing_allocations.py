@@ -2,7 +2,8 @@
 
 Prints as JSON how often each call returned a result or raised an error.
 
-Runs as a program with ``native/failing_allocations.c`` in LD_PRELOAD and PYTHONMALLOC=malloc.
+Runs as a program with PYTHONMALLOC=malloc. LD_PRELOAD must contain the library that is compiled
+from ``native/failing_allocations.c``.
 """
 
 import ctypes
@@ -28,7 +29,7 @@ LIBRARY.count_allocations.restype = ctypes.c_long
 
 
 def calls() -> dict[str, Callable[[], object]]:
-    """Return calls of all compiled code of the runtime, keyed by name."""
+    """Return functions, keyed by name, that together call all compiled code of the runtime."""
     arm = chasles.load("ur5e")
     rng = np.random.default_rng(1)
     q, many = rng.uniform(-2, 2, (20, 6)), rng.uniform(-2, 2, (POSES, 6))

@@ -15,13 +15,14 @@ import pytest
 import chasles
 
 EVENTS = ("open", "os.rename", "os.mkdir", "os.link", "os.symlink")
-"""Audit events of operations that create or move files. Python reports os.replace as os.rename."""
+"""Audit events of operations that create or move files. For os.replace, Python reports the event
+os.rename."""
 
 
 class _Watch:
     """Counts the file operations in a folder.
 
-    The operation with a given number raises an error.
+    The operation with the number `step` raises an error, or ends the process if `is_fatal` is true.
     """
 
     def __init__(self) -> None:

@@ -75,7 +75,7 @@ def _count(info) -> int:
 
 
 def difference_of_solutions(robot, inputs, found) -> tuple[float, int]:
-    """Compare all solutions in Octave with the generated C, away from singularities.
+    """Compare all Octave solutions with those of the generated C code, away from singularities.
 
     Returns (largest difference, number of compared solutions). The difference is infinite if a slot
     is valid only in Octave or only in C, or if a solution does not reach its pose.

@@ -14,7 +14,7 @@ ACCENTS = {"\\hat", "\\tilde", "\\check", "\\breve", "\\bar", "\\mathcal", "\\ma
 
 
 class UnknownSymbolError(KeyError):
-    """A printed symbol has no definition before its use."""
+    """Error raised for a printed symbol that is used without a previous definition."""
 
 
 class Formula:
@@ -214,7 +214,8 @@ class Known(dict):
     A cosine or sine is computed from its angle at its first use.
 
     Attributes:
-        angles: (LaTeX of the angle, function), keyed by short symbol.
+        angles: (LaTeX of the angle, cosine or sine function), keyed by the short symbol of the
+            cosine or sine.
         sums: Names of the angle sums in the steps, keyed by their LaTeX.
     """
 

@@ -32,7 +32,8 @@ WITH_RATES = [
 def sampling_limits(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower and upper limits (n,) for random coordinates.
 
-    If a robot has no limits, the function returns `HELD`. The only such robot is planar_3rrr.
+    For a robot without limits, the function returns `HELD`. The only tested robots without limits
+    are planar_3rrr and its variants.
     """
     if np.isfinite(robot.lower).all() and np.isfinite(robot.upper).all():
         return robot.lower, robot.upper

@@ -17,7 +17,7 @@ POSES = 3
 
 
 def without_formula(found, texts=None):
-    """Return why a printed inverse cannot be evaluated numerically, or an empty text.
+    """Return the reason why a printed inverse cannot be evaluated numerically, or an empty text.
 
     Args:
         found: The derivation.

@@ -21,14 +21,14 @@ AGREEMENT = 1e-10
 LIBMVEC = 4
 """Maximum error (units in the last place) of the glibc vector library, as documented."""
 COS_SIN = 1.5
-"""Maximum error (units in the last place) of lane cosines and sines up to 1e5 radian."""
+"""Maximum error (units in the last place) of SIMD cosines and sines, up to 1e5 radian."""
 ANGLE = 2
 """Maximum error (units in the last place) of atan2 in SIMD code; 1.6 was observed."""
 RECIPROCAL_ROOT = 2
 """Maximum error (units in the last place) of 1 / sqrt(x) in SIMD code; 1.5 was observed."""
 NEAR_ROOT = 1e-11
-"""Tolerance for comparisons of branches with 40-digit arithmetic. Near a root that is zero,
-rounding errors are amplified."""
+"""Tolerance for the comparison of branches with results in 40-digit arithmetic. Near a root that is
+zero, rounding errors are amplified."""
 WORST_INVERSE = 5e-14
 """Maximum residual of an inverse solution at a random pose (meter, radian)."""
 LIMIT = 0.012

@@ -8,7 +8,10 @@ SECONDS = 600.0
 
 
 def until(holds: Callable[[], object], pause: float = 0.03) -> None:
-    """Wait until a condition holds, and fails after SECONDS."""
+    """Wait until a condition holds.
+
+    After SECONDS seconds, raise an AssertionError.
+    """
     end = time.monotonic() + SECONDS
     while not holds():
         assert time.monotonic() < end, f"the condition did not hold within {SECONDS:g} s"

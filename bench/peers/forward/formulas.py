@@ -15,7 +15,7 @@ Rows = list[list[Any]]
 def fk_jacobian(
     arm: Arm, q: Sequence[Any], cos: Callable[[Any], Any], sin: Callable[[Any], Any]
 ) -> tuple[Rows, Rows]:
-    """Return pose (4 rows of 4) and mixed Jacobian (6 rows of n).
+    """Return the rows of the pose (4 x 4) and of the mixed Jacobian (6 x n).
 
     Args:
         arm: The arm.

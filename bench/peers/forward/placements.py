@@ -1,4 +1,7 @@
-"""Constant transforms between joints, for other libraries with a joint tree."""
+"""Computes constant transforms between joints.
+
+Other libraries need these transforms for their joint trees.
+"""
 
 import numpy as np
 

@@ -51,7 +51,8 @@ def loops(arm: Arm) -> list[Loop]:
 def _generated(arm: Arm) -> dict[str, str]:
     q = sf.Matrix(arm.joints, 1).symbolic("q")
     T, J = (sf.Matrix(rows) for rows in fk_jacobian(arm, list(q), sf.cos, sf.sin))
-    # SymForce stores matrices by columns. The transposed pose is stored by rows.
+    # SymForce stores matrices by columns. The output is the transposed pose, so the pose itself is
+    # stored by rows.
     outputs = {"pose": Values(T=T.T), "both": Values(T=T.T, J=J)}
     files = {}
     with tempfile.TemporaryDirectory() as folder:

@@ -1,4 +1,7 @@
-"""The Robotics Toolbox with elementary transform sequences, its fastest model."""
+"""The Robotics Toolbox, with each robot modeled as a sequence of elementary transforms.
+
+This is the fastest robot model of the toolbox.
+"""
 
 import roboticstoolbox as rtb
 

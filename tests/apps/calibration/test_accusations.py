@@ -46,7 +46,10 @@ def linear_delta(tmp_path_factory):
 
 
 def end_stops(robot, found):
-    """Subtract the mean end stop error, which is equivalent to the bed height."""
+    """Return the end stop errors minus their mean.
+
+    A common error of all end stops has the same effect as a shift of the bed height.
+    """
     offsets = [k for k, item in enumerate(robot.geometry) if item.part == "offset"]
     errors = found.p[offsets] - np.array([robot.geometry[k].value for k in offsets])
     return errors - errors.mean()
@@ -101,7 +104,7 @@ def test_correct_measurements_get_no_accusation(arm, device):
 
 @pytest.mark.parametrize(("name", "seed"), [("ur5e", 496852550), ("irb120", 3276006344)])
 def test_few_correct_distances_fit_beyond_the_first_local_minimum(loaded, name, seed):
-    """From a start at the tool origin, the fit has errors of millimeters at a local minimum."""
+    """A fit that starts at the tool origin ends at a local minimum with errors of millimeters."""
     arm = loaded(name)
     said = verdict(arm, simulated(arm, seed))
     assert said.is_clean, said.text

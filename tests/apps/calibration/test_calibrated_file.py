@@ -16,7 +16,7 @@ from tests.support.measured_arms import drawn
 
 @pytest.fixture(scope="module")
 def driven(arm):
-    """Return a geometry with transmission errors, and motor positions."""
+    """Return geometry parameters p with transmission errors, and random motor positions."""
     random, p = np.random.default_rng(3), drawn(arm, 0).p
     drives = np.array([g.part == "transmission" for g in arm.geometry])
     p[drives] += random.uniform(-3e-3, 3e-3, drives.sum())

@@ -74,7 +74,10 @@ def around(robot, random, count):
 
 
 def everywhere(robot, random, count):
-    """Return coordinates within the limits. A crank without limits rotates almost a full turn."""
+    """Return coordinates within the limits.
+
+    All coordinates are between -3 and 3, so a crank without limits rotates almost a full turn.
+    """
     low, high = np.maximum(robot.lower, -3), np.minimum(robot.upper, 3)
     return random.uniform(low, high, (count, robot.n))
 

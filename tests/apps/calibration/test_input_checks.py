@@ -176,7 +176,7 @@ def test_measurements_of_another_robot_are_diagnosed(loaded):
 
 
 def as_quaternions(R):
-    """Convert with SciPy, as a reference for chasles."""
+    """Return SciPy's quaternions (w, x, y, z) of rotation matrices, as a reference for chasles."""
     return Rotation.from_matrix(R).as_quat(scalar_first=True)
 
 

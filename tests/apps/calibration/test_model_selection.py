@@ -20,7 +20,7 @@ def measured(robot, truth, q, seed=0):
 
 
 def with_offsets(robot, seed):
-    """Return a simulated robot with random axis errors and zero offsets (`TOLERANCES`)."""
+    """Return a simulated robot with random errors of axes and joint offsets (see `TOLERANCES`)."""
     truth, random = drawn(robot, seed, count=30), np.random.default_rng(seed)
     p = nominal(robot)
     for part, sigma in TOLERANCES.items():

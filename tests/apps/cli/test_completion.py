@@ -32,7 +32,10 @@ def test_shell_completes_verbs_options_robots_and_choices(line, words, monkeypat
 
 @contextmanager
 def piped(*words, end=sys.exit):
-    """Run the command line in a fork of this process. Yields the process and its output."""
+    """Run the command line in a fork of this process.
+
+    Yield the process and its output.
+    """
     read, write = os.pipe()
 
     def run_forked():

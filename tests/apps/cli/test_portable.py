@@ -28,8 +28,8 @@ chasles.load(sys.argv[1]).fk([0.3, 0.5])
 print(*set(sys.modules) - before)
 """
 SLOW = {"importlib.metadata", "secrets", "shutil", "subprocess", "tempfile", "tomllib"}
-"""Modules that load slowly, so that startup must not import them: compilation and error
-messages."""
+"""Slow modules that startup must not import. Only compilation and error messages need these
+modules."""
 
 
 def written(path, source=tiny.SOURCE):

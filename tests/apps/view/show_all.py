@@ -1,9 +1,9 @@
 """Tests the HTML pages of many robots: ``python tests/apps/view/show_all.py FOLDER N [PICTURES]``.
 
-The robots are the shipped robots, the arms derived on first use, the robot files of a folder and N
-random mechanisms. Each page must load without console messages. The script moves all sliders, and
-compares the body poses with the robot's functions. The script also drags the tool handle back and
-forth, and checks that the tool follows.
+The script tests the shipped robots, the arms that are derived on first use, the robot files in a
+folder, and N random mechanisms. Each page must load without console messages. The script moves all
+sliders, and compares the body poses with the robot's functions. The script also drags the tool
+handle back and forth, and checks that the tool follows.
 
 The script prints page sizes, branch counts, frame times, the largest errors and all failures for
 each robot. The pictures are written to a folder.

@@ -1,4 +1,4 @@
-"""Displayed configurations, ghosts and limits agree with the robot's functions."""
+"""Displayed configurations, ghost robots and limits agree with the robot's functions."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def drawn(display: Display, rng, steps: int = 4):
 
 
 def tools(display: Display, ghosts) -> np.ndarray:
-    """Return the tool poses (g, 4, 4) of the displayed ghosts."""
+    """Return the tool poses (g, 4, 4) of the displayed ghost robots."""
     shown = ghosts.scales > 0
     bodies = np.tile(np.eye(4), (*ghosts.positions[shown].shape[:2], 1, 1))
     wxyz = ghosts.wxyzs[shown]

@@ -14,8 +14,8 @@ from tests.support.robot_stand_in import RobotStandIn
 from tests.support.viewed_pages import asked, coordinates, message, on_page, opened, walk
 
 CLOSED = 1e-9
-"""Largest error of a body pose (positions in meter, and entries of directions). Loop residuals are
-1e-12 of the robot size."""
+"""Largest error of a body pose (positions in meters, entries of direction vectors). Loop residuals
+are 1e-12 of the robot size."""
 STEPS = 3
 """Number of configurations per robot."""
 HELD = Path(__file__).with_name("held.toml")

@@ -107,7 +107,10 @@ def write_mesh(kind, folder, reference):
 
 
 def add_texture(folder, kind):
-    """Write a texture and a material, and return the file that a mesh needs."""
+    """Write a texture and a material file.
+
+    Return the material file if `kind` is "material", otherwise the texture.
+    """
     from PIL import Image
 
     folder.mkdir(exist_ok=True)

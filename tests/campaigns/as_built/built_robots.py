@@ -42,7 +42,8 @@ class Judged:
         closure: The largest closure error of the loops (meter).
         lost: Number of configurations that ``ik`` does not recover.
         fewer: Number of true solutions that ``ik`` misses and Newton's method in this module finds.
-            Newton's method starts from nominal solutions on the branch of the true loops.
+            Newton's method starts only from nominal solutions at which ``fk`` of the true and the
+            nominal robot nearly agree.
     """
 
     closure: float

@@ -36,8 +36,8 @@ LEAST_SQUARES = "least squares"
 POSES, SHARPENED = 200, 5
 """Numbers of tested configurations, and of comparisons with the least-squares minimum."""
 AROUND = 0.05
-"""Maximum distance of a coordinate from the reference, as a fraction of the limit range. Without
-limits, it is a fraction of pi."""
+"""Maximum distance of a coordinate from the reference, as a fraction of the limit range. For a
+coordinate without limits, the distance is a fraction of pi."""
 BARS = {"open": 0, "gap": 1e-12, "least": 1e-9, "lost": 0, "maps": 1e-9}
 
 

@@ -101,7 +101,7 @@ def test_modes_are_invariant_to_base_offset_and_scale():
     a, b, lengths = general_rods()
     solution = platforms.solved(general_platform(), a, lengths)
     expected = solution.theta[np.isfinite(solution.margin)]
-    # All rod ends are shifted, and all lengths are in another unit.
+    # All rod ends are shifted, and all lengths are multiplied by 1000.
     shift, middle, factor = np.array([300.0, -200, 50]), np.array([5.0, 2, -7]), 1e3
     theta, unsure = platforms.modes(factor * (a + shift), factor * (b + middle), factor * lengths)
     assert unsure == 0

@@ -62,8 +62,8 @@ def test_well_manipulator_cylinders_and_joints_match_paper(time, theta1):
     found = r.actuators(theta)[[1, 2, 4, 6]] / MM
     # The angles are rounded to 1e-8 degrees, which moves a point at one meter by 1e-7 mm.
     assert found == pytest.approx(lengths, abs=4 * HALF)
-    # The tolerance is half a unit in the last digit of a length, times the derivative of the joint
-    # position.
+    # The tolerance is the effect of rounded lengths on the joint values, plus half a unit in the
+    # last digit of an angle.
     slack = np.abs(r.chain_D_q(q)).sum(1) * HALF * MM + HALF * DEG
     assert (np.abs(r.chain(q) - theta) <= slack).all()
     passive = r.passive(r.actuators(theta)) / DEG
@@ -81,7 +81,8 @@ def test_well_manipulator_tool_position_matches_paper():
         tip = r.fk(q)[:3, 3] / MM
         assert tip == pytest.approx(R, abs=1e-8)
         if printed:
-            # The paper rounds intermediate results, so the tip is wrong by 0.4 mm at 2 m.
+            # The paper rounds intermediate results, so the printed tip position has an error of 0.4
+            # mm at a distance of 2 m.
             assert tip == pytest.approx(printed, abs=0.5)
     # The arm is bent so that the tool points down.
     assert r.fk(q)[:3, 0] == pytest.approx([0, 0, -1], abs=1e-12)
@@ -102,7 +103,10 @@ def test_well_manipulator_stage_4_rates_match_paper():
     ("time", "height"), [(25, 1020.0), (37, 1020.0 - 2166.0)], ids=["25 s", "37 s"]
 )
 def test_well_manipulator_tool_pose_over_well_matches_paper(time, height):
-    """The rotation 0_R_7 equals the printed matrix. At 3 m, 1e-8 degrees correspond to 5e-7 mm."""
+    """The rotation 0_R_7 equals the printed matrix.
+
+    At a distance of 3 m, an angle of 1e-8 degrees corresponds to 5e-7 mm.
+    """
     r = robot("well_manipulator")
     T = r.fk(r.actuators(well_theta(0.0, WELL[time][0])))
     assert T[:3, 3] / MM == pytest.approx([1237.0, 0.0, height], abs=1e-6)

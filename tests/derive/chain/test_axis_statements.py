@@ -32,7 +32,8 @@ STATEMENTS = {
 """Number of statements about axes in the article of each robot. The robots are shipped robots and
 random arms.
 
-Together, the robots have each kind of statement, with loops, fixed joints and prismatic joints."""
+Together, the articles of these robots contain every kind of statement about axes. Some of the
+robots have loops, fixed joints or prismatic joints."""
 CONFIGURATIONS = 30
 HOLDS = 1e-6
 """Tolerance of a statement about axes: sine of an angle, or distance over arm length."""

@@ -1,4 +1,4 @@
-"""Couplings: joints as linear functions of motors, and their inverse."""
+"""Couplings: joint values as linear functions of motor values, and the inverse functions."""
 
 import re
 from functools import cache

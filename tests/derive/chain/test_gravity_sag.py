@@ -1,5 +1,8 @@
-"""Tests the deflection of joints by gravity. Pinocchio computes torques, and CasADi derivatives.
-Written files are also tested."""
+"""Tests the deflection of joints by gravity.
+
+For comparison, Pinocchio computes torques, and CasADi computes derivatives. Written files are also
+tested.
+"""
 
 from functools import cache
 

@@ -46,7 +46,8 @@ class Numbers(dict):
 def off_by(random, nominal, size, parameters):
     """Return perturbed values with nine decimal places, which are exact fractions.
 
-    ``test_named_parameters`` changes the parameters of the description.
+    The named parameters of the description stay unchanged, because ``test_named_parameters``
+    changes them.
     """
     size = [0 if g.part == "parameter" else size for g in parameters]
     return np.round(nominal + random.uniform(-1, 1, len(nominal)) * size, 9)

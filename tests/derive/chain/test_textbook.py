@@ -94,7 +94,8 @@ def test_planar_arm_derivatives_match_symbolic_differentiation():
 def test_a_screw_arm_is_the_product_of_its_exponentials():
     """Equation (4.14) of Lynch and Park: T = exp(S1 q1) exp(S2 q2) exp(S3 q3) M.
 
-    The columns of the Jacobian are screws transformed by Ad.
+    Column k of the spatial Jacobian is the screw of joint k, transformed by the adjoint of the
+    preceding exponentials.
     """
     zero, one, h = sp.Integer(0), sp.Integer(1), sp.Rational(1, 7)
     joints = (

@@ -1,6 +1,6 @@
 """The check reports all errors of a file.
 
-It does not report errors that only follow from other errors.
+The check does not report errors that are only consequences of other errors.
 """
 
 import json

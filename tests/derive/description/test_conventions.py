@@ -265,7 +265,10 @@ d2 = 40
 
 
 def spatial(described, kind):
-    """Return the mechanism from its robot file. The second joint is revolute or prismatic."""
+    """Return a mechanism from a robot file.
+
+    The second revolute joint of the file gets the type `kind`, revolute or prismatic.
+    """
     text = FILE.format(convention=described.split()[0], joints=SPATIAL[described])
     numbers = [k for k, one in enumerate(read_text(text).joints) if one.kind == "revolute"]
     before, *joints = text.split("[[joints]]")

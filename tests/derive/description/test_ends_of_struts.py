@@ -16,7 +16,7 @@ RETRACTED = 0.2
 UP = 0.5
 TANGENT, RADIAL = (-90, -90), (180, -90)
 """Roll and pitch (degrees) of two frames whose x axis points up. At yaw 0, the z axis of the first
-is tangential, and the z axis of the second is radial."""
+frame is tangential, and the z axis of the second frame is radial."""
 
 
 def around(ends, axes, radii):
@@ -97,7 +97,10 @@ def stepped(T, x):
 
 
 def followed(legs, start, q, steps=4):
-    """Return the pose by Newton's method along the line from the reference strokes to q."""
+    """Return the pose at the strokes q.
+
+    Newton's method computes the pose at intermediate strokes on the line from ``start`` to q.
+    """
     T = np.eye(4)
     T[2, 3] = UP
     for part in np.linspace(0, 1, steps):

@@ -117,7 +117,7 @@ def test_meter_and_millimeter_files_give_equal_robots():
 
 
 def test_roots_and_arctangents_of_lengths_are_unit_independent():
-    """A file in millimeters and a file in meters describe one robot.
+    """A file in millimeters and a file in meters describe the same robot.
 
     The symbol h is a length without a unit.
     """

@@ -89,7 +89,7 @@ def test_the_reference_is_near_a_closed_configuration(name):
 
 
 def swing(m, strut, q, u):
-    """Return the angle of a strut in a plane of the body at its first end."""
+    """Return the angle of a strut in the xy or xz plane of the body at the strut's first end."""
     body, A, B = m.ends(strut, q, u)
     x, y, z = body[:3, :3].T @ (B[:3, 3] - A[:3, 3])
     flat = abs(z) < 1e-9
@@ -144,7 +144,8 @@ def test_well_manipulator_passive_joints_match_printed_states(angles, lengths, s
     q = np.array([0, l1, l2, 0, l3, 0, l4])
     u, _ = m.followed(q)
     assert m.unknown == ["theta2", "theta3", "theta5", "theta7"]
-    # The source prints lengths to 1e-7 mm, and angles away from dead points to 1e-6 degrees.
+    # The source prints lengths to 1e-7 mm. Away from dead points, the source prints angles to 1e-6
+    # degrees.
     assert np.degrees(u) == pytest.approx(angles, abs=1e-6)
     found = [np.degrees(swing(m, strut, q, u)) for strut in m.mechanism.struts]
     assert found == pytest.approx(swings, abs=1e-6)

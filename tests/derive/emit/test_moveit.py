@@ -42,7 +42,7 @@ Q = {
     "ur5e": [0.3, -1.2, 1.4, -0.5, 0.8, 0.2],
     "panda": [0.3, -0.4, 0.2, -1.9, 0.4, 1.8, 0.6],
 }
-"""A configuration of each robot within its limits."""
+"""For each robot, a configuration within the limits of this robot."""
 CONFIG = """\
 add_library({package}::{package} INTERFACE IMPORTED)
 set_target_properties({package}::{package} PROPERTIES

@@ -73,7 +73,7 @@ def turned(k, angles, v):
 
 
 def directions(pair, d, rng):
-    """Return random unit vectors with the components d along h."""
+    """Return random unit vectors (N, 3) whose components along h are d (N,)."""
     h = np.array(pair.h, dtype=float)
     across = np.cross(h, rng.normal(size=(len(d), 3)))
     across /= np.linalg.norm(across, axis=1, keepdims=True)
@@ -81,7 +81,7 @@ def directions(pair, d, rng):
 
 
 def solutions(pair, v):
-    """Return the four angles and margins for each direction (N, 3)."""
+    """Return four angles (N, 4) and their margins (N, 4, 2) for directions v (N, 3)."""
     terms, symbols = Terms({}), sp.symbols("v1:4", real=True)
     root, found = coupled_turns(terms, pair, symbols, SIGNS)
     outputs = (found.turn.c, found.turn.s, root.margin, found.margin)

@@ -32,7 +32,8 @@ SOLD = """<robot name="arm"><link name="base"/>
 
 
 REACHING_OTHER_AXES = (61035130000014, 19126538000017, 7102000005)
-"""Random seeds of arms whose first three joints follow from a point on the last axis."""
+"""Seeds of random arms. In these arms, the position of a point on the last axis determines the
+first three joint values."""
 
 
 def lost_of(cases):

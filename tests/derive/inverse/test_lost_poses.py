@@ -32,7 +32,10 @@ def pose_case(seed):
 
 
 def lost(case, solve, count=400):
-    """Return the number of missed poses at joint angles that are multiples of 90 degrees."""
+    """Return the number of missed poses.
+
+    All joint angles are multiples of 90 degrees.
+    """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(losses, "RIGHT", count)
         q = right_angles(case, np.random.default_rng(3))
@@ -71,7 +74,8 @@ def test_numeric_search_keeps_fixed_joint_values(seed):
 def test_shipped_serial_robots_need_no_numeric_search():
     """An inverse that misses no pose needs no slow search.
 
-    ``python -m bench inverse`` tests all poses of the robots at multiples of 90 degrees.
+    ``python -m bench inverse`` tests the poses of the robots at joint angles that are multiples of
+    90 degrees.
     """
     functions = [f for name in NAMES for f in chasles.load(name).manifest.functions]
     solved = [f for f in functions if f.role.name == "inverse"]

@@ -152,7 +152,10 @@ def test_change_of_design_file_makes_output_stale(files):
 
 
 def displacement(rng, length=1.27):
-    """Return a displacement of a given length with rotations by multiples of 90 degrees."""
+    """Return a random translation, followed by rotations by multiples of 90 degrees.
+
+    Each coordinate of the translation is between -length and length.
+    """
     angles = (sp.pi / 2 * int(k) for k in rng.integers(0, 4, 3))
     shift = Translation(tuple(sp.Rational(f"{x:.6f}") for x in rng.uniform(-length, length, 3)))
     return (shift, *(Rotation(axis, angle) for axis, angle in zip("xyz", angles, strict=True)))

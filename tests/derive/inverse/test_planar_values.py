@@ -27,10 +27,10 @@ PLANAR = {
 }
 """Type and axis direction of the first four joints; F is the revolute joint that `fixed=` names."""
 EXCHANGED = [("R", Z), FIXED, ("P", Y), ("P", Z)]
-"""If the fixed joint is at 90 degrees instead of 0, only the first prismatic joint changes the
-height instead of only the second."""
+"""With the fixed joint at 0 degrees, only the second prismatic joint changes the height. At 90
+degrees, only the first prismatic joint changes the height."""
 OFFSETS = [0.0, 1e-13, 1e-10, 1e-7, 1e-4]
-"""Deviations of the fixed joint from the planar value (radian)."""
+"""Deviations (radian) of the fixed joint from the value at which the arm is planar."""
 WRIST = [X, Y, X]
 POSES = 200
 

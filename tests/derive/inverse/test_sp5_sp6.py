@@ -32,7 +32,10 @@ def lowered(terms, symbols, values):
 
 
 def slots(function, X):
-    """Evaluate the function in all four solution slots (N, 4, outputs)."""
+    """Evaluate the function for all four pairs of signs.
+
+    The result has the shape (N, 4, outputs).
+    """
     values = [
         np.array(function(ca.DM(X.T), ca.DM(np.tile(np.array([signs]).T, (1, len(X))))))
         for signs in BRANCHES
@@ -113,7 +116,7 @@ def test_sp6_solution_count_matches_real_roots(solve6):
 
 
 def real_roots(X):
-    """Count the real solutions theta2, after theta1 is eliminated.
+    """Eliminate theta1, and count the real solutions theta2.
 
     For a real theta2, the root exp(i theta2) has modulus 1.
     """
@@ -134,7 +137,7 @@ def real_roots(X):
 
 
 def singular(A, generator, first, second):
-    """Return matrices A with two proportional columns for theta1 or for theta2."""
+    """Return matrices A with proportional columns for theta1 (``first``) or theta2 (``second``)."""
     A = A.copy()
     if first:
         A[:, 2:4] = generator.normal(size=(len(A), 1)) * A[:, :2]
@@ -242,7 +245,8 @@ def roots():
 def polynomial_of(angles):
     """Return the polynomial with four specified roots.
 
-    The roots r are the roots of sum(c_k e^(i k phi)), k = -2 ... 2. The largest coefficient is 1.
+    The angles of each row are the roots phi of the trigonometric polynomial sum(c_k e^(i k phi)), k
+    = -2 ... 2. The largest absolute value of the coefficients is 1.
     """
     coefficients = []
     for row in angles:
@@ -321,7 +325,10 @@ def pair(angle):
 
 
 def closing(t, k1, p1, k2, p2, k3, p3):
-    """Return the vectors of a loop. The vector p0 closes the loop at specified angles."""
+    """Return the vectors of a loop.
+
+    The vector p0 is chosen so that the loop closes at the angles t.
+    """
     w = p2 + turned(k3, pair(t[2]), p3)
     return turned(k2, pair(t[1]), w) - turned(k1, pair(t[0]), p1), k1, p1, k2, p2, k3, p3
 

@@ -1,5 +1,7 @@
-"""Subproblems 1 to 4 and prismatic joints, at known solutions and at the border of the reachable
-targets."""
+"""Tests subproblems 1 to 4 and subproblems with prismatic joints.
+
+The targets have known solutions or are at the border of the reachable targets.
+"""
 
 import itertools
 
@@ -329,7 +331,7 @@ def test_sp3_folds_if_squared_distance_rounds_below_zero():
         y = f(1, np.array([D2]))
         np.testing.assert_allclose(y[0, :2], [0, 1], atol=1e-15)
         assert abs(y[0, 2]) < 1e-15
-    # An elbow distance of 1e-9 does not count as folded.
+    # If the squared distance is 1e-18 (distance 1e-9), the elbow does not count as folded.
     y = f(1, np.array([1e-18]))
     assert abs(y[0, 0]) == pytest.approx(1e-9, rel=1e-6)
 
@@ -419,7 +421,7 @@ def test_direction_of_constant_zero_is_zero_angle(is_parameter):
 
 
 def test_direction_of_rounding_noise_is_zero_angle():
-    """The square of a length of 1e-17 underflows to 0, so the direction is arbitrary."""
+    """Components of size 1e-17 are rounding errors, and ``direction`` replaces them by 0."""
     terms, noise = Terms({}), sp.Rational(1, 10**17)
     turn = direction(terms, noise, -noise)
     assert [float(terms.value(x)) for x in (turn.c, turn.s)] == [1.0, 0.0]

@@ -15,7 +15,7 @@ POSES = 10
 
 
 def message(name):
-    """Read the printed equations of an arm back.
+    """Evaluate the printed equations of an arm, and compare the solutions with ``ik``.
 
     Returns a message about the result, and whether an equation is wrong.
     """
@@ -38,7 +38,7 @@ def message(name):
 
 
 def main(names):
-    """Return how many robot articles contain wrong formulas."""
+    """Return the number of robots whose articles contain wrong formulas."""
     from tests.support.derivations import NAMES, ROBOTS
 
     shelf = sorted(path.stem for path in (ROBOTS / "shelf").glob("*.toml"))

@@ -32,7 +32,8 @@ FILES += ["transforms.tex", "fk.tex", "jacobian.tex", "inverse.tex", "singularit
 FILES += ["workspace.tex", "example.tex", "references.tex"]
 EVALUATED = ("iiwa14", "jaco2", "photo_robot", "awkward", "calibrated", "tilted", "named_wrist")
 EVALUATED += ("fourteen", "random0", "random3")
-"""Robots whose printed formulas are evaluated, with every kind of joint, constant and name."""
+"""Robots whose printed formulas are evaluated. Together, the robots have every kind of joint,
+constant and name."""
 REPRINTED = ("scara", "iiwa14", "four_bar", "slider_crank", "planar_3rrr", "bricklaying_gantry")
 """Robots of every kind. Their newly printed articles are compared with the committed articles."""
 SMALL = tuple(name for name in EVALUATED if name != "fourteen")
@@ -143,7 +144,7 @@ def test_fragments_and_document_name_the_same_files():
 
 @pytest.mark.parametrize("name", REPRINTED)
 def test_printed_article_equals_the_committed_article(name):
-    """For articles that are not in REPRINTED, other tests check the committed files."""
+    """For robots that are not in REPRINTED, other tests check the committed files."""
     texts = files(derivation(name), NO_PROGRAMS)
     assert texts.pop(f"{name}.tex") == (GENERATED / name / f"{name}.tex").read_text()
     assert texts == {f"{FOLDER}/{file}": text for file, text in committed(name).items()}
@@ -333,7 +334,10 @@ def test_two_conventions_are_printed_as_parameter_tables():
 
 
 def urdf(folder, *joints):
-    """Write a chain of URDF joints with name, type, axis, roll and further elements."""
+    """Write a URDF chain.
+
+    Each joint is a tuple (name, type, axis, roll, further elements).
+    """
     parts = ['<robot name="chain"><link name="l0"/>']
     for k, (name, kind, axis, roll, more) in enumerate(joints, 1):
         parts.append(

@@ -27,7 +27,7 @@ from tests.support.printed_robots import FUNCTIONS as PRINTED_FUNCTIONS
 from tests.support.printed_robots import named_wrist
 
 TRUE = 1e-10
-"""Tolerance of textbook formulas, which lose the last digits."""
+"""Tolerance of textbook formulas, whose results are inaccurate in the last digits."""
 FUNCTIONS = (*PRINTED_FUNCTIONS, "ik")
 """Functions in the printed articles."""
 INSIDE = 1e-3
@@ -87,7 +87,7 @@ class Reader:
         self.close([step for step in task.steps if not step.solution])
 
     def close(self, steps):
-        """Check the equation that several steps share."""
+        """Check that the computed angles satisfy the common equation of the given steps."""
         if not steps:
             return
         equation = steps[0].equation
@@ -110,7 +110,8 @@ def target_of(name, function, rng):
     p, z = T[:3, 3], T[:3, 2]
     given = dict(zip((f"q{k + 1}" for k in range(len(q))), q, strict=True))
     if function.name == "ik_position":
-        # Joints that the task does not determine are 0.
+        # The position task determines only the first three joint values. The other joint values are
+        # 0.
         q[3:] = 0.0
         p = np.array(kernels(name)["fk"](q)).reshape(4, 4)[:3, 3]
     known = {

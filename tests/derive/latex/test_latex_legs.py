@@ -17,8 +17,8 @@ from chasles.derive.terms.casadi_graph import lower
 from tests.support.generators.planar_platforms import drawn_platform
 
 LEGS = {
-    # Each case has leg types and the number of harmonics. A leg constrains a point to a circle or a
-    # line.
+    # Each case contains three legs and the number of harmonics. Each leg is a pair (joint types,
+    # index of the actuated joint). A leg constrains a point to a circle or a line.
     "circles": ((("RRR", 0), ("RRR", 1), ("RPR", 1)), 3),
     "two lines": ((("RRR", 0), ("RPR", 2), ("PRR", 2)), 3),
     "lines that turn alike": ((("PRP", 0), ("PRP", 0), ("RRP", 0)), 1),

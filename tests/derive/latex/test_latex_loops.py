@@ -228,7 +228,8 @@ def test_printed_rates_match_actuator_rates(name):
     steps = page.backward_steps
     reader, thetad = Reader(page), random(len(theta), 7)
     if name == "board_installer":
-        # The chain has more joints than degrees of freedom, so its joint rates must fit the loops.
+        # The main chain has more joints than degrees of freedom. Only some joint rates satisfy the
+        # loop equations.
         thetad = array(name, "chain_rates", some_q(name), random(6, 7))
     reader.give(page.theta, theta)
     found = Rates(page, {symbol: k for k, symbol in enumerate(page.theta)})

@@ -27,7 +27,7 @@ ROUNDING = 1e-9
 
 @cache
 def derived(name):
-    """Derive a shipped robot, or a planar robot on three unequal rods."""
+    """Derive a shipped robot, or a planar platform with three rods of unequal length."""
     if name != "crooked":
         written = ELIMINATED if name in TRIADS else WRITTEN
         return derive(read(ROBOTS / f"{name}.toml"), functions=written)
@@ -108,8 +108,9 @@ def test_printed_pins_are_constant_in_platform_frame(name):
     numbers, found = Numbers(name, theta, q), printed(name)
     b, pins = (numbers.array([getattr(rod, of) for rod in found.rods]) for of in ("b", "pin"))
     p = numbers.array([found.tool])
-    # The scalar products of the pin vectors, and the pins in platform axes, do not depend on the
-    # platform's rotation.
+    # The scalar products of the pin vectors do not depend on the platform's rotation. The
+    # coordinates of the pins in the platform frame do not depend on the platform's rotation,
+    # either.
     gram = (b - p) @ (b - p).T
     np.testing.assert_allclose(pins @ pins.T, gram, rtol=0, atol=TRUE)
     other = Numbers(name, *somewhere(name, seed=1))

@@ -91,7 +91,7 @@ TOKEN = re.compile(r"([RT])_\{?([xyz])\}?\(([^()]*)\)|(T)\(([^()]*)\)")
 
 
 def test_printed_parametric_product_equals_the_pose(sagging, written):
-    """The product of the printed factors also gives the pose if the geometry is changed."""
+    """The product of the printed factors equals the pose, even for changed geometry parameters."""
     text = written[f"{FOLDER}/parametric.tex"]
     random = np.random.default_rng(4)
     q = random.uniform(-2, 2, 6)

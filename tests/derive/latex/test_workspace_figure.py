@@ -42,7 +42,10 @@ def bodies_of(robot):
 
 
 def arm(lengths, bounds, *, upright):
-    """Return an arm with parallel axes. The first axis may be vertical."""
+    """Return an arm with parallel axes.
+
+    If ``upright`` is true, the arm has a vertical axis before the parallel axes.
+    """
     x = [Translation((sp.Rational(str(length)), 0, 0)) for length in lengths]
     joints = []
     if upright:
@@ -69,7 +72,8 @@ def test_two_link_arms_reach_rings_and_half_rings():
 
 
 def test_joint_limits_reduce_the_area_to_a_ring_sector():
-    # The elbow determines the distance, and the shoulder sweeps an arc.
+    # The elbow angle determines the distance of the tip from the shoulder, and the shoulder moves
+    # the tip along an arc.
     rng = np.random.default_rng(2)
     for _ in range(3):
         low, bend, turn = (

@@ -38,7 +38,8 @@ HALF = sp.Rational(1, 2)
 class Isosceles(PlanarStep):
     """Three pins in an isosceles triangle whose two arms have equal constant lengths.
 
-    The third pin has the position C = D/2 + k J D on the base D. J is the matrix of a quarter turn.
+    The third pin has the position C = D/2 + k J D. D is the vector along the base, and k^2 = (arm
+    length)^2 / |D|^2 - 1/4. J is the matrix of a quarter turn.
     """
 
     base: Arm

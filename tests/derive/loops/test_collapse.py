@@ -39,7 +39,8 @@ def test_board_installer_collapse_leaves_a_single_solved_angle(board):
     full = [s for group in tool_groups(board) for s in group.stations]
     solved = [s for s in full if board.terms.is_solved(s.angle)]
     kept = [s for s in stations(board) if board.terms.is_solved(s.angle)]
-    # The wrist compensates for shoulder and elbow, so only the pitch term remains.
+    # The wrist compensates for the angles of the shoulder and the elbow. Of the three angle terms,
+    # only the term with the pitch remains.
     assert len(solved) == 3
     assert len(kept) == 1
     (push_rod,) = kept

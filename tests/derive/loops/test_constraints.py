@@ -244,7 +244,7 @@ def test_equations_satisfied_by_cancellation_are_omitted():
 
 
 def open_ends(c, loop, z, poses):
-    """Return the gap of a closure from the body poses alone."""
+    """Return the closure error of a loop joint, computed from the body poses."""
     loop_joint = loop.loop.loop_joint
     T_a, T_b = (
         poses[p.body] @ _matrix(p.placement, c.mechanism) for p in (loop_joint.a, loop_joint.b)

@@ -1,4 +1,7 @@
-"""Linkages with gears, racks and planetary stages agree with a model closed by Newton's method."""
+"""Linkages with gears, racks and planetary stages agree with a numeric model.
+
+Newton's method closes the loops of the model.
+"""
 
 import numpy as np
 import pytest

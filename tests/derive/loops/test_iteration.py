@@ -1,4 +1,4 @@
-"""Functions that depend on iterated loops call the solver first."""
+"""Functions that depend on iteratively solved loops call the solver first."""
 
 import pytest
 

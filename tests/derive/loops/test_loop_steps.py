@@ -77,7 +77,7 @@ def hybrid(build):
 
 
 def steps():
-    """Return every solution step with its solution."""
+    """Return a pair (solution, step) for each step of the forward and backward solutions."""
     forward = [hybrid(build).forward for build in BUILDERS]
     backward = [hybrid(build).backward for build in (*PLATFORMS, slider_crank, delta, pushed)]
     return [(solution, step) for solution in (*forward, *backward) for step in solution.steps]

@@ -40,7 +40,7 @@ brace_u = 55
 brace_l = -21
 """
 OPEN = 0.184935
-"""Stroke [m] within the limits at which the brace is too short."""
+"""Stroke [m] at which the brace is too short, although the stroke is within its limits."""
 FUNCTIONS = ("fk", "link_poses", "jacobian_mixed", "chain", "chain_D_q", "passive", "margin", "ik")
 
 

@@ -158,8 +158,8 @@ def test_full_crank_rotation_keeps_the_branch():
 
 
 def test_redundant_constraints_keep_configuration_accuracy():
-    # A residual of 1e-12 alone would allow an error of 1e-12 divided by the smallest singular
-    # value.
+    # If only the residual were limited to 1e-12, the joint error could be 1e-12 divided by the
+    # smallest singular value.
     for q in np.linspace(0.2, 2.8, 4):
         z = closed_configuration(mechanisms.parallelogram(5), (q,))
         found = [z[f"crank{k}"] for k in range(5)]

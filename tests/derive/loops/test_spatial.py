@@ -1,4 +1,4 @@
-"""Spatial loops in closed form: ball-ended legs, and platforms on three spheres."""
+"""Closed-form solutions of spatial loops: legs with ball joints, and platforms on three spheres."""
 
 from dataclasses import replace
 from functools import cache

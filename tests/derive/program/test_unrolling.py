@@ -63,7 +63,10 @@ A, B, C, D = map(Variable, range(1, 5))
 
 
 def run(program, arguments):
-    """Evaluate a program for arguments (entries, poses), and return such arrays."""
+    """Evaluate a program for many poses.
+
+    Arguments and results are arrays (entries, poses).
+    """
     values = {}
 
     def value(operand):

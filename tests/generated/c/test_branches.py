@@ -38,8 +38,8 @@ ROWS = 9
 MANY = ("every_kind_8", "every_kind_16")
 """Functions whose batches take long to compile for the oldest processors.
 
-On this machine, the batches of these functions run the code for newer processors, which other tests
-compile.
+The test of the code for the oldest processors omits the batches of these functions. Their batches
+are tested with the instruction sets of newer processors.
 """
 COUNTS = {"ik": 8, **{f"every_kind_{2**n}": 2**n for n in range(5)}}
 AVX2, AVX512 = {"avx2", "fma"}, {"avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
@@ -94,7 +94,7 @@ def compiled(folder, isa, *flags, program=FASTEST, batches=True):
 
 
 def run_compiler(folder, isa, program, *flags, batches=True):
-    """Compile scalar code and batches for a processor.
+    """Compile the scalar code and, by default, the batch code for a processor.
 
     A compiler warning counts as an error.
     """
@@ -262,7 +262,9 @@ def assert_exact(library):
 
 @pytest.mark.parametrize("flags", [("-DCHASLES_PLAIN",), ("-std=c99",)], ids=["plain", "c99"])
 def test_other_compiler_flags_give_exact_results(flags, sources, arm_sources):
-    """The batch functions and other functions only have to compile without a warning.
+    """The test runs only the single-pose code of `ik`.
+
+    The batch functions and all other functions only have to compile without a warning.
 
     Tests with `compiled_quickly` and tests of the package compile robots at other optimization
     levels.
@@ -301,7 +303,8 @@ def test_wrong_label_count_is_rejected(loadable, tmp_path):
 
 
 LANES = {"baseline": (0, set()), "avx2": (1, AVX2), "avx512": (2, AVX512)}
-"""Number of each instruction set in the C code, and the processor features that the set needs."""
+"""For each instruction set: its number in the C code, and the processor features that the
+instruction set needs."""
 CALLS = """\
 #define CHASLES_ISA {}
 #include "chasles_lanes.h"
@@ -318,7 +321,10 @@ void supplement(size_t n, const double *a, const double *y, double *value) {{
 
 @pytest.fixture(scope="module", params=LANES)
 def on_lanes(request, tmp_path_factory):
-    """Return a function that applies a C function, compiled with SIMD lanes, to arrays."""
+    """Compile C code for one instruction set.
+
+    Returns a function that applies a C function to arrays.
+    """
     number, needed = LANES[request.param]
     require_features(needed)
     folder = tmp_path_factory.mktemp(request.param)

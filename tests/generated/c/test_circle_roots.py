@@ -35,7 +35,10 @@ DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
 
 @pytest.fixture(scope="module")
 def solve(tmp_path_factory):
-    """Return a function that finds the roots of a polynomial with real roots and complex pairs."""
+    """Return a function that builds a polynomial from its roots, and finds the real roots.
+
+    The arguments of the function are the real roots and one root of each complex pair.
+    """
     folder = tmp_path_factory.mktemp("roots")
     for name in CIRCLE:
         (folder / name).write_text(support(name))

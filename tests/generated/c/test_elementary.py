@@ -182,7 +182,7 @@ def pointer(array):
 
 
 def single(library, name, a, b):
-    """Return the values of a function that is called once for each element."""
+    """Call a function once for each element, and return the values."""
     call = library[f"{ROBOT.name}_{name}"]
     values = np.empty_like(a)
     arrays = [
@@ -202,7 +202,10 @@ def batch(library, name, a, b):
 
 
 def assert_same(got, expected):
-    """Assert equal bits. Any NaN equals any NaN."""
+    """Assert equal bits.
+
+    All NaN values count as equal.
+    """
     np.testing.assert_array_equal(got, expected)
     there = ~np.isnan(expected)
     np.testing.assert_array_equal(np.signbit(got[there]), np.signbit(expected[there]))
@@ -265,7 +268,7 @@ def turn(library, angles):
 
 
 def near_right_angles(largest):
-    """Return the doubles next to multiples of a right angle."""
+    """Return multiples of a right angle, and doubles next to these multiples."""
     multiples = np.unique(np.geomspace(1, largest, 250).astype(int)) * (np.pi / 2)
     return np.hstack([np.nextafter(multiples, 0), multiples, -np.nextafter(multiples, np.inf)])
 
@@ -367,7 +370,8 @@ def test_sin_and_cos_handle_tiny_huge_and_non_finite_angles(chosen_set, sources,
     c, s = turn(library, far)
     assert_near(c, np.cos(far))
     assert_near(s, np.sin(far))
-    # A large angle or NaN has no effect on adjacent lanes.
+    # A large angle, an infinity or NaN in one element of a SIMD vector does not change the other
+    # elements.
     alone = turn(library, np.ones(8))
     for bad in (1e6, np.inf, np.nan):
         for got, expected in zip(turn(library, np.array([bad, *np.ones(7)])), alone, strict=True):

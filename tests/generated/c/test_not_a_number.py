@@ -25,8 +25,10 @@ def inputs_behind(program):
 
 
 def arguments(robot, function, rng):
-    """Return arguments of a function. The arguments are near the reference of the robot. If the
-    robot has no reference, they are random."""
+    """Return random arguments of a function, within 0.01 of their reference values.
+
+    Arguments without a reference value are within 0.01 of 0.4.
+    """
     reference = getattr(robot, "reference", None)
     known = {}
     if reference is not None:
@@ -48,7 +50,7 @@ def test_nan_reaches_every_entry_that_is_computed_from_it(name):
         if any(program.has(operation) for operation in CHOOSING):
             continue
         given, entries = arguments(robot, function, rng), inputs_behind(program)
-        # Each row has NaN in one input entry.
+        # In each row, one input entry is NaN.
         rows = list(program.inputs)
         if not rows:
             continue

@@ -1,4 +1,7 @@
-"""Dense batches bypass the ufunc, with the same results, shapes and errors."""
+"""Dense batches bypass the ufunc.
+
+The results, shapes and errors are the same as with the ufunc.
+"""
 
 import numpy as np
 import pytest

@@ -13,17 +13,18 @@ ROUNDING = 16
 """Tolerance in units in the last place (ULP) of the largest entry of all rows. The scale is at
 least 1, because loop residuals are differences of lengths of about 1."""
 LARGE = (4 << 20) // 8 + 1
-"""Minimum number of doubles in a result that is written by streaming stores."""
+"""A result with at least this number of doubles is written by streaming stores."""
 LENGTHS = [*range(18), 23, 24, 25, 31, 32, 33, 40]
-"""Batch sizes around multiples of the number of lanes."""
+"""Batch sizes near multiples of the number of SIMD lanes."""
 POSE_BY_POSE = {"modes"}
 """Functions that take milliseconds per pose and have no vector code; few batch sizes are tested."""
 FEW = 8
 
 LOOPS = ["well_manipulator", "delta", "planar_3rrr"]
-"""Robots with cylinder triangles, with spherical joints, and with a platform on three legs."""
+"""Robots with loops: one with triangles that contain cylinders, one with spherical joints, and one
+with a platform on three legs."""
 NEAR = 0.02
-"""Distance (radian or meter) from the reference within which the loops of these robots close."""
+"""The loops of these robots close within this distance (radian or meter) from the reference."""
 NAMES = [*SERIAL, *LOOPS]
 ROBOTS = {name: chasles.load(name) for name in NAMES}
 
@@ -31,7 +32,7 @@ ROBOTS = {name: chasles.load(name) for name in NAMES}
 def in_C(robot):
     """List the generated functions whose first input is a vector of coordinates.
 
-    Other tests cover the inverses and their equations, whose input is a pose.
+    Other tests cover functions whose first input is a pose, such as the inverses.
     """
     functions = read_manifest(robot.folder).functions
     return [item.name for item in functions if item.inputs[0].name != "T"]
@@ -48,7 +49,10 @@ nearly stretched elbow amplifies rounding errors."""
 
 
 def each(pairs):
-    """Run a test for all pairs of a robot and a function, as one test case per robot."""
+    """Return a decorator that runs a test for all (robot, function) pairs.
+
+    Each robot is one test case.
+    """
 
     def decorate(test):
         @functools.wraps(test, assigned=("__module__", "__name__", "__qualname__", "__doc__"))
@@ -75,7 +79,8 @@ every_function_in_lanes = each(
     [(name, item) for name, item in FUNCTIONS if name in KINDS and item not in POSE_BY_POSE]
 )
 centers = {}
-"""Coordinates at which the loops of a function's robot close, keyed by argument name."""
+"""Pairs (function, coordinates), keyed by `id(function)`. At these coordinates, the loops of the
+robot close. The coordinates are keyed by argument name."""
 
 
 def find(name, item):
@@ -91,7 +96,7 @@ def find(name, item):
 def make_inputs(function, *batch, seed=1, scale=np.pi):
     """Return random joint angles and joint rates.
 
-    Rates are at most 2.
+    Each rate is between -2 and 2.
     """
     rng = np.random.default_rng(seed)
     _, places = centers.get(id(function), (function, {}))
@@ -131,7 +136,8 @@ def assert_close(got, expected):
 def alone(function, *row):
     """Return the results of a single call.
 
-    A single call raises an error for an open loop. The result of a batch of one row is then used.
+    If a loop cannot close, a single call raises an error. In this case, the results of a batch of
+    one row are returned.
     """
     try:
         return call(function, *row)
@@ -157,8 +163,8 @@ def test_batch_of_every_length_equals_single_calls(name, item):
     single = loop(function, *inputs)
     assert_close(whole, single)
     for n in LENGTHS[:FEW] if item in POSE_BY_POSE else LENGTHS:
-        # The last n rows are computed. If n changes, the same row is computed in a different lane.
-        # The result must not change.
+        # Each batch contains the last n rows. If n changes, the same row is computed in a different
+        # lane, but its result must not change.
         got = call(function, *(x[len(x) - n :] for x in inputs))
         assert [x.shape for x in got] == [(n, *out.shape) for out in function.outputs]
         assert_same(got, [x[len(x) - n :] for x in (single if n == 1 else whole)])

@@ -75,7 +75,7 @@ def test_robot_and_functions_survive_pickling(robot, monkeypatch):
 def test_unpickling_changed_robot_is_rejected(folder):
     pickled = pickle.dumps(chasles.load(folder.path))
     folder.write(tiny.SOURCE.replace("sin", "cos"))
-    with pytest.raises(chasles.MismatchError, match="not the pickled robot tiny"):
+    with pytest.raises(chasles.MismatchError, match="differs from the pickled robot tiny"):
         pickle.loads(pickled)
 
 
@@ -333,7 +333,7 @@ def test_runtime_imports_numpy_and_the_standard_library_only():
     files = list(root.rglob("*.py"))
     assert len(files) > 5
     for file in files:
-        # The test imports these packages and files explicitly, because they need optional packages.
+        # Files in the folders of ``EXTRAS`` may also import the optional packages of their folder.
         extras = (
             modules for room, modules in EXTRAS.items() if root / room in (file, *file.parents)
         )

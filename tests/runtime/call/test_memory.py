@@ -13,8 +13,8 @@ import chasles
 
 N = 270_000
 BLOCK = N * 16 * 8
-"""Size of N pose matrices (35 MB in bytes). malloc requests a block of this size from the operating
-system."""
+"""Size in bytes of N pose matrices (35 MB). For a block of this size, malloc requests memory from
+the operating system."""
 MAX = 256 << 20
 
 handler_of = np._core.multiarray.get_handler_name
@@ -161,7 +161,7 @@ def test_forked_child_does_not_share_pooled_memory(arm, q, expected):
     if child == 0:
         same = np.array_equal(arrays, expected)
         arrays *= 0.0
-        # The child process reuses a copy of the freed memory block.
+        # The child process reuses its own copy of the memory block that the parent process freed.
         right = np.array_equal(arm.fk(q), expected)
         chasles.release_memory()
         os._exit(0 if same and right else 1)

@@ -11,7 +11,8 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 CONFIGURATIONS, POSES = 5000, 150
 REGULAR = 1e-4
-"""Minimum singular value (meter, radian) of a configuration that the inverse must find."""
+"""The inverse must find all configurations whose smallest singular value (meter, radian) exceeds
+this value."""
 TRUE = 1e-8
 """Maximum pose error (meter, or rotation matrix entry) of a correct solution."""
 CERTIFIED = """
@@ -58,7 +59,10 @@ def library(displaced_arm, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def are_all(library):
-    """Return a function that counts the elimination orders for which the test returns `verdict`."""
+    """Return a function that counts the elimination orders with a given verdict.
+
+    The C function `chasles_polish_are_all` returns the verdict for each elimination order.
+    """
     function = library.count_verdicts
 
     def asked(T, q, verdict=COMPLETE):

@@ -26,7 +26,7 @@ tool = { xyz = ["0.1", 0, "0.3"] }
 
 
 def lengthened(target, rng):
-    """Return the same targets with direction vectors of random lengths."""
+    """Return the targets with each direction vector multiplied by a random factor."""
     factors = 10.0 ** rng.uniform(-6, 6, (len(target), 1))
     return np.concatenate([target[:, :3], factors * target[:, 3:]], axis=1)
 

@@ -52,7 +52,10 @@ def included(solutions, q):
 
 
 def errors(T, A):
-    """Return position error and rotation vector from pose A to T, (..., 6), in base axes."""
+    """Return the errors (..., 6) from pose A to pose T in base axes.
+
+    The first three components are the position error, and the last three are the rotation vector.
+    """
     E = T[..., :3, :3] @ np.swapaxes(A[..., :3, :3], -1, -2)
     w = [E[..., 2, 1] - E[..., 1, 2], E[..., 0, 2] - E[..., 2, 0], E[..., 1, 0] - E[..., 0, 1]]
     axis = np.stack(w, -1) / 2

@@ -27,7 +27,7 @@ def reachable(n, seed=0):
 
 
 def errors(robot, q, T):
-    """Return distance and angle by an independent formula."""
+    """Return distances and rotation angles between fk(q) and T, by an independent formula."""
     here = robot.fk(q)
     linear = np.linalg.norm(here[..., :3, 3] - T[..., :3, 3], axis=-1)
     chord = np.linalg.norm(here[..., :3, :3] - T[..., :3, :3], axis=(-2, -1))

@@ -73,7 +73,7 @@ def polar(T):
 
 
 def noisy(T, size, rng):
-    """Add errors of a specified size to the first three rows."""
+    """Add random errors of at most ``size`` to the first three rows of poses."""
     noise = np.zeros(T.shape)
     noise[..., :3, :] = rng.uniform(-size, size, noise[..., :3, :].shape)
     return T + noise
@@ -119,8 +119,8 @@ def test_rounded_poses_are_solved_like_nearest_rigid_poses(name, rounded):
 
 
 RIGHT_ANGLES = {"ur5e": 12, "puma560": 0, "scara": 0, "lynxmotion": 0, "stanford": 0}
-"""Maximum number of poses missed in single precision, of 1000 poses at multiples of 90 degrees near
-two singularities."""
+"""For each arm: maximum number of missed poses among 1000 rounded poses. The joint angles are
+multiples of 90 degrees, where singularities can coincide."""
 
 
 @pytest.mark.parametrize("rounded", ["float32", "6 digits"])

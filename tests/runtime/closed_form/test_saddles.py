@@ -1,4 +1,6 @@
-"""The iteration continues past saddles of the error between two solutions.
+"""Between two solutions, the error has saddle points.
+
+The iteration continues past these points.
 
 A UR5e with a nearly straight elbow has two nearly equal solutions.
 """

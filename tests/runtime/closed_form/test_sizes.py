@@ -169,7 +169,7 @@ def test_unit_length_follows_prismatic_joint_range(exponent):
     ("radius", "unit"), [(0.02, 0.001), (0.05, 1), (20, 1), (50, 1000)], ids=str
 )
 def test_unit_length_is_the_nearest_power_of_1000(radius, unit):
-    """The RMS distance of the points of a line from its midpoint is L / (2 sqrt(3))."""
+    """A line segment of length L has the RMS distance L / (2 sqrt(3)) from its midpoint."""
     half = radius * 3**0.5
     slide = (coordinate("prismatic", -half, half),)
     assert unit_length(on_a_line(1), slide, None) == unit

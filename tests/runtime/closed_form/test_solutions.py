@@ -1,4 +1,4 @@
-"""Inverse kinematics with all branches: the result of a call, and the filters on it."""
+"""Inverse kinematics with all branches: the returned solutions, and their filters."""
 
 import copy
 import itertools
@@ -292,8 +292,8 @@ def test_within_limits_enumerates_all_windings(arm, q):
 
 def test_every_winding_gets_its_own_slot(arm):
     solutions = arm.ik(scara.fk([0.5, 0.7, 0.0, 0.0])).within_limits()
-    # The shoulder has a range of 13 rad, so each branch has three shoulder values that differ by
-    # full turns; the lowest value is first.
+    # The shoulder has a range of 13 rad. Each branch has three solution slots, and their shoulder
+    # values differ by full turns. The lowest value is first.
     assert solutions.q.shape == (6, 4)
     np.testing.assert_allclose(solutions.q[:3, 0], [0.5 - 4 * np.pi, 0.5 - 2 * np.pi, 0.5])
     np.testing.assert_array_equal(solutions.valid[:3], [False, True, True])

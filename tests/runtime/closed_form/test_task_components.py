@@ -1,7 +1,7 @@
 """Partial-pose tasks: their errors, Jacobian rows, and refinement near singularities.
 
-Errors and Jacobians are compared with ``bench/cases/tasks.py`` and finite differences. Poses come
-from the product of exponentials of the screws.
+Errors and Jacobians are compared with ``bench/cases/tasks.py`` and finite differences. The tests
+compute poses as products of exponentials of the joint screws.
 """
 
 import numpy as np
@@ -54,14 +54,19 @@ def test_task_jacobian_is_derivative_of_task_error(robot, task):
     near = q + 1e-6 * rng.uniform(-1, 1, q.shape)
     rows, error, _ = measure(*function(q), TASKS[task].target(chain.fk(near)))
     expected = np.einsum("Nij,Nj->Ni", rows, near - q)
-    # If the axis is vertical, its pitch decreases in every direction.
+    # The pitch has an extremum if the tool's z axis is vertical. Near such poses, the pitch error
+    # is not linear in the joint displacement.
     steady = (np.abs(chain.fk(q)[:, 2, 2]) < 0.99) | ("pitch" not in components)
     assert steady.sum() > 200
     np.testing.assert_allclose(error[steady], expected[steady], atol=2e-10)
 
 
 def distance(task, T, target):
-    """Return the larger of position distance and angle chord, like the generated residuals."""
+    """Return the residuals as the generated code defines them.
+
+    If the task includes angles, a residual is the larger of the position distance and the chord 2
+    sin(angle / 2).
+    """
     near = TASKS[task].error(T, target)
     if task == "ik_position":
         return near

@@ -50,7 +50,7 @@ def configurations(robot, count=40):
 
 
 def weighted(mechanism):
-    """Return the closure errors in meters and their derivative."""
+    """Return a numeric model, and functions for its closure errors (meter) and their derivative."""
     model = Model(mechanism)
     size = float(f"{NumericMechanism(mechanism).size:.3g}")
     weights = []
@@ -86,7 +86,7 @@ def test_closure_minimizes_weighted_sum_of_squares(drawn):
             gtol=1e-15,
         )
         np.testing.assert_allclose(z[free], found.x, atol=1e-9)
-        # Least-squares closure does not close the loops exactly, so closure errors remain.
+        # The least-squares solution does not close the loops exactly, so closure errors remain.
         assert 1e-5 < np.abs(gaps(z)).max() < 0.1
 
 

@@ -28,14 +28,14 @@ FUNCTIONS = (
     *("actuators", "actuators_D_chain", "actuator_margin", "actuators_all"),
     *("assembly_polynomial", "assembly_position", "assembly_mirror"),
 )
-"""Names of the functions that the test compares if a robot has these functions."""
+"""Names of the compared functions. A robot may have only some of these functions."""
 CONFIGURATIONS = 20
 SAME = 1e-12
 """Tolerance for angles in radians, and for lengths relative to the robot size."""
 
 
 def written(name, factor, folder):
-    """Return a shipped robot with all lengths of its file scaled."""
+    """Return a shipped robot after multiplying all lengths in its file by ``factor``."""
     text = (ROBOTS / f"{name}.toml").read_text()
     file = folder / f"{name}.toml"
     file.write_text(LENGTHS[name].sub(lambda found: f"{float(found[0]) * factor:.12f}", text))

@@ -62,7 +62,7 @@ def robot(request, tmp_path_factory):
     described = read(description(above, request.param))
     wanted = [name for name in WANTED if described.passive or not name.startswith("passive")]
     robot = compiled(described, folder, wanted, ["c", "casadi"])
-    # An unpickled robot is loaded again.
+    # Unpickling loads a robot again, so the compiler settings must remain during the tests.
     with compiled_quickly():
         yield robot
 
@@ -79,7 +79,7 @@ WANTED = (
 def coordinates(robot, n, wide=1.0, seed=0):
     """Return random coordinates around mid-range.
 
-    If ``wide`` exceeds 1, they may be near singularities of the cranks.
+    If ``wide`` exceeds 1, the coordinates may be near singularities of the cranks.
     """
     lower, upper = sampling_limits(robot)
     middle, half = (lower + upper) / 2, (upper - lower) / 2
@@ -87,7 +87,10 @@ def coordinates(robot, n, wide=1.0, seed=0):
 
 
 def difference(function, x, step=1e-6):
-    """Differentiate a function of rows x (N, n) by central differences: shape (..., n)."""
+    """Differentiate a function of rows x (N, n) by central differences.
+
+    The result has the shape (..., n).
+    """
     slopes = [(function(x + h) - function(x - h)) / (2 * step) for h in step * np.eye(x.shape[-1])]
     return np.stack(slopes, axis=-1)
 

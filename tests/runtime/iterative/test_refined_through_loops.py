@@ -65,7 +65,8 @@ motor = 0
 fork = {swing}
 pivot = {rise}
 """
-"""A planar arm whose elbow is driven by a rod with a universal joint, and a crank."""
+"""A planar arm whose elbow is driven by a crank through a rod. The rod has a ball joint and a
+universal joint."""
 
 
 def drawn_arm(seed, off, wrist):

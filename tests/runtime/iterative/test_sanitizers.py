@@ -131,7 +131,8 @@ def test_generated_code_has_no_data_races(tmp_path):
 
 
 SHARED = {"solve": 400, "decompose": 575, "logarithm": 600}
-"""Number of test cases for each mode of the solvers that functions share."""
+"""Number of test cases for each mode of the program `numerics.c`, which tests the shared numerical
+code."""
 
 
 def test_shared_numerics_are_correct_and_memory_safe(tmp_path):

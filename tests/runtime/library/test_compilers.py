@@ -1,6 +1,6 @@
-"""The small compiler tcc has no SIMD vectors and no intrinsics.
+"""The small compiler tcc compiles the code of every shipped robot.
 
-It compiles the code of every shipped robot.
+tcc supports neither SIMD vectors nor intrinsics.
 """
 
 import numpy as np
@@ -19,8 +19,8 @@ SAME_SOLUTION = 1e-7
 """Tolerance of solutions [rad or m]; near double roots, rounding is amplified."""
 
 SOLUTIONS_OF_GEN3 = 456
-"""Number of solutions of 64 poses of the Kinova Gen3, found by code compiled by gcc with vectors
-and without vectors."""
+"""Number of solutions that code compiled by gcc finds for 64 poses of the Kinova Gen3. The number
+is the same with and without vector code."""
 
 
 def configurations(robot, rng, n=N):

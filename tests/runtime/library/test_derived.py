@@ -44,7 +44,8 @@ URDF = """\
 </robot>
 """
 FEW = ("--functions", "fk")
-"""Compiler options with which only `fk` is derived, in a fraction of the time for all functions."""
+"""Options with which the robot compiler derives only `fk`. The derivation of `fk` takes a fraction
+of the time that the derivation of all functions takes."""
 FIND = f"""\
 import sys, chasles
 from chasles.library import derived as described

@@ -60,7 +60,11 @@ def here(monkeypatch):
 
 
 def command(*words):
-    """Run a command, which may print only one error message."""
+    """Run a command.
+
+    If the command fails, check that its error message has a single line, and raise the message as
+    an error.
+    """
     done = run(*words)
     assert "Traceback" not in done.output
     if done.exit_code:

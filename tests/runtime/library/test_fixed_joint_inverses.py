@@ -86,7 +86,7 @@ def test_well_manipulator_follows_paper_with_fixed_theta2(well, capfd):
     assert (track.q[:, locked] == track.q[0, locked]).all()
     assert track.max_distance < 2e-3
     assert np.abs(well.chain(track.q)[:, 2] - theta[part[valid], 2]).max() < 2e-2
-    # The iteration starts 2 cm or 0.02 rad away in each free coordinate.
+    # In each free coordinate, the iteration starts 2 cm or 0.02 rad away from a known solution.
     seed = q[::20] + 0.02
     seed[:, locked] = q[::20][:, locked]
     numeric = well.ik_numeric(T[valid][::20], seed, fixed=["theta2", "l_HI", "l_MN"])
@@ -104,7 +104,7 @@ def test_fixed_cylinder_equals_fixed_joint_that_it_drives(well):
     np.testing.assert_allclose(by_joint.nearest(q), q, atol=1e-12)
     nearest = well.ik_nearest(well.fk(q), q, fixed={"theta2": theta[1], **others})
     np.testing.assert_allclose(nearest.q, q, atol=1e-12)
-    # The loop does not close.
+    # At this value of cylinder_1, the loop does not close.
     assert not well.ik(well.fk(q), fixed={"cylinder_1": [9.0], **others}).valid.any()
     with pytest.raises(chasles.OutOfReachError, match="cylinder_1 does not close"):
         well.ik(well.fk(q), fixed={"cylinder_1": 9.0, **others})
@@ -141,7 +141,7 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
     assert (found.q[..., 3] == q[:, None, 3]).all()
     away = np.where(found.valid[..., None], found.distances_from(q), np.inf)
     assert np.abs(away).max(-1).min(-1).max() < 1e-6
-    # Fixed joint values and poses broadcast.
+    # Fixed joint values and poses are broadcast against each other.
     one = panda.ik(T[0], fixed={"joint4": q[:3, 3]}, threads=2)
     assert one.q.shape == (3, 8, 7)
     out = tuple(np.empty(shape) for shape in ((8, 7), (8,), (8,)))

@@ -29,7 +29,7 @@ pytestmark = [
 
 
 def level() -> int:
-    """Return the processor level of this machine, as Linux states it."""
+    """Return the processor level of this machine, from the features that Linux lists."""
     lines = Path("/proc/cpuinfo").read_text().splitlines()
     flags = set(next(line for line in lines if line.startswith("flags")).split())
     return 4 if flags >= V4 else 3 if flags >= V3 else 1

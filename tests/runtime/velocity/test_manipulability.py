@@ -36,7 +36,7 @@ def test_planar_arm_manipulability_matches_textbook_formula():
 
 
 def planar_links(scara):
-    """Return the vectors of the first and of the second link, from two elbow angles."""
+    """Compute both link vectors from the tip positions at elbow angles of 0 and 180 degrees."""
     p = [scara.fk([0, angle, 0.05, 0])[:2, 3] for angle in (0, np.pi)]
     return (p[0] + p[1]) / 2, (p[0] - p[1]) / 2
 

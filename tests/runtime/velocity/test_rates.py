@@ -356,7 +356,8 @@ def test_rest_configuration_is_approached_with_fixed_tool(panda):
         q = q + 1e-3 * panda.joint_rates(q, np.zeros(6), redundancy=rest, gain=5.0).qd
     assert np.abs(panda.fk(q) - T).max() < 1e-3
     assert np.abs(q - rest).max() < start
-    # The difference of the joint rates has no null-space component.
+    # The difference between q and the rest configuration has no component in the null space of the
+    # Jacobian.
     _, _, vt = np.linalg.svd(panda.jacobian_mixed(q))
     assert abs(vt[6] @ (q - rest)) < 1e-5
 

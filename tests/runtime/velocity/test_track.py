@@ -33,7 +33,10 @@ def arm():
 
 
 def lost(arm, q):
-    """Return the part of the tool twist that the arm cannot perform, in the tool frame."""
+    """Return the left singular vector of the body Jacobian for the smallest singular value.
+
+    At a singularity, the arm cannot perform this tool twist.
+    """
     return np.linalg.svd(arm.jacobian_body(q))[0][:, -1]
 
 
@@ -219,7 +222,7 @@ def test_track_converges_from_offset_start(arm):
     assert_sound(arm, track, 0.01)
     np.testing.assert_allclose(track.q[-1], REGULAR, atol=1e-12)
     slow = arm.track(poses, REGULAR + 0.4, 0.01, gain=2.0)
-    # In each time step dt, the error decreases by the factor 1 - gain dt.
+    # Each time step dt multiplies the error by 1 - gain dt.
     np.testing.assert_allclose(slow.error[101] / slow.error[100], 0.98, atol=1e-3)
 
 
@@ -239,7 +242,10 @@ def test_every_robot_with_jacobian_tracks_its_own_path(name):
 
 
 def start_and_end(robot):
-    """Return a short joint motion from a regular pose with defined forward kinematics."""
+    """Return a short joint motion that starts at a regular pose.
+
+    Forward kinematics is finite along the motion.
+    """
     rng = np.random.default_rng(1)
     lower, upper = span(robot, 2.0)
     for _ in range(1000):

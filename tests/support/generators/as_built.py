@@ -71,7 +71,7 @@ Value = Callable[[sp.Expr], sp.Expr]
 def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
     """Yield (error name, mechanism) for each single error.
 
-    The last yielded mechanism has all length errors and all axis errors.
+    The second-to-last mechanism has all length errors. The last mechanism also has all axis errors.
     """
     lengths: list[sp.Expr] = []
 
@@ -147,7 +147,8 @@ def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
 
     Args:
         mechanism: The robot, whose rod frames are parallel to the base frame.
-        axis: Rotation from z to the pin axis, or () for z.
+        axis: Rotation from the z axis to the pin axis. The default () means that the pin axis is
+            the z axis.
     """
     back = tuple(replace(turn, angle=-turn.angle) for turn in reversed(axis))
     rods = [s for s in mechanism.struts if s.ends == "pin" and not s.is_cylinder]

@@ -1,5 +1,7 @@
-"""Random platforms with further joints. Each leg keeps a ball joint in a plane. A rail, a turntable
-or an arm is added."""
+"""Random platforms with further joints.
+
+Each leg keeps a ball joint in a plane. The further joints form a rail, a turntable or an arm.
+"""
 
 from dataclasses import replace
 
@@ -11,7 +13,7 @@ from tests.support.loops.legs_of_joints import FLAT, drawn, driven_by_a_leg
 
 BEFORE = ("", "rail", "turntable")
 BEHIND = ("", "r", "s", "rr", "rs", "rrr", "rrs")
-"""Joints on the platform: revolute joints r and prismatic joints s."""
+"""Types of the joints on the platform, with r for revolute and s for prismatic."""
 KINDS = [(a, b) for a in BEFORE for b in BEHIND if a or b]
 
 

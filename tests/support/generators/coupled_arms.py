@@ -19,7 +19,7 @@ STRUCTURES = (
 """Structures with a closed-form inverse. Half of the generated arms have one of the listed
 structures."""
 DENSITY = 0.4
-"""Fraction of nonzero entries outside the diagonal."""
+"""Probability that an entry outside the diagonal of C is nonzero."""
 MAX_JOINTS, MAX_CONDITION = 7, 200.0
 
 

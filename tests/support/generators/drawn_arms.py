@@ -156,7 +156,10 @@ class Derived(Case):
         return Answers(found.q, found.valid)
 
     def refined(self, q: np.ndarray) -> Answers:
-        """Return the solutions after refinement of the unsolved poses, as in a loaded robot."""
+        """Return the solutions after refinement.
+
+        As in a loaded robot, Newton's method refines inexact closed-form solutions.
+        """
         found = self.found(q)
         valid = found.valid
         role = self.inverses.functions[self.function].role

@@ -121,7 +121,7 @@ def five_bar(s: Sketch) -> None:
 
 
 def watt(s: Sketch) -> None:
-    """A four-bar and a dyad (two links on pins) between two adjacent links."""
+    """Add a four-bar, and a dyad (two links on pins) between two adjacent links of the four-bar."""
     crank, links = _four_bar(s)
     pairs = [(crank, links[0])]
     if len(links) > 1:
@@ -130,7 +130,7 @@ def watt(s: Sketch) -> None:
 
 
 def stephenson(s: Sketch) -> None:
-    """A four-bar and a dyad (two links on pins) between two opposite links."""
+    """Add a four-bar, and a dyad (two links on pins) between two opposite links of the four-bar."""
     crank, links = _four_bar(s)
     pairs = [(links[0], BASE)]
     if len(links) > 1:
@@ -164,7 +164,10 @@ def slider_crank(s: Sketch) -> None:
 
 
 def boom(s: Sketch) -> None:
-    """One to four joints in series, each moved by a cylinder, possibly through a four-bar."""
+    """Add one to four joints in series.
+
+    A cylinder moves each joint, directly or through a four-bar.
+    """
     body, at = BASE, ORIGIN
     for k in range(s.draw.randint(1, 4)):
         arm = s.pin(f"arm{k}", body, at)
@@ -264,7 +267,10 @@ def _rssr(s: Sketch, name: str, on: str) -> str:
 
 
 def rssr(s: Sketch) -> None:
-    """One or two loops of two cranks about skew axes and a rod with ball joints."""
+    """One or two loops.
+
+    Each loop has two cranks about skew axes, and a rod with ball joints.
+    """
     rocker = _rssr(s, "a", BASE)
     if s.draw.random() < 0.25:
         rocker = _rssr(s, "b", rocker)
@@ -329,7 +335,7 @@ def drawn_mechanism(seed: int) -> DrawnMechanism:
 def drawn(
     sketched: Callable[[Sketch], None], family: str, seed: int, scale: sp.Expr | None = None
 ) -> DrawnMechanism:
-    """Return a random mechanism with a closed reference.
+    """Return a random mechanism whose loops close at the reference configuration.
 
     Args:
         sketched: Function that adds the joints and struts of the mechanism.
@@ -388,7 +394,7 @@ def _moved(frame: Frame, scaled: Callable[[Placement], Placement]) -> Frame:
 
 
 def _near(mechanism: Mechanism, numbers: Multistart, mode: Mapping[str, float]) -> Mechanism:
-    """Return the mechanism with the rounded joint values of ``mode`` as reference."""
+    """Return the mechanism with a new reference: the rounded joint values of ``mode``."""
     values = dict(mode) | numbers.strut_values(mode)
     lengths = {name for name, unit in numbers.units(values).items() if unit == "m"}
     found = []

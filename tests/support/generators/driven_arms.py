@@ -89,7 +89,8 @@ WRISTS: tuple[tuple[tuple[Rotation, ...], ...], ...] = (
     ((), (Rotation("y", QUARTER),)),
     ((Rotation("y", QUARTER),), (Rotation("y", -QUARTER),), (Rotation("y", QUARTER),)),
 )
-"""Rotations before each joint of four wrist types: none, pitch, pitch-roll and spherical."""
+"""Rotations before each wrist joint, for four wrist types: none, pitch, pitch-roll and spherical.
+"""
 
 
 def driven_arm(s: Sketch) -> None:
@@ -121,8 +122,8 @@ def drawn_arm(seed: int, tool: Placement = TOOL) -> DrawnMechanism:
 def built_arm(seed: int) -> Mechanism:
     """Return the as-built arm for a seed.
 
-    References near dead points are avoided, because length errors may prevent the loops from
-    closing there.
+    If the loops of the as-built arm do not close near the reference of the design, another design
+    is drawn. Near a dead point, length errors may prevent the loops from closing.
     """
     for attempt in range(ATTEMPTS):
         design = drawn_arm(seed + ATTEMPTS_APART * attempt)

@@ -25,7 +25,7 @@ from tests.support.oracles.screws import Screws, screws_of
 
 CALIBRATION = Path(__file__).parents[1] / "ur5_factory_calibration.json"
 UPRIGHT = 1e-9
-"""Below this cosine of the pitch, roll and yaw are rotations about the same axis."""
+"""If the cosine of the pitch is below this value, roll and yaw rotate about the same axis."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class FieldCase(Case):
 
     @cached_property
     def screws(self) -> Screws:
-        """Screw axes of the robot that is read from the URDF file without noise."""
+        """Screw axes of the arm from its noise-free URDF file."""
         return screws_of(read(self.folder.parent / f"{self.name}.urdf"))
 
     def has_value(self, name: str) -> bool:

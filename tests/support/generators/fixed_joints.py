@@ -18,7 +18,7 @@ FIXED = ("F", (1, 0, 0))
 def solved_with_fixed(
     joints: Sequence[tuple[str, Vector]], seed: int, meeting: int | None = None
 ) -> Derived:
-    """Return the cached derivation of the inverse of an arm with one fixed joint.
+    """Derive the inverse of an arm with one fixed joint, and cache the derivation.
 
     Args:
         joints: For each joint: the type (R for revolute, P for prismatic, F for fixed), and the

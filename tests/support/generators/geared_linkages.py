@@ -101,7 +101,7 @@ def _fitted(pair: Pair, at: Mapping[str, float]) -> Coupling:
 
 
 def _reversed_at_times(draw: random.Random, pair: Pair) -> Pair:
-    """With probability 1/2, solves the equation of a gear for a leader joint."""
+    """With probability 1/2, solve the equation of a gear for a randomly selected leader joint."""
     joint, ratios = pair
     if draw.random() < 0.5:
         return pair
@@ -251,7 +251,7 @@ def cylinders_in_unison(s: Sketch) -> list[Pair]:
 
 
 def spindle(s: Sketch) -> list[Pair]:
-    """A rocker that turns the spindle of a cylinder, which lifts a boom."""
+    """A rocker turns the spindle of a cylinder, and the cylinder lifts a boom."""
     _four_bar(s, BASE, "a")
     boom = s.pin("boom", BASE, (s.length(-300, 300), s.length(400, 600)))
     s.rod("spindle", BASE, s.point(), boom, s.point())

@@ -1,7 +1,9 @@
-"""Random platforms on legs without ball joints, each a serial arm between base and platform.
+"""Random platforms on legs without ball joints.
+
+Each leg is a serial arm between base and platform.
 
 A tripteron has three PRRR legs. An Exechon has two UPR legs and one SPR leg. The universal joints
-of 3-UPU, 3-URU, 3-PUU and 3-RUU legs keep the orientation of the platform.
+of 3-UPU, 3-URU, 3-PUU and 3-RUU legs keep the orientation of the platform constant.
 """
 
 import numpy as np
@@ -29,9 +31,11 @@ def drawn_legs(kind, seed):
 
 
 def drawn_as(kind, seed):
-    """Return a platform of a kind: a value of ``LEG_KINDS`` or a similar function.
+    """Return a platform.
 
-    The tool has a random position on the body ``reference["tool"]``, or else on the platform.
+    ``kind`` is a function, such as a value of ``LEG_KINDS``. The third result of this function is
+    ``reference``. The tool has a random position on the body ``reference["tool"]``. Without this
+    entry, the tool is on the platform.
     """
     rng = np.random.default_rng(seed)
     actuated, text, reference = kind(rng)

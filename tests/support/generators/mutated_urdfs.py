@@ -1,6 +1,6 @@
 """URDF variants of one arm, like files from different exporters.
 
-The joint axes move only by rounding or added noise.
+In all variants, the joint axes are equal except for rounding and added noise.
 """
 
 import random

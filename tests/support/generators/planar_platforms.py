@@ -49,7 +49,7 @@ LEGS = tuple(
     for actuated in range(JOINTS)
     if "R" in kinds[:actuated] + kinds[actuated + 1 :]
 )
-"""(joint types from base to platform, index of the actuated joint) of each leg type."""
+"""For each leg type, a pair (joint types from base to platform, index of the actuated joint)."""
 ITERATIONS, CLOSED, TINY = 30, 1e-11, 1e-30
 """Number of Newton steps to the reference, closure tolerance, and step of complex derivatives."""
 AWAY = 0.05

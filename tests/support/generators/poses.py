@@ -106,7 +106,8 @@ class Case:
     def coordinate(self, name: str) -> int | None:
         """Return the index of a coordinate from its name or its symbol, such as q7.
 
-        Returns None for a main-chain joint that loops move.
+        Returns None for a main-chain joint that is not a coordinate. The loops determine the value
+        of this joint.
         """
         names = [coordinate.name for coordinate in self.robot.coordinates]
         if name in names:
@@ -163,7 +164,8 @@ class PoseSet:
     Attributes:
         name: The name of the pose set in the benchmark.
         q: Coordinates (m, n).
-        regular: Singular configurations do not count.
+        regular: Whether lost coordinates are counted (``Verdict.lost``). If False, the set may
+            contain singular configurations.
     """
 
     name: str
@@ -248,9 +250,9 @@ def singular(
 ) -> np.ndarray:
     """Return coordinates (count, n) with a zero determinant of the task Jacobian.
 
-    Bisection moves one joint to a zero of the determinant. The coordinates of the joints that
-    bisection does not move are random. The smallest singular value of the Jacobian at the returned
-    coordinates is below SINGULAR.
+    Bisection moves one joint to a zero of the determinant. The coordinates of all other joints are
+    random. The smallest singular value of the Jacobian at the returned coordinates is below
+    SINGULAR.
 
     Raises:
         ValueError: The determinant does not change sign between the sampled values of the joint.

@@ -32,7 +32,8 @@ def random_arm(seed: int, links: str = "//////", slides: Collection[int] = ()) -
 
     Args:
         seed: Seed of the link lengths (0.05 to 0.5 m) and the angles.
-        links: One entry of ``LINKS`` per joint: the relation of its axis to the next axis.
+        links: One entry of ``LINKS`` per joint: the relation of the joint axis to the next joint
+            axis.
         slides: Indices of the prismatic joints.
     """
     rng = np.random.default_rng(seed)

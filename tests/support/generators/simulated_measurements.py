@@ -34,7 +34,8 @@ MAX = 150
 FEW = 6, 25
 """Minimum and maximum configuration count of the "few" measurements."""
 REACH = 2.0
-"""Maximum coordinate [rad or m] of a robot without limits, or with wider limits."""
+"""Maximum absolute value of a coordinate [rad or m]. The value also applies to robots without
+limits or with wider limits."""
 TOUCHING = 1e-10
 """Maximum distance of a contact from its surface [m]."""
 
@@ -91,7 +92,7 @@ def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> S
 
 
 def with_exchanged_columns(draw: Simulated, seed: int) -> Simulated:
-    """Return the measurements with two exchanged coordinate columns."""
+    """Return a copy of the measurements with two random columns of q exchanged."""
     i, j = np.random.default_rng(seed).choice(draw.q.shape[1], 2, replace=False)
     q = draw.q.copy()
     q[:, [i, j]] = draw.q[:, [j, i]]
@@ -157,7 +158,7 @@ def _span(robot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _measurable(robot, p: np.ndarray, rng: np.random.Generator, count: int) -> np.ndarray:
-    """Return random coordinates at which the true and nominal loops close."""
+    """Return random coordinates at which the loops of the true and of the nominal robot close."""
     low, high = _span(robot)
     q = rng.uniform(low, high, (4 * count, robot.n))
     closed = np.isfinite(robot.fk_p(q, p) + robot.fk(q)).all((-1, -2))
@@ -167,7 +168,7 @@ def _measurable(robot, p: np.ndarray, rng: np.random.Generator, count: int) -> n
 def _observed(
     robot, device: str, p: np.ndarray, q: np.ndarray, noise: float, rng: np.random.Generator
 ) -> tuple[Measurements, np.ndarray]:
-    """Return the measurements of a device and their coordinates."""
+    """Return the measurements of a device, and the coordinates of the measured configurations."""
     targets = rng.uniform(-0.1, 0.1, (3, 3))
     sigma = SIGMA[0]
     if device in ("sphere", "plane"):
@@ -197,7 +198,7 @@ def _contacts(
     noise: float,
     rng: np.random.Generator,
 ) -> tuple[Measurements, np.ndarray]:
-    """Return simulated contacts of a target with a surface, and their configurations."""
+    """Return simulated contacts of a target with a surface, and the robot configurations."""
 
     def placed(q):
         T = robot.fk_p(q, p)

@@ -95,7 +95,7 @@ def screws_of(rows: tuple[Row, ...]) -> Screws:
 
 
 def _screw(axis: int, angle: float, shift: float) -> np.ndarray:
-    """Return a rotation about and shift along a coordinate axis (4, 4)."""
+    """Return the pose (4, 4) of a rotation about and a shift along the same coordinate axis."""
     T = np.eye(4)
     i, j = (axis + 1) % 3, (axis + 2) % 3
     T[i, i] = T[j, j] = np.cos(angle)

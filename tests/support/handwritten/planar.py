@@ -48,7 +48,10 @@ def _inverse(terms, theta, cs, crank, direction, pin, rod):
 
 @cache
 def functions(rod):
-    """Return the functions of the platform with rod length ``rod`` (text, meter)."""
+    """Return the functions of the platform.
+
+    The argument ``rod`` is the rod length in meters as text, such as "13/100".
+    """
     terms = Terms({})
     q = sp.symbols("q1:4", real=True)
     theta = sp.symbols("theta1:4", real=True)

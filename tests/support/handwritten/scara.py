@@ -100,7 +100,7 @@ def fk(q, a1=A1):
 
 
 def role(name, domain, labels=()):
-    """Return the role of a function in manifest format."""
+    """Return the manifest entry for the role of a function."""
     return {"role": name, "domain": domain, "labels": list(labels)}
 
 

@@ -46,7 +46,7 @@ void snake_jacobian_mixed(const double q[{n}], double J[{m}])
 def write(path, n, limit=None):
     """Write the manifest and the C code of a snake with n joints to a folder.
 
-    Each joint has the limits +-limit.
+    Each joint has the limits -limit and limit.
     """
     q, T = tiny.argument("q", [n], "rad"), tiny.argument("T", [4, 4])
     J = tiny.argument("J", [6, n])

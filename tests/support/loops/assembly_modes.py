@@ -18,7 +18,7 @@ def reference(model):
 
 
 def followed(model, q):
-    """Follow configurations from the reference to q (N, n).
+    """Follow closed configurations from the reference to the actuator values q (N, n).
 
     Returns:
         The configurations (N, n_z), and an array (N,) that is false if the path comes near a

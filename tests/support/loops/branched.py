@@ -58,7 +58,8 @@ def arm(name="ik"):
     s5, c5 = let(wrist * size_5), a[2]
     c6 = let(wrist * sp.Piecewise((n[2] / size_5, size_5 > sp.Rational(1, 10**9)), (1, True)))
     s6 = let(-wrist * guarded(o[2], size_5))
-    # The angles about the three parallel axes follow from a direction and a triangle.
+    # The tip orientation determines the sum of the angles about the three parallel axes. The single
+    # angles follow from a triangle.
     s234 = let(-(s6 * n[0] + c6 * o[0]))
     c234 = let(s6 * n[1] + c6 * o[1])
     w = [
@@ -106,7 +107,10 @@ def arm(name="ik"):
 
 
 def every_kind(n_signs, name=None):
-    """Return a function of 2**n_signs branches, each with all expression types."""
+    """Return a function with 2**n_signs branches.
+
+    Each branch contains all expression types.
+    """
     terms = Terms({})
     let = terms.let
     x, y, z = sp.symbols("x y z", real=True)

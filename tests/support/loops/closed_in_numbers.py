@@ -40,7 +40,10 @@ def moved(joint, value):
 
 
 class Model:
-    """A numeric mechanism with coordinates q, and with other joints and cylinders u."""
+    """A numeric mechanism with coordinates q.
+
+    The other joints and cylinders have the values u.
+    """
 
     def __init__(self, mechanism):
         values = {p.symbol: p.value for p in mechanism.parameters}
@@ -134,8 +137,8 @@ class Model:
     def followed(self, q, steps=12):
         """Follow the reference branch from the reference configuration to the coordinates q.
 
-        Returns the unknown joints at q, and the minimum over the steps of the smallest singular
-        value of the loop Jacobian.
+        Returns the values of the unknown joints at q, and the smallest singular value of the loop
+        Jacobian over all steps.
         """
         u, held = self.closed(self.q, self.u), np.inf
         for part in np.linspace(0, 1, steps + 1):

@@ -15,7 +15,7 @@ from tests.support.derivations import description
 TINY = 1e-30
 """Complex step for derivatives with full accuracy."""
 ROUNDING = 1e-13
-"""Below this Newton step [rad or m], only rounding errors remain."""
+"""If a Newton step [rad or m] is smaller than this value, only rounding errors remain."""
 
 
 class Model:

@@ -60,7 +60,7 @@ def held(name, z):
 
 
 def far_from_dead_points(name, n, seed=0):
-    """Return coordinates within limits and configurations far from dead points."""
+    """Return random coordinates within limits, and their configurations, far from dead points."""
     q = random_q(name, n, seed)
     z = robot(name).configuration(q)
     keep = held(name, z)

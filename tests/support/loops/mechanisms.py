@@ -23,7 +23,7 @@ def pin(name, parent, link, *before, **more):
 
 
 def slider(name, parent, link, *before, **more):
-    """Return a prismatic joint along z of the placement."""
+    """Return a prismatic joint along the z axis of its placement."""
     return Joint(name, "prismatic", before=at(*before), link=link, parent=parent, **more)
 
 
@@ -444,7 +444,10 @@ def sarrus():
 
 
 def rail(kind="slider", *turn):
-    """Mechanism with a free body on a tilted rail, or welded to a frame on the rail."""
+    """Return a mechanism whose free body is connected to a tilted rail by a closure.
+
+    `kind` is the type of the closure, and `turn` rotates the frame of the closure on the body.
+    """
     across = at("1/2", "1/3", "1/5", ("z", sp.pi / 5), ("x", sp.pi / 7))
     return Mechanism(
         "rail",

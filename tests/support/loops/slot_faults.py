@@ -1,4 +1,4 @@
-"""Finds faulty solution slots of loop inverses with the forward kinematics of the robot."""
+"""Finds faulty solution slots in the inverse of a robot with loops, by forward kinematics."""
 
 from collections import Counter
 

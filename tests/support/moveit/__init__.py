@@ -30,7 +30,7 @@ INSTANTIATED = ("-fpch-instantiate-templates",) if shutil.which("clang++") else 
 EIGEN_FOLDER = Path("/usr/include/eigen3")
 EIGEN = ("-isystem", str(EIGEN_FOLDER))
 BASE, TIP = "world", "tcp"
-"""Two links of the model."""
+"""Names of the base link and the tip link of the model."""
 BASE_OFFSET = ("0.3 -0.2 0.9", "0.1 0.4 -0.7")
 TIP_OFFSET = ("0.05 0 0.12", "0.3 -0.2 0.5")
 SUCCESS, TIMED_OUT, NO_SOLUTION = 1, -6, -31

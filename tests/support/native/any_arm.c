@@ -37,7 +37,7 @@ static void pose_jacobian(const double *q, double *T, double *J)
     }
 }
 
-/* Sets the arm; forward kinematics is computed from its tables. */
+/* Sets the arm. The function pose_jacobian computes the forward kinematics of this arm. */
 void take(const chasles_general_arm *given)
 {
     arm = *given;

@@ -25,9 +25,9 @@ extern void *__libc_realloc(void *, size_t);
 static _Thread_local const char *folder;
 static _Thread_local long seen, failing;
 
-/* Starts to count the memory allocations by code in the folder `own`. The first allocation has the
- * number 0. Allocation n fails. If n is negative, no allocation fails. If `own` is NULL,
- * allocations are no longer counted. */
+/* Starts to count the memory allocations that are made by code in the folder `own`. The first
+ * allocation has the number 0. Allocation n fails. If n is negative, no allocation fails. If `own`
+ * is NULL, allocations are no longer counted. */
 void fail_allocation(const char *own, long n)
 {
     folder = NULL;

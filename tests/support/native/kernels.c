@@ -1,7 +1,7 @@
 /* Calls every function of a robot without Python, under compiler sanitizers.
  *
  *   `kernels bounds`:   Tests all batch lengths, steps and alignments. Memory blocks have exactly
- *                       the required size, so the address sanitizer detects access beyond them.
+ *                       the required size, so the address sanitizer detects access outside them.
  *   `kernels pages`:    Tests the cases of `bounds` between protected memory pages, which detect
  *                       streaming stores that the sanitizer misses.
  *   `kernels threads`:  Several threads with the same inputs write parts of the same results.
@@ -45,7 +45,7 @@ static double input_value(size_t row, int argument, int k)
 enum { FROM_MALLOC, PAGE_BEHIND, PAGE_BEFORE };
 
 /* A memory block with the rows of one operand. The memory block is only slightly larger than the
- * rows. The call must not change the memory between two rows or before the first row. */
+ * rows. The tested function must not change the memory before the first row or between two rows. */
 typedef struct {
     double *block, *first;
     size_t doubles;

@@ -34,7 +34,8 @@ static double scattered(int row, int k)
 
 /* ------------------------------------------------------------------ linear systems */
 
-/* Tests |A x - b| <= TOLERANCE for a symmetric A (m, m), rows `stride` apart. */
+/* Tests |A x - b| <= TOLERANCE for a symmetric matrix A (m, m). Consecutive rows of A are `stride`
+ * doubles apart. */
 static int solves(const double *A, int m, int stride, const double *x, const double *b)
 {
     for (int i = 0; i < m; i++) {

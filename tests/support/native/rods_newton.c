@@ -45,8 +45,8 @@ static double linear_system(const double *a, const double *b, const double *leng
     return worst;
 }
 
-/* Solves linear equations by Gaussian elimination with pivots. The solution replaces the last
- * column. */
+/* Solves linear equations by Gaussian elimination with pivoting. The last column of A contains the
+ * right-hand side, and receives the solution. */
 static void solve(double A[RODS][RODS + 1])
 {
     for (int k = 0; k < RODS; k++) {

@@ -263,8 +263,8 @@ static int check_inverse(const char *mode)
         check_batch(&arm, &tasks[t], poses, NULL);
         check_batch(&arm, &tasks[t], poses, seeds);
     }
-    /* For each pose, the first coordinate is fixed, and all further coordinates have new start
-     * values. */
+    /* For each pose, the first coordinate is fixed. All other coordinates start from the values of
+     * another configuration. */
     for (int k = 0; k < POSES; k++) {
         double *seed = seeds + (size_t)k * arm.n;
         configuration(&arm, k, reach, seed);
@@ -313,7 +313,7 @@ static void check_damping(void)
 }
 
 /* Checks that the step is multiplied by SMALL if the twist and the bounds are multiplied by SMALL.
- * The step must be finite if some bounds are infinite. Changes `low` and `high`. */
+ * The step must be finite if some bounds are infinite. The arrays `low` and `high` are modified. */
 static void check_other_bounds(DampedBox *solver, const double *y, double *low, double *high)
 {
     int n = solver->n;

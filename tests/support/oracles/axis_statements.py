@@ -66,7 +66,10 @@ class Arm:
         return point
 
     def off_plane(self, point: np.ndarray, axis: int, along: np.ndarray) -> float:
-        """Return the relative distance of a point from the plane of an axis and a direction."""
+        """Return the distance of a point from a plane, relative to the size of the arm.
+
+        The plane contains an axis and a direction.
+        """
         p, h = self.line(axis)
         normal = np.cross(h, along)
         return abs(float((point - p) @ normal)) / self.size / float(np.linalg.norm(normal))

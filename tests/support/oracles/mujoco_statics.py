@@ -1,9 +1,10 @@
 """Static loads of a mechanism from MuJoCo's inverse dynamics at rest.
 
 Every body of the robot becomes a MuJoCo body, as does every rod, barrel and piston. The model is
-built at one configuration, at which all its coordinates are 0. Loops are cut at the second end of
-each strut and at each closure. The forces at the cuts and the actuator forces follow from MuJoCo's
-gravity forces and Jacobians. MuJoCo's internal forces are the joint loads.
+built at one configuration of the robot. At this configuration, all coordinates of the model are 0.
+Loops are cut at the second end of each strut and at each closure. The forces at the cuts and the
+actuator forces follow from MuJoCo's gravity forces and Jacobians. MuJoCo's internal forces are the
+joint loads.
 """
 
 from typing import NamedTuple
@@ -98,7 +99,7 @@ class Model:
         return f'<joint name="{body.joint.name}" type="{kind}" axis="{axis}" pos="{at}"/>'
 
     def jacobian(self, body, point):
-        """Return the Jacobians (3, nv) of a point of a body and of its rotation."""
+        """Return the Jacobians (3, nv) of a body point's position and of the body's rotation."""
         J, R = np.zeros((3, self.model.nv)), np.zeros((3, self.model.nv))
         k = self.model.body(body).id if body else 0
         mujoco.mj_jac(self.model, self.data, J, R, np.asarray(point, dtype=float), k)
@@ -222,7 +223,10 @@ def mujoco_loads(robot, q, masses, wrench, gravity) -> Loads:
 
 
 def random_masses(robot, rng):
-    """Return a random mass on every body. The masses of struts are on their axes."""
+    """Return a random mass on every body.
+
+    The mass of a strut is on the axis of the strut.
+    """
     bodies = skeleton(robot)
     found = []
     for body in bodies.bodies[1:]:

@@ -100,7 +100,7 @@ class Multistart:
         mechanism: The description.
         given: The parameter values.
         size: Longest length of the mechanism (meter), the length unit of the iteration.
-        actuated: Names of the actuated members.
+        actuated: Names of the actuated joints and cylinders.
         chain: Names of the main-chain joints.
     """
 

@@ -31,7 +31,7 @@ def least_error(
     constant is at most the largest singular value of ``K A`` divided by the square root of the
     point count. Let f be a function of standard normal variables with Lipschitz constant L. The
     probability that f exceeds its mean by ``L sqrt(-2 ln chance)`` is at most ``chance``. Borell
-    proved this bound, and independently Tsirelson, Ibragimov and Sudakov.
+    proved this bound. Tsirelson, Ibragimov and Sudakov proved it independently.
 
     Args:
         robot: The robot, with parametric functions.

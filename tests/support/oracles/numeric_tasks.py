@@ -21,8 +21,8 @@ DIRECTION = (1, 1, 1, 1, 1, 0)
 The rotation about the tool's z axis has weight 0.
 """
 WEIGHTS = {"lynxmotion": DIRECTION}
-"""The position determines the yaw of an arm on a turntable. The target of this arm also includes
-the pitch of the tool."""
+"""The arm stands on a turntable, so the tool position determines the yaw of the tool. The target
+also includes the pitch of the tool."""
 TOLERANCE = 1e-9
 ROUNDING = 1e-13
 """Difference between single and batch computation of the same pose [m or rad]."""
@@ -51,7 +51,7 @@ class NumericTask:
 def numeric_task(name: str, count: int) -> NumericTask:
     """Return poses at random coordinates within limits.
 
-    Unlimited joints move by half a turn or one meter.
+    Joints without limits move by at most half a turn or one meter in each direction.
     """
     robot = chasles.load(name)
     reach = np.array([np.pi if c.unit == "rad" else 1.0 for c in robot.coordinates])
@@ -75,7 +75,7 @@ def errors(task: NumericTask, results: Sequence[Any]) -> np.ndarray:
 
 
 def pose_error(task: NumericTask, T: np.ndarray) -> np.ndarray:
-    """Return the larger of distance and angle (m,) to the task poses [m or rad]."""
+    """Return pose errors (m,), each the larger of the distance [m] and the angle [rad]."""
     distance = np.linalg.norm(T[:, :3, 3] - task.T[:, :3, 3], axis=1)
     columns = slice(2, 3) if task.weights == DIRECTION else slice(0, 3)
     sides = np.linalg.norm(T[:, :3, columns] - task.T[:, :3, columns], axis=(1, 2))

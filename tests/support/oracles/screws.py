@@ -36,7 +36,7 @@ class Screws:
 
     @property
     def revolute(self) -> np.ndarray:
-        """Whether (n,) joints are revolute."""
+        """Whether each joint is revolute (n,)."""
         return self.axes.any(axis=1)
 
     def fk(self, theta: np.ndarray) -> np.ndarray:

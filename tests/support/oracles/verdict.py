@@ -17,7 +17,7 @@ ROUNDING = 1e-14
 SAME = 1e-6
 """Maximum joint difference [rad or m] at which two solutions count as equal."""
 REGULAR = 1e-3
-"""Coordinates count as regular if the smallest singular value is at least this large."""
+"""Coordinates count as regular if the Jacobian's smallest singular value exceeds this value."""
 CHUNK = 20_000
 STARTS = 400
 STEPS = 60
@@ -34,8 +34,8 @@ class Verdict:
     Attributes:
         poses: Number of targets, all reachable.
         missed: Number of targets that no solution reaches.
-        unfound: Number of targets that no returned configuration reaches, including least-squares
-            results.
+        unfound: Number of targets that no returned configuration reaches, even if least-squares
+            results are counted.
         wrong: Number of targets with a wrong solution. A wrong solution is marked as exact but does
             not reach the target.
         lost: Number of targets for which the solutions do not contain the coordinates that

@@ -68,7 +68,7 @@ def absent() -> dict[str, str]:
 
 
 def inverses(chain: Screws) -> list[Inverse]:
-    """All other installed libraries that can solve an arm."""
+    """Return the solvers of all other installed libraries that can solve an arm."""
     modules = [module for name in INSTALL if (module := _imported(name)) is not None]
     made = [module.inverse(chain) for module in modules]
     return [inverse for inverse in made if inverse is not None]
@@ -114,7 +114,10 @@ def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
 
 
 def aligned(chain: Screws) -> Callable[[np.ndarray], np.ndarray]:
-    """Return a function that makes tip frames parallel to the base frame at joint values 0."""
+    """Return a function that rotates the tip frame of poses.
+
+    After this rotation, the pose at joint values 0 has the orientation of the base frame.
+    """
     turn = np.eye(4)
     turn[:3, :3] = chain.home[:3, :3].T
     return lambda T: T @ turn
@@ -123,7 +126,7 @@ def aligned(chain: Screws) -> Callable[[np.ndarray], np.ndarray]:
 def offsets(chain: Screws, *groups: Sequence[int]) -> np.ndarray:
     """Return the translations (n + 1, 3) between consecutive axes.
 
-    The axes of a group share a point.
+    The axes of a group intersect, and their intersection is the point on each of these axes.
     """
     points = chain.points.copy()
     for group in map(list, groups):

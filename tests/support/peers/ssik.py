@@ -1,4 +1,7 @@
-"""ssik (Srinivasa): generates a module for each arm, which calls compiled solvers."""
+"""ssik (Srinivasa): generates a module for each arm.
+
+The module calls compiled solvers.
+"""
 
 import hashlib
 import importlib.util

@@ -29,7 +29,7 @@ def inverse(chain: Screws, lower: np.ndarray, upper: np.ndarray) -> Callable:
 
 
 def sequence(chain: Screws, lower: np.ndarray, upper: np.ndarray) -> rtb.ETS:
-    """The elementary transforms of an arm, with its limits."""
+    """Return the elementary transforms of an arm with its joint limits."""
     elements, before = [], np.eye(4)
     for k, turns in enumerate(chain.revolute):
         frame = _along(chain.axes[k] if turns else chain.slides[k], chain.points[k])
@@ -41,7 +41,10 @@ def sequence(chain: Screws, lower: np.ndarray, upper: np.ndarray) -> rtb.ETS:
 
 
 def _along(axis: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """A frame at a point, with its z axis along a direction."""
+    """Return a frame at a point.
+
+    The z axis of the frame has the direction ``axis``.
+    """
     across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
     x = across / np.linalg.norm(across)
     frame = np.eye(4)

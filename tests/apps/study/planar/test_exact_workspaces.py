@@ -13,8 +13,8 @@ from chasles.study.planar.arc_regions import ArcRegion, swept
 from chasles.study.planar.meridian import meridian, swept_volume
 
 NEAR = 0.01
-"""Distance [m] from the workspace boundary. Many configurations reach a point that is far from the
-border."""
+"""Minimum distance [m] of a compared point from the workspace boundary. Many configurations reach a
+point that is far from the border."""
 
 
 def chains(count, seed=0):
@@ -273,7 +273,7 @@ def test_workspace_plot_shows_closed_border():
     curves = [line.get_xydata() for line in of_wrist.plot().lines]
     drawn = np.concatenate(curves)
     assert drawn[:, 0].min() >= 0.15 - 1e-12  # shoulder offset
-    # Two straight lines at the shoulder offset close the boundary of the wrist positions.
+    # The boundary of the wrist positions is closed by two straight lines at the shoulder offset.
     assert sum(len(curve) == 2 for curve in curves) >= 2
     ends = np.array([end for curve in curves for end in curve[[0, -1]]])
     apart = np.linalg.norm(ends[:, None] - ends, axis=-1) + 9 * np.eye(len(ends))

@@ -34,8 +34,7 @@ def legs(rng, width):
 
 
 def at_angles(own, points, count):
-    """Return for each of m points and each of `count` platform angles whether the platform reaches
-    the point at this angle."""
+    """Test whether the platform reaches each of m points at each of `count` platform angles."""
     angles = np.linspace(0, own[0].width, count)
     found = []
     for angle in angles:

@@ -115,7 +115,7 @@ def test_curvature_bounds_exceed_second_derivatives(name):
     rows = bounds.lengths.any(1)
     for k, along in enumerate(np.eye(n)):
         second = robot.constraint_D_z_dot(z, np.broadcast_to(along, z.shape))
-        # Second derivative of d^2 - l^2 with d = l + c t: c^2 + 2 l c.
+        # `squared` is the second derivative of d^2 - l^2 = c^2 + 2 l c, where d = l + c.
         l_k = bounds.lengths[:, 1 + k]
         squared = 2 * (
             D[..., k, None] * D
@@ -130,7 +130,7 @@ def test_curvature_bounds_exceed_second_derivatives(name):
 
 
 def test_no_bound_exists_for_segment_with_open_loops():
-    """Cylinders exceed their limits, so some triangles cannot close."""
+    """The cylinder lengths exceed their limits, so some loops cannot close."""
     robot, bounds, lower, upper = made("excavator")
     rng, dead, span = np.random.default_rng(3), 0, upper - lower
     for _ in range(800):

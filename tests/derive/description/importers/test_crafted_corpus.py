@@ -1,8 +1,9 @@
 """Malicious files run no command, read no other file and write nothing.
 
-``@MARK@`` is a file that no command may create. ``@PIPE@`` is a named pipe without a writer, and
-``@URL@`` a network address. In archives, the placeholder ``@MARK@`` is not replaced by a path.
-Commands in archives would therefore create a file with the name ``@MARK@`` in the current folder.
+``@MARK@`` is a file that no command may create. ``@PIPE@`` is a named pipe without a writer.
+``@URL@`` is a network address. In archives, the placeholder ``@MARK@`` is not replaced by a path.
+If a reader ran a command in an archive, the command would create a file named ``@MARK@`` in the
+current folder.
 """
 
 import os

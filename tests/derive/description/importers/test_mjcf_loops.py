@@ -162,7 +162,7 @@ def compare_delta(path, seed):
 
 
 def delta_at(text, q):
-    """Return MuJoCo's data of a delta for motor values (3,)."""
+    """Return MuJoCo's data of a delta robot at the motor values q (3,)."""
     model = mujoco.MjModel.from_xml_string(
         text.replace("<compiler", '<option jacobian="dense"/><compiler')
     )
@@ -198,7 +198,7 @@ def test_three_connects_between_two_bodies_are_rejected(path):
 
 
 def test_ball_joint_of_rod_with_extra_connect_becomes_three_joints(path):
-    """A body with a ball joint and two `connect` constraints is no rod."""
+    """A body with a ball joint and two `connect` constraints is not read as a rod."""
     text = random_delta(random.Random(0)).replace(
         "</equality>", '<connect body1="rod0" body2="arm1" anchor="0 0 0"/></equality>'
     )

@@ -77,7 +77,7 @@ b = {{ body = "platform", xyz = ["200*cos({at})", "200*sin({at})", 0] }}
 
 
 def tripod():
-    """Return a tube that three unequal cylinders tilt and push."""
+    """Return a tripod in which three irregularly placed cylinders tilt and extend a tube."""
     sizes = enumerate(((520, 0, 10), (480, 128, -20), (505, 236, 35)))
     return read_text(
         TRIPOD.format(
@@ -101,7 +101,7 @@ def hexa():
 
 
 def twisted_delta():
-    """Return a delta whose second pair of rods is wider at the platform."""
+    """Return a delta in which one rod end of the second pair is displaced on the platform."""
     text = (ROBOTS / "delta.toml").read_text(encoding="utf-8")
     wide = text.replace("cos(120) - w*sin(120)", "cos(120) - w*sin(130)")
     return read_text(

@@ -1,4 +1,4 @@
-"""Inverse of platforms with joints before and behind them, compared with NumPy."""
+"""Inverses of robots with joints before or after a platform, compared with a NumPy model."""
 
 import numpy as np
 import pytest

@@ -67,7 +67,9 @@ def test_solutions_contain_the_generating_coordinates_and_reach_the_pose(loaded)
 
 
 def rotations(model, z, start):
-    """Count platform rotations about the center of z[0] with all balls in their planes.
+    """Count the platform rotations about the wrist center that keep every ball in its plane.
+
+    The wrist center stays at its position in the configuration z[0].
 
     Each plane is fitted to the positions of its ball in several configurations.
 
@@ -102,7 +104,7 @@ def rotations(model, z, start):
 
 
 def turns(vectors):
-    """Return the rotations (k, 3, 3) about vectors (k, 3) by their lengths (Rodrigues)."""
+    """Return the rotations (k, 3, 3) of rotation vectors (k, 3) by Rodrigues' formula."""
     angle = np.linalg.norm(vectors, axis=-1)[:, None, None]
     axes = vectors / np.maximum(angle[:, 0], 1e-300)
     K = np.cross(axes[:, None], -np.eye(3))

@@ -36,7 +36,7 @@ MAPS = ("actuators", "actuators_D_chain", "actuator_rates", "actuator_accelerati
 
 @pytest.fixture(scope="module", params=KINDS)
 def platform(request):
-    """Return kernels of a platform, and closed configurations (N, n_z) near its reference."""
+    """Return the kernels, the NumPy model and closed configurations (N, n_z) of a platform."""
     mechanism = drawn_as(KINDS[request.param], 0)
     inverse = ("ik_legs",) if request.param in SLOTS else ()
     functions = kernels(mechanism, (*MAPS, "actuator_margin", *inverse))
@@ -136,7 +136,7 @@ def test_unreachable_pose_has_a_residual(platform):
 
 @pytest.mark.parametrize("platform", ["3-RUU with offsets"], indirect=True)
 def test_rotary_delta_agrees_with_the_formula_of_its_arms(platform):
-    """In the projection onto the arm's plane, each arm and its rod form a triangle."""
+    """Projected onto the plane of an arm, the arm and its rod are two sides of a triangle."""
     functions, model, z = platform
     q, residual = slots_at(functions["ik_legs"][0], model.tip(z))
     assert (residual < NEAR).all()

@@ -1,4 +1,4 @@
-"""Numerical dead points of loops agree with the triangle of the three pins."""
+"""Dead points of a four-bar linkage, found numerically, agree with the law of cosines."""
 
 import math
 

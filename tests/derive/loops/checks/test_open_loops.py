@@ -304,7 +304,7 @@ def test_error_on_pin_with_wrong_axis_proposes_a_rotation():
 
 
 def spoilt_actuation(name):
-    """Yield robots with a wrong actuator, or without a joint or strut.
+    """Yield robots with one actuator too few or too many, or without one loop joint or rod.
 
     Each robot is paired with words of the expected error message.
     """
@@ -328,7 +328,7 @@ def spoilt_actuation(name):
 
 
 TESTED = {"four_bar": 1, "slider_crank": 1, "five_bar": 2, "excavator": 5, "planar_3rrr": 5}
-"""Number k for each robot: every k-th case of the robot is tested. The tested cases contain each
+"""Step k for each robot. The test of the robot uses every k-th case. The tested cases contain each
 kind of mistake."""
 
 
@@ -383,8 +383,8 @@ def test_rod_with_swapped_ends_is_named(k):
     robot = mechanism("delta")
     struts = tuple(swapped(s) if i == k else s for i, s in enumerate(robot.struts))
     spoilt = replace(robot, struts=struts)
-    # With swapped ends of a rod on the second or third arm, all loops close if the platform is
-    # rotated by 5 degrees.
+    # If the ends of a rod on the second or third arm are swapped, all loops still close, but the
+    # platform is rotated by 5 degrees.
     text = message(spoilt) if k < 2 else doubtful_ends(spoilt, closed_configuration(spoilt))
     assert f"the ends of rod {robot.struts[k].name!r} seem swapped" in text
     assert text.count("rod_") == (2 if k < 2 else 1)
@@ -455,7 +455,7 @@ def test_error_names_the_redundant_third_crank():
     stated = message(with_a_third_crank("exact"))
     assert "0.2 mm too long" in stated
     assert "1 constraint is redundant" in stated
-    # The closure error has the direction (1, -2).
+    # The closure errors of 'rod' and 'third' have the ratio 1 to -2.
     assert "'third' 0.16 mm in length, 'rod' 0.08 mm in length" in stated
     assert "omitting 'rod' or 'third' adds no freedom" in stated
     (note,) = solved(with_a_third_crank("least squares")).mechanism.notes

@@ -1,7 +1,9 @@
-"""Platforms on random legs with a ball joint: RPS, PRS, RRS, UPS, PUS and RUS.
+"""Platforms on random legs with a ball joint.
 
-A leg with two joints before its ball joint keeps the ball in a plane. Three legs with two joints
-each leave three degrees of freedom of the platform.
+The leg types are RPS, PRS, RRS, UPS, PUS and RUS.
+
+A leg with two joints before its ball joint keeps the ball in a plane. A platform on three of these
+legs has three degrees of freedom.
 """
 
 from dataclasses import replace
@@ -21,8 +23,7 @@ from tests.support.loops.solved import solved
 POSES = 12
 KINDS = {1: ("RPS", "PRS", "RRS"), 10: ("UPS", "PUS", "RUS", "C", "C", "C")}
 SLOTS = 4
-"""Number of branches: two solutions of the leg with a prismatic joint times two solutions of the
-leg with a revolute arm."""
+"""Number of branches. The leg PRS or PUS and the leg RRS or RUS have two solutions each."""
 FOUND = 1e-8
 MAPS = ("actuators", "actuator_rates")
 

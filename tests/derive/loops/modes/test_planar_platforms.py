@@ -1,4 +1,4 @@
-"""Modes of planar platforms on all types of legs agree with Newton's method."""
+"""Assembly modes of planar platforms with all types of legs agree with Newton's method."""
 
 import sys
 

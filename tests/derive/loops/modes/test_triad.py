@@ -18,7 +18,7 @@ RODS = (sp.Rational(1, 2), sp.Rational(3, 5), sp.Rational(2, 5))
 
 
 def harmonics(coefficients, c, s):
-    """Evaluate the trigonometric polynomial for a cosine and a sine."""
+    """Evaluate the trigonometric polynomial at the angle with cosine c and sine s."""
     double = c**2 - s**2, 2 * c * s
     triple = double[0] * c - double[1] * s, double[0] * s + double[1] * c
     a0, *rest = coefficients
@@ -132,7 +132,7 @@ def test_every_pose_is_a_root_and_its_position_is_recovered(compiled):
 def test_collinear_centers_give_double_root_and_both_positions(compiled):
     polynomial, position, mirror = compiled
     pose = np.array([0.3, -0.2, 0.7])
-    # The centers A_i - R b_i are on the platform's x axis.
+    # The centers A_i - R b_i are on a line that is parallel to the base's x axis.
     heights = np.arcsin(0.25 / np.array(RODS, float))
     p = platform_with(pose, heights)
     a = polynomial(p)

@@ -28,8 +28,8 @@ SLIDERS = {
     "x": (ALONG_X, near(("crank", 1), ("elbow", -1), ("cross", 3))),
     "y": (ALONG_Y, near(("crank", 1), ("elbow", "3/4"), ("cross", "15/4"))),
 }
-"""The rotation of the slider's frame and the reference configuration, keyed by the normal of the
-loop's plane."""
+"""Rotation of the slider's frame and reference configuration, keyed by the normal of the loop's
+plane."""
 
 
 def closed(loops, functions, w, p):
