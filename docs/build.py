@@ -18,7 +18,7 @@ WIDEST_EXCESS = 1.0
 
 
 def main() -> int:
-    """Compile all articles; returns the number of articles that failed."""
+    """Compile all articles and return the number of articles that failed."""
     if shutil.which("pdflatex") is None:
         print("make docs needs pdflatex (Debian: texlive-latex-extra lmodern)", file=sys.stderr)
         return 1

@@ -46,7 +46,7 @@ CARD = """\
 
 
 def main() -> int:
-    """Write the pages of all robots; returns 0."""
+    """Write the pages of all robots, and return 0."""
     OUTPUT.mkdir(parents=True, exist_ok=True)
     names = chasles.robots() + (chasles.shelf_robots() if "shelf" in sys.argv[1:] else [])
     cards: dict[str, list[str]] = {"Arms": [], "Robots with loops": []}
