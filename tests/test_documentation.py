@@ -112,9 +112,8 @@ def test_latex_page_prints_as_documented(capsys):
 
 
 def test_extend_page_examples_run(tmp_path, capsys):
-    (tmp_path / "arm.toml").write_text(
-        'name = "arm"\nconvention = "mine"\njoints = [{ a = 0.3 }, { a = 0.2, d = 0.1 }]\n'
-    )
+    (description,) = examples("how-to/extend.md", "toml")
+    (tmp_path / "arm.toml").write_text(description)
     names = run("how-to/extend.md")
     assert names["robot"].joints[0].before
     assert "Structure: a column with a lift." in capsys.readouterr().out

@@ -14,6 +14,8 @@ from ..emit.c.header import support_files
 from ..emit.emitter import Emitter, Files
 from ..emit.languages import EMITTERS, LANGUAGES, emitters_of
 from ..emit.manifest import manifest
+from ..inverse.families import FAMILIES
+from ..inverse.families.family import Family
 from ..model.errors import InputValueError
 from ..model.mechanism import Described, Mechanism
 from ..model.robot import SerialRobot
@@ -28,17 +30,19 @@ def files(
     functions: Sequence[str] | None = None,
     fixed: str | Sequence[str] = (),
     parametric: bool = False,
+    families: tuple[Family, ...] = FAMILIES,
     languages: Sequence[str | Emitter] = LANGUAGES,
 ) -> dict[str, bytes]:
     """Return the text of every generated file, keyed by its path in the robot's folder.
 
     Args:
-        description: The robot, from :func:`~chasles.derive.read` or built in Python.
+        description: The robot, from ``read`` or built in Python.
         functions: The functions to derive; all by default.
         fixed: Joints with fixed values in ``ik``. If ``fixed`` is empty, the derivation chooses
             the fixed joints.
         parametric: Whether to derive the parametric functions too, such as ``fk_p``.
-        languages: The languages to write, see :func:`write`.
+        families: The families of closed-form inverses to try, in order.
+        languages: The languages to write, see ``write``.
 
     Returns:
         The files of every language and the manifest. The same description gives the same bytes on
@@ -46,25 +50,17 @@ def files(
 
     Raises:
         DescriptionError: The description is invalid.
-        InputValueError: A function, joint or language is unknown, or two languages write one file.
+        InputValueError: A function, joint or language is unknown, or the files for two languages
+            have the same path.
     """
     check_type("files: description", description, SerialRobot, Mechanism)
     emitters = emitters_of(languages)
-    texts = _texts(description, functions, fixed, emitters, parametric=parametric)
-    return {name: text.encode() for name, text in texts.items()}
-
-
-def _texts(
-    description: Described,
-    functions: Sequence[str] | None,
-    fixed: str | Sequence[str],
-    emitters: Sequence[Emitter],
-    *,
-    parametric: bool,
-) -> dict[str, str]:
     with without_garbage_collection():
-        derived = derive(description, functions=functions, fixed=fixed, parametric=parametric)
-        return files_of(derived, emitters)
+        derived = derive(
+            description, functions=functions, fixed=fixed, parametric=parametric, families=families
+        )
+        texts = files_of(derived, emitters)
+    return {name: text.encode() for name, text in texts.items()}
 
 
 @contextmanager
@@ -106,6 +102,7 @@ def write(
     functions: Sequence[str] | None = None,
     fixed: str | Sequence[str] = (),
     parametric: bool = False,
+    families: tuple[Family, ...] = FAMILIES,
     languages: Sequence[str | Emitter] = LANGUAGES,
 ) -> list[Path]:
     """Derive a robot and write its folder, which ``chasles.load(folder)`` loads.
@@ -113,27 +110,36 @@ def write(
     Obsolete files from earlier runs are removed. Files that chasles did not generate are kept.
 
     Args:
-        description: The robot, from :func:`~chasles.derive.read` or built in Python.
+        description: The robot, from ``read`` or built in Python.
         folder: The folder of the robot, usually named after the robot. The folder is created if
             necessary.
         functions: The functions to derive; all by default.
         fixed: Joints with fixed values in ``ik``. If ``fixed`` is empty, the derivation chooses
             the fixed joints.
         parametric: Whether to derive the parametric functions too, such as ``fk_p``.
+        families: The families of closed-form inverses to try, in order.
         languages: The languages to write: "c", "casadi", "python", "latex" and "casadi_c", or an
-            :class:`~chasles.derive.emit.emitter.Emitter`. The Python files call the generated C.
+            ``Emitter``. The Python files call the generated C.
 
     Returns:
         The files written.
 
     Raises:
         DescriptionError: The description is invalid.
-        InputValueError: A function, joint or language is unknown, or two languages write one file.
+        InputValueError: A function, joint or language is unknown, or the files for two languages
+            have the same path.
     """
     check_type("write: description", description, SerialRobot, Mechanism)
-    target, emitters = as_path("folder", folder), emitters_of(languages)
-    texts = _texts(description, functions, fixed, emitters, parametric=parametric)
-    return put(texts, target)
+    target = as_path("folder", folder)
+    texts = files(
+        description,
+        functions=functions,
+        fixed=fixed,
+        parametric=parametric,
+        families=families,
+        languages=languages,
+    )
+    return put({name: text.decode() for name, text in texts.items()}, target)
 
 
 def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list[Path]:
@@ -188,7 +194,8 @@ def _merged(written: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
     for language, texts in written.items():
         if twice := sorted(merged.keys() & texts.keys()):
             raise InputValueError(
-                f"{language} and another language write the same file: {', '.join(twice)}"
+                f"the files for {language} and another language have the same path: "
+                f"{', '.join(twice)}"
             )
         merged |= texts
     return merged

@@ -14,8 +14,7 @@ import pytest
 import sympy as sp
 
 import chasles.derive
-from chasles.derive import derive, explain, read_text
-from chasles.derive.build.generate import files_of, put
+from chasles.derive import derive, explain, read_text, write
 from chasles.derive.inverse.families import FAMILIES, LEG_FAMILIES
 from chasles.derive.inverse.families.family import Family
 from chasles.derive.inverse.steps.work import Work
@@ -148,9 +147,9 @@ def derivation():
 
 
 @pytest.fixture(scope="module")
-def arm(derivation, tmp_path_factory):
+def arm(tmp_path_factory):
     folder = tmp_path_factory.mktemp("generated") / ARM.name
-    put(files_of(derivation), folder)
+    write(ARM, folder, families=(CYLINDRICAL, *FAMILIES))
     return loaded(folder)
 
 

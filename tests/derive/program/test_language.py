@@ -162,7 +162,8 @@ def test_files_of_added_language_are_listed_and_later_removed(tmp_path):
 def test_two_languages_may_not_write_the_same_file(tmp_path):
     twice = (*RUN, Emitter("another c", lambda derivation, programs: {"scara.c": ""}))
     with pytest.raises(
-        InputValueError, match=r"another c and another language write the same file: scara\.c"
+        InputValueError,
+        match=r"files for another c and another language have the same path: scara\.c",
     ):
         write(read(ROBOTS / "scara.toml"), tmp_path, functions=("fk",), languages=twice)
     assert not list(tmp_path.iterdir())
