@@ -2,7 +2,7 @@
 
 The paper derives the kinematics of a hybrid robot for board installation at height by screw theory.
 The lengths, equations and figures of the paper are lost. The robot `board_installer` has
-reconstructed lengths.
+reconstructed lengths. R0 is its reference configuration; T1 and T2 are two other configurations.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ LENGTHS = (
     "rod_KH_b_x",
     "rod_FH_b_x",
 )
-"""Lengths that the error study changes, one at a time."""
+"""Names of the lengths that the error study changes, one at a time."""
 
 
 def rows() -> list[Row]:
@@ -122,8 +122,8 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
         lost(
             printed["by_counting"],
             counted.kutzbach,
-            f"n = {n}, j = {j}, lambda = 6: the five loops are planar, so the spatial formula "
-            f"is 15 too low",
+            f"the formula uses n = {n}, j = {j} and lambda = 6. Its value is 15 too low, because "
+            f"the five loops are planar",
         ),
     ]
 
@@ -131,7 +131,7 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
 def length_rows(printed: dict[str, Printed]) -> list[Row]:
     """State the lengths and limits of the robot, which are all assumed."""
     value = parameters()
-    reason = "the value is chosen so that all loops close and the tool reaches the required box"
+    reason = "with this value, all loops close and the tool reaches the box"
     push_rod = np.linalg.norm(triangle(0.0)[1] - triangle(0.0)[0])
     found = [assumed(printed[name], size, reason) for name, size in value.items()]
     found.append(assumed(printed["l0"], push_rod, "the length follows from a, b and gamma0"))
@@ -139,7 +139,7 @@ def length_rows(printed: dict[str, Printed]) -> list[Row]:
         limits = np.array([coordinate.lower, coordinate.upper])
         item = printed[f"limits_{coordinate.name}"]
         found.append(
-            assumed(item, limits, "the limits are chosen so that the tool reaches the required box")
+            assumed(item, limits, "within these limits, the tool reaches the required box")
         )
     return found
 
@@ -188,13 +188,13 @@ def screw_rows(printed: dict[str, Printed]) -> list[Row]:
         lost(
             printed["translation"],
             off,
-            "exp(xi2 th2) ... exp(xi5 th5) = Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin q3), "
-            "at 300 configurations",
+            "at 300 configurations, we compared exp(xi2 th2) ... exp(xi5 th5) with "
+            "Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin q3)",
         ),
         lost(
             printed["equation_27"],
             np.abs(equation_27(q) - tool).max(),
-            f"at 300 configurations; {EQUATION_27}",
+            f"we evaluated the reconstructed equation (27) at 300 configurations: {EQUATION_27}",
         ),
     ]
 
@@ -256,14 +256,14 @@ def cloud() -> Any:
 
 
 def box_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Check that the tool, facing the wall, reach the whole required box within all limits."""
+    """Check that the tool, facing the wall, reaches the whole required box within all limits."""
     T = box_poses()
     reached = robot().ik(T).within_limits().count > 0
     inside = T[reached, :3, 3]
     heights = [z for z in LABOUR if reached[T[:, 2, 3] == z].all()]
     least, largest = inside.min(0), inside.max(0)
     forward, sideways, _ = largest - least
-    note = "lengths and limits are assumed such that the tool, facing the wall, reaches the box"
+    note = "we chose lengths and limits with which the tool, facing the wall, reaches the box"
     return [
         consistent(printed["lowest"], least[2], note),
         consistent(printed["highest"], largest[2], note),
@@ -271,7 +271,7 @@ def box_rows(printed: dict[str, Printed]) -> list[Row]:
         consistent(printed["sideways"], sideways, note),
         consistent(printed["labour"], np.array(heights), note),
         not_printed(
-            printed["box"], reached.mean(), f"{len(T)} tool poses in the box were tested; {note}"
+            printed["box"], reached.mean(), f"we tested {len(T)} tool poses in the box; {note}"
         ),
         assumed(printed["box_x"], BOX[0, 0], "the paper does not state the position of the box"),
         lost(
@@ -318,7 +318,7 @@ def grid(built: Any) -> FloatArray:
 
 @cache
 def errors() -> tuple[Errors, ...]:
-    """Compute the tool errors due to a 0.1 mm error of each length, at 3969 configurations."""
+    """Compute the tool errors that a 0.1 mm error of each length causes at 3969 configurations."""
     built = chasles.load("board_installer", parametric=True)
     p = np.array([number.value for number in built.geometry])
     names = [number.name for number in built.geometry]
@@ -334,10 +334,10 @@ def errors() -> tuple[Errors, ...]:
 
 
 def error_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Table 2 is lost.
+    """Return the rows of the error study, which replaces the lost table 2.
 
-    The paper prints 0.5 mm, the summary of this table. An error of one pantograph rod gives this
-    value.
+    The paper summarizes table 2 by a tool error of 0.5 mm. The last row states the error of one
+    pantograph rod that causes this tool error.
     """
     worst = max(errors(), key=lambda own: own.distance)
     least = LONGER * 0.5e-3 / worst.distance
@@ -346,21 +346,22 @@ def error_rows(printed: dict[str, Printed]) -> list[Row]:
             lost(
                 printed[f"error_{own.name}"],
                 own.largest,
-                f"the largest error within the limits is {1e3 * own.distance:.3f} mm, with "
-                f"closed loops",
+                f"within the limits, the tool error with closed loops is at most "
+                f"{1e3 * own.distance:.3f} mm",
             )
             for own in errors()
         ),
         not_reproducible(
             printed["error"],
             worst.distance,
-            "the paper measured one robot; our value is the largest error from a 0.1 mm error of "
-            "one rod or crank of the pantograph",
+            "the paper measured the error of one robot. Our value is the largest tool error that "
+            "a 0.1 mm error of one pantograph rod or crank causes",
         ),
         not_printed(
             printed["tolerance"],
             least,
-            "the error is proportional to the tool error in the preceding row",
+            f"the tool error is proportional to the rod error. A rod error of 0.1 mm gives the "
+            f"tool error of {1e3 * worst.distance:.2f} mm in the preceding row",
         ),
     ]
 

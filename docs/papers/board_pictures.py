@@ -42,7 +42,7 @@ SHORT = {
 def drawn(found: Any, box: FloatArray, errors: Sequence[Errors]) -> dict[str, Any]:
     """Return all pictures of the paper, keyed by caption."""
     return {
-        "Figure 2: the robot at the reference (pale) and in another configuration": in_space(),
+        "Figure 2: the robot in its reference (pale) and in another configuration": in_space(),
         "Figure 3: structure and reference configuration, seen from the side": structure(),
         "Equation 27: the tool in active variables": equation(),
         "Figure 5a: cloud of tool positions, and the required box": cloud(found, box),
@@ -65,7 +65,7 @@ class Skeleton:
 
 
 def skeleton(q: FloatArray) -> Skeleton:
-    """Compute pin positions: chain pins from link poses, crank and plate pins from lengths."""
+    """Compute the pins of the chain from link poses, and crank and plate pins from lengths."""
     robot = chasles.load("board_installer")
     size = {name: parameter.value for name, parameter in robot.parameters.items()}
     T = dict(zip(robot.link_names, robot.link_poses(q), strict=True))
@@ -120,7 +120,10 @@ MEMBERS = (
 
 
 def structure() -> Any:
-    """Draw the reference from the side: parallel links, and the wrist that follows pin H."""
+    """Draw the reference configuration from the side.
+
+    The picture shows the parallel links, and the wrist that follows pin H.
+    """
     found = skeleton(np.zeros(6))
     figure, axes = panels(3.5)
     for name, letters, k, width in MEMBERS:
@@ -159,7 +162,7 @@ NUDGES = {
 
 
 def in_space() -> Any:
-    """Draw the robot at the reference, in a pale color, and in another configuration."""
+    """Draw the robot in the reference configuration (pale) and in another configuration."""
     figure, axes = solid(3.2)
     for q, alpha in ((np.zeros(6), 0.3), (MOVED, 1.0)):
         found = skeleton(q)

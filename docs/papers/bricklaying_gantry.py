@@ -67,51 +67,67 @@ def rounded_twice(value: float, digits: int) -> float:
 
 
 CORRECTED = {
-    "table_4_row_1_theta_rad": ("1.35", "78 deg used for 77.63 deg", deg(78)),
+    "table_4_row_1_theta_rad": ("1.35", "the rounded angle 78 deg instead of 77.63 deg", deg(78)),
     "table_4_row_1_r": (
         "5.09",
-        "1.09/cos 78 deg = 5.24, printed with swapped digits as 5.42",
+        "1.09/cos 78 deg = 5.24 with swapped decimals",
         exchanged(1.09 / np.cos(deg(78))),
     ),
-    "table_4_row_2_theta_rad": ("1.18", "68 deg used for 67.88 deg", deg(68)),
+    "table_4_row_2_theta_rad": ("1.18", "the rounded angle 68 deg instead of 67.88 deg", deg(68)),
     "table_4_row_2_r": ("5.42", "5.02/sin 68 deg", 5.02 / np.sin(deg(68)) * INCH),
     "table_4_row_3_r": ("5.83", "2.99/cos 59 deg", 2.99 / np.cos(deg(59)) * INCH),
     "table_4_row_5_theta": (
         "44",
-        "44.49 was rounded to 44.5, and 44.5 to 45",
+        "rounding 44.49 to 44.5, and then 44.5 to 45",
         deg(rounded_twice(44.493, 0)),
     ),
     "table_4_row_5_theta_rad": (
         "0.78",
-        "45 deg = 0.79 rad, printed with swapped digits as 0.97",
+        "45 deg = 0.79 rad with swapped decimals",
         exchanged(deg(45)),
     ),
     "table_4_row_5_r": ("7.19", "5.13/cos 45 deg with 0.707 for the cosine", 5.13 / 0.707 * INCH),
-    "table_5_row_1_theta_rad": ("0.800", "46 deg used for 45.84 deg", deg(46)),
-    "table_5_row_2_theta_rad": ("0.795", "46 deg used for 45.57 deg", deg(46)),
+    "table_5_row_1_theta_rad": ("0.800", "the rounded angle 46 deg instead of 45.84 deg", deg(46)),
+    "table_5_row_2_theta_rad": ("0.795", "the rounded angle 46 deg instead of 45.57 deg", deg(46)),
     "table_5_row_2_r": ("2.84", "2.03/sin 46 deg", 2.03 / np.sin(deg(46)) * INCH),
-    "table_5_row_4_theta_rad": ("0.790", "45.3 deg used for 45.287 deg", deg(45.3)),
-    "table_5_row_5_theta_rad": ("0.790", "45.3 deg used for 45.284 deg", deg(45.3)),
+    "table_5_row_4_theta_rad": (
+        "0.790",
+        "the rounded angle 45.3 deg instead of 45.287 deg",
+        deg(45.3),
+    ),
+    "table_5_row_5_theta_rad": (
+        "0.790",
+        "the rounded angle 45.3 deg instead of 45.284 deg",
+        deg(45.3),
+    ),
     "text_1_row_1_r": ("5.09", "1.09/cos 78 deg", 1.09 / np.cos(deg(78)) * INCH),
     "text_1_row_1_omega": (
         "0.068",
-        "1.36/20 rounded to 0.07, printed as 0.070",
+        "1.36/20, which was rounded to 0.07 and printed as 0.070",
         f"{1.36 / 20:.2f}0",
     ),
     "text_1_row_2_omega": (
         "0.059",
-        "1.19/20 rounded to 0.06, printed as 0.060",
+        "1.19/20, which was rounded to 0.06 and printed as 0.060",
         f"{1.19 / 20:.2f}0",
     ),
     "text_1_row_2_numerator": ("5.02", "", None),
-    "text_1_row_5_theta_rad": ("0.78", "45 deg used for 44.49 deg", deg(45)),
-    "text_1_row_5_omega": ("0.039", "0.79/20, with 0.79 for 0.777", 0.79 / 20),
+    "text_1_row_5_theta_rad": ("0.78", "the rounded angle 45 deg instead of 44.49 deg", deg(45)),
+    "text_1_row_5_omega": (
+        "0.039",
+        "0.79/20, with the angle 0.79 rad instead of 0.777 rad",
+        0.79 / 20,
+    ),
     "range_1_theta": (
         "0.58",
         "1.36 - 0.89, without the misprinted row 5 of table 4",
         1.36 - 0.89,
     ),
-    "range_2_theta": ("0.013", "0.803 - 0.787, both rounded", 0.803 - 0.787),
+    "range_2_theta": (
+        "0.013",
+        "0.803 - 0.787, the difference of two rounded angles",
+        0.803 - 0.787,
+    ),
     "other_root": (
         "15.04",
         "(33.64 + 12.35)/3.06, with rounded coefficients",
@@ -119,7 +135,7 @@ CORRECTED = {
     ),
     "distance": (
         "8.60",
-        "8.6049 from the rounded wrist center, rounded to 8.605 and then to 8.61",
+        "8.6049 for the rounded wrist center, rounded to 8.605 and then to 8.61",
         rounded_twice(np.hypot(6.96, 5.06), 2) * INCH,
     ),
     "cosine_A": (
@@ -128,14 +144,18 @@ CORRECTED = {
         (74.13 + 49 - 25) / 120.54,
     ),
     "A": ("35.54", "acos 0.8141", np.arccos(0.8141)),
-    "B": ("89.99", "acos((49 + 25 - 74.13)/70); the angle is acute", np.arccos((74 - 74.13) / 70)),
+    "B": (
+        "89.99",
+        "acos((49 + 25 - 74.13)/70); the correct angle is acute",
+        np.arccos((74 - 74.13) / 70),
+    ),
     "C": ("54.47", "180 - 90.11 - 35.50", deg(180 - 90.11 - 35.50)),
     "A_prime": ("71.57", "35.50 + 36.03", deg(35.50 + 36.03)),
     "C_prime": ("125.53", "180 - 54.39", deg(180 - 54.39)),
 }
-"""For each misprint, the correct value, the cause in words, and the value that results from the
-cause."""
-NUMERATOR = "the paper prints 45.02/2.04 for 5.02/2.04"
+"""For each misprint, the correct value, the cause as a noun phrase, and the value that results from
+the cause."""
+NUMERATOR = "the paper prints 45.02/2.04 instead of 5.02/2.04"
 
 
 INPUTS = ("_x", "_y", "_time", "target", "lengths")
@@ -186,8 +206,8 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
     counted = mobility(mechanism)
     by_numbers = kutzbach(links=14, joints=15, freedom=15)
     note = (
-        f"equation (1) has lambda = 6, n = 14, j = f = 15; the rank of the loops gives "
-        f"{counted.true}"
+        f"equation (1) uses lambda = 6, n = 14 and j = f = 15. The rank of the loop equations "
+        f"also gives {counted.true}"
     )
     found = {
         "links": counted.bodies,
@@ -311,7 +331,7 @@ def positions(item: Printed, own: tuple[Spot, ...]) -> Row:
     values = {f"r{k}": spot.r for k, spot in enumerate(own, 1)}
     values |= {f"t{k}": spot.theta for k, spot in enumerate(own, 1)}
     guide = np.array([[*spot.xy, 0] for spot in own])
-    words = "the table contains only positions, and agrees with the guide positions"
+    words = "the matrix contains only positions, which agree with the guide positions"
     return agrees(item, guide, words, evaluated=at(**values))
 
 
@@ -329,16 +349,16 @@ def unit_rows(printed: dict[str, Printed]) -> list[Row]:
 
 def in_inches(item: Printed, ours: FloatArray) -> Row:
     """Compare lengths that the paper prints in mm, although the printed values are in inches."""
-    cause = ("values in inches, as in section 2.2", ours / INCH * MM)
-    return erratum(item, ours, ours, "correction: the unit is inch, not mm", cause=cause)
+    cause = ("lengths in inches, as in section 2.2", ours / INCH * MM)
+    return erratum(item, ours, ours, "the correct unit is inch, not mm", cause=cause)
 
 
-# The 7-5-5 chain
+# The planar arm with links of 7, 5 and 5 inches
 
 
 @dataclass(frozen=True)
 class Triangle:
-    """The 7-5-5 chain at the target; its last link lies on the line from the origin to the target.
+    """The planar arm at the target; its last link lies on the line from the origin to the target.
 
     Attributes:
         q: (2, 3) both solutions, elbow above the line first [rad].
@@ -396,7 +416,7 @@ def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) -> list[Row]:
-    """Compare equations (12) to (17): a line intersects a circle around the target (inches).
+    """Compare equations (12) to (17), in inches: a line intersects a circle around the target.
 
     The x coordinates computed by chasles are the roots of the printed quadratic equation.
     """
@@ -416,8 +436,8 @@ def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) 
             printed["circle"],
             c,
             "160",
-            f"both (13) and (14) print 25 on the right, but 25 is the sum of their left sides "
-            f"{(x - 11) ** 2:.3f} and {(y - 8) ** 2:.3f} at the wrist center. "
+            f"both equations (13) and (14) print 25 on the right, but 25 is the sum of their left "
+            f"sides {(x - 11) ** 2:.3f} and {(y - 8) ** 2:.3f} at the wrist center. "
             f"Equation (16) is correct",
             evaluated=at(),
         ),

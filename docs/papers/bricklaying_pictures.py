@@ -175,7 +175,7 @@ def perimeters(found: Triangle) -> Any:
 
 
 def arm(axes: Any, q: FloatArray, colour: str, style: str, name: str) -> FloatArray:
-    """Draw the 7-5-5 chain, and return its four points [inch]."""
+    """Draw the planar arm, and return its four points [inch]."""
     poses = chasles.load("bricklaying_planar").link_poses(q)
     points = np.vstack([[0, 0], poses[:, :2, 3] / INCH])
     axes.plot(*points.T, style, color=colour, marker="o", markersize=3.5, label=name)

@@ -94,7 +94,9 @@ def wall_rows(printed: dict[str, Printed]) -> list[Row]:
     if beyond:
         raise ValueError(f"the motion exceeds the strokes: {beyond[0]}")
     missed = np.linalg.norm(built.released - built.places, axis=1).max()
-    speeds = "the limits are 0.12 m/s, 0.4 m/s² and 4 m/s³, and no stroke is exceeded"
+    speeds = (
+        "the guide moves with at most 0.12 m/s, 0.4 m/s² and 4 m/s³, and stays within all strokes"
+    )
     return [
         assumed(
             printed["brick"], BRICK, "with this size, three courses of bricks fit into the strokes"
@@ -108,18 +110,18 @@ def wall_rows(printed: dict[str, Printed]) -> list[Row]:
             printed["flow_chart"],
             f"{(built.sampled.stage[-1] + 1) / len(built.places):.0f} stages per brick",
             "the paper lists switching on, feeding design data, defining pick and drop spots, and "
-            "going to the next area; our stages are grip, lift, travel, lower, release and three "
+            "going to the next area. Our stages are grip, lift, travel, lower, release and three "
             "returns",
         ),
         not_printed(
             printed["laying"],
             built.sampled.t[-1],
-            f"{speeds}; gripping and releasing take 0.4 s each",
+            f"{speeds}. Gripping and releasing take 0.4 s each",
         ),
         not_printed(
             printed["motors"],
             np.abs(built.sampled.qd).max(0),
-            "pulleys of 10 mm for x and y and a sprocket of 15 mm are assumed",
+            "we assume pulleys of 10 mm for x and y, and a sprocket of 15 mm",
         ),
         not_printed(
             printed["placed"],

@@ -1,4 +1,4 @@
-"""Part 1 of the report: the Lynxmotion arm with its tables, workspace, inverse and five motions."""
+"""Part 1 of the report: the Lynxmotion arm, its tables, workspace, inverse and five motions."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ D1 = 0.05
 """Height of the shoulder in the motions [m], as in robots/lynxmotion_low.toml."""
 BALL, RADIUS = np.array([0.2, 0.075, 0.075]), 0.012
 """Center and radius of the sphere obstacle [m]. We chose a sphere midway between points 3 and 4,
-because figure 1.10 is lost."""
+because our copy of the report has no figure 1.10."""
 DETOUR = np.array([0.2, 0.075, 0.14])
 """The via point above the sphere [m]."""
 THIN, THICK = 1e-4, 0.012
@@ -55,9 +55,10 @@ RATE = 100.0
 FINE = 600.0
 """Sampling frequency [Hz] for maxima: a multiple of three, because phases end at thirds of a
 second."""
-GENERIC = "The lengths are d1 = 70, a2 = 120, a3 = 90 and d5 = 50 mm"
+GENERIC = "The test arm has the lengths d1 = 70, a2 = 120, a3 = 90 and d5 = 50 mm"
 ROUNDING = 1e-9
 """Lengths [m] and angles [rad] below this value count as 0."""
+MISSING = "our copy lacks the figure"
 PHASES = 3
 """Number of phases: acceleration, uniform speed, and deceleration."""
 BISECTIONS = 40
@@ -119,19 +120,20 @@ def model(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["mdh"],
             joint.fk([0.7]),
-            "evaluated at theta = 0.7 rad, alpha = 0.3 rad, a = 0.34 m and d = 0.21 m",
+            "we evaluated the matrix at theta = 0.7 rad, alpha = 0.3 rad, a = 0.34 m and "
+            "d = 0.21 m",
             evaluated=at(**row),
         ),
         consistent(
             printed["table_1_1"],
             np.linalg.solve(T[:-1], T[1:]),
-            "the rows are inputs, evaluated by (1.2) at q = (0.3, 0.7, -0.4, 0.5, -0.6)",
+            "we evaluated the rows by equation (1.2) at q = (0.3, 0.7, -0.4, 0.5, -0.6)",
             evaluated=by_rows,
         ),
         agrees(
             printed["roll"],
             Finding(path < ROUNDING, f"a path of {1000 * path:.6f} mm"),
-            "the path is measured while theta5 rotates by 360 deg",
+            "the tool moves along this path while theta5 rotates by 360 deg",
         ),
     ]
 
@@ -148,21 +150,20 @@ def forward(printed: dict[str, Printed]) -> list[Row]:
             consistent(printed[f"pitch_{k + 1}"], pitch[k], TWICE),
         ]
     for k in range(2, 4):
-        note = f"the figure is lost. The pitch of the tool is {np.degrees(pitch[k]):.1f} deg"
+        note = f"{MISSING}. The pitch of the tool is {np.degrees(pitch[k]):.1f} deg"
         found.append(lost(printed[f"position_{k + 1}"], T[k, :3, 3], note))
     upright = CONFIGURATIONS + np.array([0, np.pi / 2, 0, 0, 0])
     mirrored = CONFIGURATIONS * [1, -1, -1, -1, 1]
     counts = [within(q) for q in (CONFIGURATIONS, mirrored, upright)]
-    words = f"{counts[1]} of 4 configurations are"
-    other = f"with q2 measured from the vertical, {counts[2]} of 4"
+    words = f"{counts[1]} of 4 configurations are within the limits"
+    other = f"if q2 is measured from the vertical, {counts[2]} of 4 are"
     return [
         *found,
         not_printed(
             printed["within_limits"],
             f"{counts[0]} of 4",
             f"the report does not compare its tables. Every q2 in table 1.2 is negative, but the "
-            f"lower limit of q2 is 30 deg. With reversed signs of q2 to q4, {words} within the "
-            f"limits, and {other}",
+            f"lower limit of q2 is 30 deg. If the signs of q2 to q4 are reversed, {words}; {other}",
         ),
     ]
 
@@ -199,8 +200,8 @@ def reach(printed: dict[str, Printed]) -> list[Row]:
     )
     measure = whole.size
     sampled = f"{SAMPLES} samples give {measure.value:.4f} ± {measure.error:.4f} m³"
-    note = f"our value is computed from the boundary arcs. {sampled}. Figure 1.3 is lost"
-    tried = f"{SAMPLES} samples hit {np.count_nonzero(whole.hits)} cells of {side}"
+    note = f"{MISSING}. We compute the volume from the boundary arcs. {sampled}"
+    tried = f"{SAMPLES} samples hit {np.count_nonzero(whole.hits)} cubes with sides of {side}"
     return [
         consistent(printed["limits"], limits),
         consistent(printed["samples"], len(p)),
@@ -235,7 +236,7 @@ def inverse(printed: dict[str, Printed]) -> list[Row]:
             consistent(printed[f"down_{name}"], q[k, 1, 1:4], TWICE),
         ]
     for name, k in ((2, 1), (4, 3)):
-        found.append(lost(printed[f"up_{name}"], q[k, 0, :4], "the figure is lost"))
+        found.append(lost(printed[f"up_{name}"], q[k, 0, :4], MISSING))
     T_via = arm().fk(q)
     pitch = np.abs(np.arcsin(T_via[:, 0, 2, 2])).max()
     return [
@@ -243,8 +244,8 @@ def inverse(printed: dict[str, Printed]) -> list[Row]:
         consistent(printed["via_points"], T_via[:, 0, :3, 3]),
         agrees(
             printed["horizontal"],
-            Finding(pitch < ROUNDING, f"elevation of at most {np.degrees(pitch):.6f} deg"),
-            "evaluated at all via points, with elbow up",
+            Finding(pitch < ROUNDING, f"an elevation of at most {np.degrees(pitch):.6f} deg"),
+            "we evaluated all via points, with elbow up",
         ),
         *found,
     ]
@@ -272,7 +273,7 @@ def inverse_equations(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["theta2"],
             q[:, 1],
-            f"alpha and beta are computed by (1.11) and (1.12). {GENERIC}",
+            f"equations (1.11) and (1.12) give beta and alpha. {GENERIC}",
             evaluated=at(**both),
         ),
         erratum(
@@ -383,22 +384,23 @@ def free_motion(printed: dict[str, Printed]) -> list[Row]:
     inner = [np.linalg.norm(p[None] - VIA[[k], None], axis=-1).min() for k in (0, 2, 4)]
     speed = np.linalg.norm(made.V[:, :3], axis=1)
     words = (
-        "three points do not determine a conic; our curves are parabolas through 1-2-3 and 3-4-5"
+        "three points do not determine a conic. One of our parabolas passes through points 1, 2 "
+        "and 3, and the other through points 3, 4 and 5"
     )
     return [
-        assumed(printed["free_curve"], "parabolas", words),
+        assumed(printed["free_curve"], "a parabola", words),
         consistent(printed["free_steps"], (len(made.t) - 1) // 2),
         consistent(printed["free_time"], made.t[1]),
         consistent(
             printed["free_error"],
             max(inner),
-            f"{TWICE}; points 1, 3, 5; the nearest step is within {1000 * miss:.2f} mm of "
-            "points 2 and 4",
+            f"{TWICE}; the points are 1, 3 and 5. Points 2 and 4 are within {1000 * miss:.2f} mm "
+            "of the nearest step",
         ),
         lost(
             printed["free_speed"],
             [speed.min(), speed.max()],
-            "the figure is lost. The parabola parameter is linear in time, so the speed varies",
+            f"{MISSING}. The parabola parameter is linear in time, so the speed varies",
         ),
     ]
 
@@ -421,18 +423,18 @@ def straight_lines(printed: dict[str, Printed]) -> list[Row]:
         assumed(
             printed["line_time"],
             1.0,
-            "the time axis is lost; our value is the time between the via points of figure 1.11",
+            f"{MISSING}. Our value is the time between the via points of figure 1.11",
         ),
         lost(
             printed["line_speed"],
             peaks,
-            "the curve of figure 1.7 is lost; our value is 1.5 times length divided by time",
+            f"{MISSING}. Each speed is 1.5 times the length of the line divided by its time",
         ),
         lost(
             printed["line_rates"],
             np.abs(lines(FINE).qd).max(0)[:4],
-            f"the curves are lost; our values use {FINE:.0f} samples/s, as {RATE:.0f} samples/s "
-            f"miss the maxima",
+            f"{MISSING}. Our values use {FINE:.0f} samples/s, because {RATE:.0f} samples/s miss "
+            f"the maxima",
         ),
         consistent(printed["line_error"], off_lines(made), TWICE),
     ]
@@ -448,11 +450,11 @@ def off_lines(made: Trajectory) -> float:
 
 def detour(printed: dict[str, Printed]) -> list[Row]:
     """Return table rows for the sphere between points 3 and 4, and for the clearance around it."""
-    reason = "the figure is lost. Our choice is a sphere midway between points 3 and 4"
+    reason = f"{MISSING}. We chose a sphere midway between points 3 and 4"
     clear = clearance(around(FINE))
     return [
         assumed(printed["ball"], RADIUS, reason),
-        assumed(printed["detour"], DETOUR, "the via point is above the midpoint of points 3 and 4"),
+        assumed(printed["detour"], DETOUR, "we chose a point above the midpoint of points 3 and 4"),
         not_printed(
             printed["blocked"],
             clearance(lines()),
@@ -461,7 +463,7 @@ def detour(printed: dict[str, Printed]) -> list[Row]:
         not_printed(
             printed["clearance"],
             clear,
-            "the distance is the minimum along all five lines, measured from the arm's axes. "
+            "our value is the smallest distance along all five lines, from the axes of the links. "
             f"Links of {1000 * THICK:.0f} mm radius, as in part 3, would penetrate the sphere by "
             f"{1000 * (THICK - clear):.1f} mm",
         ),
@@ -487,7 +489,9 @@ def quintics(printed: dict[str, Printed]) -> list[Row]:
         agrees(printed["quintic_ends"], np.abs(made.qd[ends]).max()),
         agrees(printed["quintic_stops"], np.abs(made.qdd[ends]).max()),
         consistent(
-            printed["quintic_peak"], ratio.mean(), f"{TWICE}; mean over all joints and segments"
+            printed["quintic_peak"],
+            ratio.mean(),
+            f"{TWICE}; the value is a mean over all joints and segments",
         ),
-        lost(printed["quintic_rates"], peaks.max(0), "the figure is lost"),
+        lost(printed["quintic_rates"], peaks.max(0), MISSING),
     ]

@@ -23,14 +23,14 @@ VIEW = (22.0, -60.0)
 def figures() -> Figures:
     """Return figures 1.1 to 1.11, keyed by caption.
 
-    The original figures of the report are lost.
+    Our copy of the report does not contain the original figures.
     """
     horizontal = arm.solutions(arm.arm(), arm.VIA[:1])[0, 0]
     found: Figures = {
         "figure 1.1 drawn: the arm at point 1": chasles.draw(arm.arm(), horizontal),
         "figure 1.1: frames of the links, modified DH": frames(),
         "figure 1.2: the configurations of table 1.2": configurations(),
-        "figure 1.3: workspace within table 1.3, cells of the tool's positions": workspace(),
+        "figure 1.3: cells that the tool reaches within the limits of table 1.3": workspace(),
         "figure 1.4: inverse at point 1, in the plane of the arm": triangle(),
         "figure 1.5: arm at the via points, elbow up (lines) and down (pale)": via_points(),
         "figure 1.7: speed of the tool on the straight lines": speeds(),
@@ -105,7 +105,7 @@ def workspace() -> Any:
 
 
 def triangle() -> Any:
-    """Draw both elbow configurations at point 1, and the angles of (1.11) to (1.13)."""
+    """Draw both elbow configurations at point 1, and the angles of equations (1.11) to (1.13)."""
     figure, axes = panels(2.6)
     robot = arm.arm()
     q = arm.solutions(robot, arm.VIA[:1])[0]

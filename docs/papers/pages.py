@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import mutations
+from printed_items import Text, texts
 from report import ECHO, TWICE, Row, capitalized
 
 HERE = Path(__file__).resolve().parent
@@ -31,9 +32,12 @@ PAPERS = (
 )
 PROCESSES = 2
 DOTS_PER_INCH = 320
+NOWHERE = "not printed"
+"""Place of an item that the paper does not print; the tables omit this place."""
 HEAD = ("item", "values", "verdict")
-EQUATIONS = re.compile(r"\(\d+\)((?:-|, )\(\d+\))*")
-"""Numbers of equations, such as "(3), (4)" or "(3)-(6)"."""
+_NUMBER = r"\((?:[A-Z]\.)?\d+(?:\.\d+)*\)"
+EQUATIONS = re.compile(rf"{_NUMBER}((?:-|, ){_NUMBER})*")
+"""Numbers of equations, such as "(3), (4)", "(3)-(6)" or "(B.1.7)"."""
 MEANINGS = {
     "agrees": "our value equals the printed value to half a unit of its last digit. If the paper "
     "says “about”, the note quotes it and states the tolerance.",
@@ -49,7 +53,7 @@ MEANINGS = {
     "computed twice. Agreement shows that nothing was mistyped, but proves nothing about the "
     "paper.",
     "assumed": "the paper needs the value and does not print it; the note gives our reason.",
-    "lost": "the value or curve is missing in the available text; our value replaces it.",
+    "lost": "the value or curve is missing in our copy of the paper; our value replaces it.",
     "not printed": "the paper neither prints nor needs the value; our value is an addition.",
 }
 VERDICTS = tuple(MEANINGS)
@@ -66,7 +70,8 @@ Numbers in brackets are not printed. These numbers were evaluated from the paper
 independently of chasles. The equations of the board installer are lost, so its numbers come from a
 reconstructed model. Statements in words are quoted next to the numbers that confirm or refute them;
 a word is never compared with a number. Printed equations are in Python notation, followed by their
-value at generic arguments."""
+value at generic arguments. If a paper prints no unit or a wrong unit, the tables state the unit of
+our comparison."""
 CHANGED = """\
 A test changes each printed digit by the smallest step that exceeds the tolerance, and the verdict
 must then fail. This test does not apply to rows without a printed value, to words and equations
@@ -75,8 +80,8 @@ whose digits are not tested."""
 CONSISTENCY = """\
 ## Consistency
 
-Each line compares an input of chasles with the value in the paper. Values in brackets are not in
-the paper: chasles and an independent model compute them.
+Each line compares the paper's value with an input of chasles. The paper does not print the values
+after the word “evaluated”: both chasles and an independent model compute these values.
 """
 TITLE = "Five papers, number by number"
 INTRODUCTION = f"""\
@@ -130,13 +135,13 @@ def main(arguments: Sequence[str]) -> int:
             f"{chapter.seconds:.0f} s"
         )
     print(f"wrote {page}")
-    texts = {page_of(chapter.paper): section(chapter.paper, chapter.rows) for chapter in chapters}
-    texts[PAGE] = summary({chapter.paper: chapter.rows for chapter in chapters})
+    found = {page_of(chapter.paper): section(chapter.paper, chapter.rows) for chapter in chapters}
+    found[PAGE] = summary({chapter.paper: chapter.rows for chapter in chapters})
     if "--write" in arguments:
-        for path, text in texts.items():
+        for path, text in found.items():
             path.write_text(text, encoding="utf-8")
         return 0
-    differing = [path for path, text in texts.items() if not _holds(path, text)]
+    differing = [path for path, text in found.items() if not _holds(path, text)]
     for path in differing:
         print(f"{path} differs from the rows: run python docs/papers/report.py --write")
     return 1 if differing else 0
@@ -252,19 +257,48 @@ def _block(head: Sequence[str], rows: Any) -> list[str]:
 
 
 def cells(row: Row) -> tuple[str, ...]:
-    """Return the cells of a row in the order of `HEAD`; each cell is a complete phrase."""
-    printed, ours = _values(row)
-    source = "by the paper's equations" if printed.startswith("[") else "in the paper"
-    value = row.source.value if row.source else None
-    if isinstance(value, str) and (value.isalpha() or not mutations.is_expression(value)):
-        printed = printed.replace(value, f"“{value}”", 1)
-    values = f"{'no value' if row.printed is None else printed} {source}, {ours} in chasles."
-    note = _phrase(row.note.replace("; cause: ", ". Reason for the printed value: "))
+    """Return the cells of a row in the order of `HEAD`; the second cell is a sentence."""
+    note = _phrase(row.note.replace("; cause: ", ". The printed value results from "))
+    values = f"{_paper_value(row)}; {_our_value(row)}."
     return _item(row), values, f"{row.verdict.capitalize()}. {note}".strip()
+
+
+def _paper_value(row: Row) -> str:
+    """Return a clause with the paper's value, such as "The paper prints 78 deg"."""
+    printed = _values(row)[0].replace("mm·deg/s", "mm/s")  # the paper prints mm/s by mistake
+    if row.printed is None:
+        is_lost = row.verdict == "lost" or "lost" in row.where or "our copy lacks" in row.note
+        return "Our copy of the paper has no value" if is_lost else "The paper prints no value"
+    if printed.startswith("["):
+        return f"An independent model gives {printed}"
+    value = row.source.value if row.source else None
+    if value is not None:
+        printed = printed.replace(f"{texts(value)} = ", f"{texts(value)}, which gives ", 1)
+    if _is_quoted(value):
+        printed = printed.replace(str(value), f"“{value}”", 1)
+    verb = "says" if printed.endswith("”") else "prints"
+    return f"The paper {verb} {printed}"
+
+
+def _is_quoted(value: Text | None) -> bool:
+    """Test whether a printed value is a statement in words."""
+    return isinstance(value, str) and (value.isalpha() or not mutations.is_expression(value))
+
+
+def _our_value(row: Row) -> str:
+    """Return a clause with our value, such as "chasles computes 77.6 deg"."""
+    _, ours = _values(row)
+    if row.verdict == "assumed":
+        return f"our value is {ours}"
+    value = row.source.value if row.source else None
+    is_found = _is_quoted(value) and value == row.printed
+    return f"chasles {'finds' if is_found else 'computes'} {ours}"
 
 
 def _item(row: Row) -> str:
     """Return the item of a row and its place in the paper, such as "A5 (equation (8)):"."""
+    if row.where == NOWHERE:
+        return f"{row.item}:"
     place = EQUATIONS.sub(lambda n: f"equation{'s' if n[1] else ''} {n[0]}", row.where)
     return f"{row.item} ({place}):"
 
@@ -275,7 +309,8 @@ def _compared(row: Row) -> str:
     for usual in (ECHO, TWICE):
         note = note.removeprefix(usual)
     note = f"; {note.lstrip(':; ')}" if note else ""
-    return f"{_item(row)} {printed}, chasles {ours}{note}"
+    source = "evaluated" if printed.startswith("[") else "paper"
+    return f"{_item(row)} {source} {printed}, chasles {ours}{note}"
 
 
 def _values(row: Row) -> tuple[str, str]:
@@ -345,8 +380,8 @@ def _html_table(head: Sequence[str], rows: Any) -> str:
     return f"<table><tr>{_html_cells(head, 'th')}</tr>{body}</table>"
 
 
-def _html_cells(texts: Sequence[str], tag: str) -> str:
-    return "".join(f"<{tag}>{html.escape(text)}</{tag}>" for text in texts)
+def _html_cells(contents: Sequence[str], tag: str) -> str:
+    return "".join(f"<{tag}>{html.escape(text)}</{tag}>" for text in contents)
 
 
 def _inline(path: Path) -> str:

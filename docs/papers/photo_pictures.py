@@ -15,7 +15,7 @@ VIEW = (18.0, -52.0)
 PICTURES = 128
 """Number of pictures in the animation, 16 for each axis."""
 EVERY = 8
-"""Number of samples between pictures of the animation."""
+"""Number of motion samples between two pictures of the animation."""
 LENGTH = 0.18
 """Length of the axes of a drawn frame [m]."""
 START = 1.7
@@ -43,7 +43,7 @@ def frames(robot: Any) -> Any:
 
 
 def axis_moved(robot: Any, made: Trajectory) -> Any:
-    """Draw the arm at joint values zero and at the end state, and the path of the tool."""
+    """Draw the arm at zero and at the end of the motion, and the path of the tool."""
     figure, axes = solid(2.7)
     lines = points(robot, made.q)
     drawn(axes, lines[0], COLOURS[2], linestyle=":", linewidth=2.6, label="zero")

@@ -85,7 +85,7 @@ def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
         not_printed(
             printed["inverse"],
             int(reached.count),
-            f"the value is the number of closed-form solutions. {CASE}",
+            f"the solutions are in closed form. {CASE}",
         ),
     ]
 
@@ -96,14 +96,19 @@ def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
     ring_top = robot.link_poses(np.zeros(8))[2, 2, 3]
     below = evaluated(printed["r20"]) - 1e3 * ring_top
     return [
-        assumed(printed["unit"], "mm", "no unit is printed; in mm the arm reaches a few meters"),
+        assumed(
+            printed["unit"],
+            "mm",
+            "the paper prints no unit; with lengths in mm, the arm reaches a few meters",
+        ),
         *(consistent(printed[name], robot.parameters[name].value) for name in names),
         not_reproducible(
             printed["r20"],
             ring_top,
-            "no equation contains r20. Our value is r2: by (3) to (5), the ring top has the height "
-            f"r2 in the world frame. With r20, the upper surface of the track lies {below:.0f} mm "
-            "below the world frame, although the text defines the world frame on this surface",
+            "no equation contains r20. Our value is r2: by equations (3) to (5), the ring top has "
+            f"the height r2 in the world frame. With r20, the upper surface of the track lies "
+            f"{below:.0f} mm below the world frame, although the text defines the world frame on "
+            "this surface",
         ),
     ]
 
@@ -121,21 +126,22 @@ def matrices(printed: dict[str, Printed], robot: Any) -> list[Row]:
         agrees(
             printed["dh"],
             np.delete(T.ravel(), 5),
-            "evaluated at theta = 0.7 rad, alpha = 0.3 rad, r = 0.21 m and l = 0.34 m",
+            "we evaluated the matrix at theta = 0.7 rad, alpha = 0.3 rad, r = 0.21 m and "
+            "l = 0.34 m",
             evaluated=lambda item: evaluated_rows(item, values),
         ),
         erratum(
             printed["dh_22"],
             T[1, 1],
             evaluated(right, **values),
-            "correction: cos(theta) instead of sin(theta). Each alpha of table 1 is ±90 deg, so "
-            "the factor cos(alpha) of the entry is 0",
+            "the correct factor is cos(theta) instead of sin(theta). Each alpha of table 1 is "
+            "±90 deg, so the factor cos(alpha) of the entry is 0",
             evaluated=at(**values),
         ),
         consistent(
             printed["table_1"],
             own[:8],
-            f"the rows are inputs, evaluated by the corrected equation (1). {CASE}",
+            f"we evaluated the rows by the corrected equation (1). {CASE}",
             evaluated=lambda item: by_corrected_dh(item, symbols),
         ),
         *(
@@ -193,8 +199,8 @@ def s_model(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["s_model"],
             np.delete(T[:3].ravel(), 7),
-            "evaluated at theta = 0.7, alpha = 0.3, beta = -0.4 rad, (x, y, z) = (0.11, 0.23, "
-            "-0.17) m",
+            "we evaluated the matrix at theta = 0.7 rad, alpha = 0.3 rad, beta = -0.4 rad and "
+            "(x, y, z) = (0.11, 0.23, -0.17) m",
             evaluated=lambda item: evaluated_rows(item, symbols),
         ),
         erratum(
@@ -210,7 +216,7 @@ def s_model(printed: dict[str, Printed]) -> list[Row]:
             last[:2, :2],
             np.array([[c, -s], [s, c]]),
             "equation (11) rotates by -theta_ee. Equation (2) with row 7-EE of table 1 rotates by "
-            "+theta_ee = -0.9 rad. The robot file uses the direction of (11)",
+            "+theta_ee = -0.9 rad. The robot file uses the direction of equation (11)",
             evaluated=at(tee=CONFIGURATION[-1]),
         ),
     ]
@@ -267,18 +273,20 @@ def calibration(printed: dict[str, Printed]) -> list[Row]:
     folder = Path(chasles.derive.__file__).parent / "robots"
     report = chasles.derive.model_report(chasles.derive.read(folder / "photo_robot.toml"))
     complete = report.rank == report.identifiable
-    rank = f"rank {report.rank} of {report.identifiable} = 4 r + 2 t + 6 with base and tool"
+    rank = f"the rank {report.rank} for {report.identifiable} = 4 r + 2 t + 6 parameters"
     rows = [quality(joint, "dh") for joint in report.joints]
     by_ee = quality(report.joints[-1], "s_model").completed
     zeros = dict.fromkeys(by_ee.free_symbols, 0)
     values = [*(row.value for row in rows), float(by_ee.subs(zeros))]
     return [
-        agrees(printed["complete"], Finding(complete, rank)),
+        agrees(
+            printed["complete"], Finding(complete, rank), "the parameters include base and tool"
+        ),
         agrees(
             printed["continuous"],
             Finding(
                 all(row.is_continuous for row in rows) and min(values) > 0,
-                f"smallest det(D^T D) {min(values):.1f}",
+                f"values of det(D^T D) of at least {min(values):.1f}",
             ),
             f"for DH, det(D^T D) is {rows[0].completed}, and each alpha between two axes is "
             f"±90 deg. For the S-model, det(D^T D) is {by_ee}, and beta of row 7-EE is 0",
@@ -286,7 +294,7 @@ def calibration(printed: dict[str, Printed]) -> list[Row]:
         not_printed(
             printed["numbers"],
             report.identifiable,
-            f"the paper's conventions have {report.numbers} parameters, with base and tool",
+            f"the paper's conventions have {report.numbers} parameters, including base and tool",
         ),
     ]
 

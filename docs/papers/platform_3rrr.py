@@ -36,7 +36,8 @@ AHEAD = np.array([0.0, 0.3, 0.0])
 INWARDS = 1e-10
 """Relative displacement that moves a point of the workspace boundary inward, within reach."""
 BISECTIONS = 50
-LEG = "Evaluated for the lower left leg at (45 mm, 20 mm, 10 deg)"
+LEG = "The example is the lower left leg at (45 mm, 20 mm, 10 deg)"
+MISSING = "our copy lacks the figure"
 MM2 = 1e-6
 """One square millimeter in square meters."""
 SPEED = np.array([0.1, 0.0, 0.0])
@@ -74,8 +75,8 @@ def dimensions(printed: dict[str, Printed]) -> list[Row]:
             printed["L_text"],
             values["L"],
             "130",
-            "table 2.1 and the conclusion state 130 mm; values for 170 mm also follow below",
-            cause=("the value of S_A in the line above", values["S_A"]),
+            "table 2.1 and the conclusion state 130 mm. Some rows below also use 170 mm",
+            cause=("the length S_A in the line above", values["S_A"]),
         ),
     ]
 
@@ -108,8 +109,8 @@ def joints(printed: dict[str, Printed]) -> list[Row]:
                 printed[f"{name}3"],
                 angle[2],
                 2 * np.pi - np.pi / 6,
-                f"correction: 2 pi - pi/6, which is 330 deg. With the printed angle, the {words} "
-                "triangle is not equilateral",
+                "the correct angle is 2 pi - pi/6, which is 330 deg. With the printed angle, the "
+                f"{words} triangle is not equilateral",
                 evaluated=at(),
             ),
         ]
@@ -121,15 +122,15 @@ def joints(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["platform_joints"],
             on_platform(),
-            "evaluated at (45 mm, 20 mm, 10 deg)",
+            "we evaluated the pose (45 mm, 20 mm, 10 deg)",
             evaluated=at_each_leg(r=r["r_p"].value, a=a, x=x, y=y),
         ),
         erratum(
             printed["base_joints"],
             b,
             -on_base(printed["base_joints"]),
-            "the correct equations have no minus signs. In (B.2.7), a second minus sign cancels "
-            "the wrong sign",
+            "the correct equations have no minus signs. In equation (B.2.7), a second minus sign "
+            "cancels the wrong sign",
             evaluated=on_base,
         ),
     ]
@@ -180,26 +181,28 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
             printed["leg_square"],
             0.0,
             square,
-            f"correction: X^2 + Y^2 - 2 S_A (X cos(theta) + Y sin(theta)) + S_A^2 - L^2. {LEG}",
+            "the correct left side is X^2 + Y^2 - 2 S_A (X cos(theta) + Y sin(theta)) + S_A^2 - "
+            f"L^2. {LEG}",
             evaluated=at(**values),
         ),
         agrees(
             printed["e1_e2"],
             np.array([e1, e2]),
-            f"our values solve (B.2.1) at both solutions theta. {LEG}",
+            f"our values solve equation (B.2.1) at both solutions theta. {LEG}",
             evaluated=at(**values),
         ),
         erratum(
             printed["e3"],
             2 * S_A * (X * np.cos(theta) + Y * np.sin(theta)),
             e3,
-            "correction: X^2 + Y^2 + S_A^2 - L^2. The printed formula is evaluated in millimeters",
+            "the correct e3 is X^2 + Y^2 + S_A^2 - L^2. We evaluated the printed formula in "
+            "millimeters",
             evaluated=lambda item: at(**in_mm(values))(item) * MM2,
         ),
         agrees(
             printed["half_tangents"],
             np.zeros(2),
-            f"the printed equation is evaluated with the corrected e3, at both solutions. {LEG}",
+            f"we evaluated the printed equation with the corrected e3 at both solutions. {LEG}",
             evaluated=lambda item: np.array(
                 [evaluated(item, t=t, e1=e1, e2=e2, e3=e3) for t in np.tan(both / 2)]
             ),
@@ -207,13 +210,13 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["half_angle"],
             both,
-            f"the printed equation is evaluated with the corrected e3. {LEG}",
+            f"we evaluated the printed equation with the corrected e3. {LEG}",
             evaluated=at(e1=e1, e2=e2, e3=e3),
         ),
         agrees(
             printed["node_x"],
             node[0],
-            "the paper computes M from the base joint of (B.1.3). Our value is computed from the "
+            "the paper computes M from the base joint of equation (B.1.3). We compute M from the "
             "platform joint",
             evaluated=at(**sides),
         ),
@@ -221,7 +224,7 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
             printed["node_y"],
             node[1],
             b[0, 1] + S_A * np.sin(theta),
-            "correction: -Y_PB + S_A sin(theta)",
+            "the correct equation is -Y_PB + S_A sin(theta)",
             evaluated=at(**sides),
         ),
     ]
@@ -237,9 +240,7 @@ def inverse(printed: dict[str, Printed]) -> list[Row]:
     for figure in ("2.4", "2.5"):
         q = platform().ik_planar(POSES[figure]).q[[0, -1]].T
         item = printed[f"pose_{figure.replace('.', '_')}"]
-        found.append(
-            lost(item, wrapped(q), "the figure is lost. Our value has both solutions of each leg")
-        )
+        found.append(lost(item, wrapped(q), f"{MISSING}. Our value has both solutions of each leg"))
     solutions = platform().ik_planar(POSE)
     count = int((solutions.valid | solutions.other_mode).sum())
     return [*found, consistent(printed["branches"], count, TWICE)]
@@ -261,12 +262,14 @@ def modes(printed: dict[str, Printed]) -> list[Row]:
         consistent(printed["other_mode"], other[:2], TWICE),
         consistent(printed["other_angle"], other[2], TWICE),
         consistent(
-            printed["modes"], x.shape[1], f"{TWICE}: number of slots, and degree of (B.1.7)"
+            printed["modes"],
+            x.shape[1],
+            f"{TWICE}; the solver has this number of slots, which is the degree of the equations",
         ),
         not_printed(
             printed["modes_found"],
             counts,
-            "this row is not part of the paper. The row counts the modes of all branches",
+            "each number counts the assembly modes of one branch",
         ),
     ]
 
@@ -277,7 +280,7 @@ def areas(printed: dict[str, Printed]) -> list[Row]:
     for length, ending in ((130, ""), (170, "_170")):
         for angle in ANGLES:
             item, area = printed[f"area_{angle}{ending}"], region(angle, length).area
-            words = "the paper's figures are lost. Our area is computed exactly from circular arcs"
+            words = f"{MISSING}. We compute the area exactly from circular arcs"
             ours = consistent(item, area, TWICE) if item.value else lost(item, area, words)
             found.append(ours)
     return found
@@ -287,28 +290,26 @@ def singularities(printed: dict[str, Printed]) -> list[Row]:
     """State the three kinds of singularity of J_x x' = J_q q', and the rates of one motion."""
     robot = platform()
     way = robot.distance_to_singularity(POSE, AHEAD)
-    words = "the value is not part of the paper"
     return [
         not_printed(
             printed["type_1"],
             way.type_1 * AHEAD[1],
-            f"{words}. At the singularity, a leg is stretched",
+            "at the singularity, a leg is stretched",
         ),
         not_printed(
             printed["type_2"],
             way.type_2 * AHEAD[1],
-            f"{words}. At the singularity, the platform gains a degree of freedom",
+            "at the singularity, the platform gains a degree of freedom",
         ),
         not_printed(
             printed["type_3"],
             third_kind()[:2],
-            f"{words}. At this boundary position, singularities of types 1 and 2 coincide",
+            "at this boundary position, singularities of types 1 and 2 coincide",
         ),
         not_printed(
             printed["velocity"],
             robot.actuator_rates(POSE, SPEED),
-            f"{words}. The rates are computed by J_x x' = J_q q' for the first inverse solution of "
-            "each leg",
+            "the rates follow from J_x x' = J_q q' for the first inverse solution of each leg",
         ),
     ]
 

@@ -45,9 +45,7 @@ def figures() -> Figures:
     )
     found["figure 3.1: our map; start and goal"] = the_map()
     for number, (samples, step) in roadmaps.CASES.items():
-        caption = (
-            f"figure {number}: {samples} points, step {step}; as largest and smallest distance"
-        )
+        caption = f"figure {number}: {samples} points, step {step} as largest and smallest distance"
         found[caption] = roads(samples, step)
     found["roadmap success: success rate, step as largest distance, 95 % intervals"] = success()
     found["roadmap arm: path from point 1 to 5 around a sphere, above a table"] = arm()
@@ -189,7 +187,7 @@ def singular() -> Any:
 
 
 def the_map() -> Any:
-    """Draw our roadmap with start and goal."""
+    """Draw our map with start and goal."""
     figure, axes = panels(3.0)
     on_map(axes)
     legend_below(figure, axes, 2)

@@ -1,15 +1,14 @@
 """Creates tables that compare the printed numbers of papers with the values of chasles.
 
-Each row asserts a verdict.
+Each table row states a verdict, and the script stops if the verdict is wrong.
 
 The script of each paper has two functions. `rows()` returns a list of `Row`. `figures()` returns a
 dict from caption to matplotlib figure, or to a function that writes an animation to a GIF path.
 `printed_items.py` reads the printed values of a paper.
 
-    The command ``python docs/papers/photo_robot.py`` prints the table of one paper. The command
-``python docs/papers/report.py`` writes all tables and pictures to build/reproduce, and with
-``--write`` also the pages in docs.
-
+The command ``python docs/papers/photo_robot.py`` prints the table of one paper. The command
+``python docs/papers/report.py`` writes all tables and pictures to build/reproduce. With the option
+``--write``, the command also writes the pages in docs.
 """
 
 from __future__ import annotations
@@ -77,7 +76,7 @@ TWICE = "both values come from the same model, computed twice"
 """Note for a value that chasles and an independent program compute from the paper's equations."""
 
 ROUNDING = 1e-9
-"""Maximum relative rounding error of an evaluated equation."""
+"""Largest relative rounding error that an evaluated equation may have."""
 EDGE = 1e-12
 """Relative amount by which the agreement interval is widened, because decimal bounds such as 0.655
 have no exact floating-point value."""
@@ -234,11 +233,11 @@ def erratum(
             words.
         corrected: The correct value. A string is in the item's unit and accurate to half a unit of
             its last digit. Numbers and arrays are in meters, radians and seconds, and accurate to
-            rounding errors. A `Finding` contains a corrected statement in words.
+            rounding errors. A `Finding` contains the corrected statement as a sentence.
         note: What is wrong.
         evaluated: Function that evaluates a printed equation in the units of `ours`.
-        cause: Cause of the wrong printed value in words, and the value that results from this
-            cause.
+        cause: Cause of the wrong printed value, and the value that results from this cause. The
+            cause is a noun phrase that completes “the printed value results from”.
 
     Raises:
         Refuted: The printed value agrees with our value, the corrected value differs from our
@@ -256,9 +255,12 @@ def erratum(
         raise _refuted(printed, ours, f"corrected to {corrected} differs from")
     if cause is not None and not _same(wrong, cause[1], printed):
         raise _refuted(printed, cause[1], f"is not caused by {cause[0]}:")
-    right = corrected.evidence if isinstance(corrected, Finding) else corrected
-    right = right if isinstance(right, str) else ""
-    read_instead = f"correction: {right} {printed.unit}".strip() if right else ""
+    read_instead = ""
+    if isinstance(corrected, Finding):
+        read_instead = corrected.evidence
+    elif isinstance(corrected, str):
+        unit = "inch" if printed.unit == "in" else printed.unit
+        read_instead = f"the correct value is {corrected} {unit}".strip()
     words = (_sentences((read_instead, note)), f"cause: {cause[0]}" if cause else "")
     row = _row(printed, ours, "erratum", "; ".join(filter(None, words)))
     return _with_value(row, printed, value)
@@ -340,7 +342,10 @@ def not_reproducible(
         f"{_number(_shown(value, printed, row.digits), row.digits)} {printed.unit} for {reading}"
         for reading, value in readings.items()
     ]
-    others = f"other interpretations of the paper do not give the printed value: {', '.join(tried)}"
+    others = (
+        "other interpretations of the paper do not give the printed value either: they give "
+        f"{listed(tried)}"
+    )
     words = (others if tried else "", note)
     return replace(row, note=_sentences(words))
 
@@ -349,6 +354,12 @@ def _sentences(parts: Sequence[str]) -> str:
     """Join the sentences of a note. The last sentence has no period."""
     first, *others = [part for part in parts if part] or [""]
     return ". ".join([first, *map(capitalized, others)])
+
+
+def listed(parts: Sequence[str]) -> str:
+    """Join parts by commas, with the word "and" before the last part."""
+    *others, last = parts or [""]
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def capitalized(note: str) -> str:

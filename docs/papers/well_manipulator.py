@@ -4,7 +4,7 @@ Closed chain cascade manipulator with an improved kinematic model, Mathematical 
 Engineering. The robot file `well_manipulator` describes this manipulator. The file
 `robots/well_first_cylinder.toml` in this folder describes the manipulator's first cylinder, with
 pin B as printed in equation (64). The motion of the paper fixes theta2 and both telescopes; without
-`fixed=`, `ik` fixes theta7 instead of theta2.
+`fixed=`, `ik` fixes theta7 instead of theta2. An amplitude is the largest minus the smallest value.
 """
 
 from __future__ import annotations
@@ -53,7 +53,9 @@ __all__ = ["ARMS", "CYLINDERS", "OVER_THE_WELL", "RATE", "Process", "process", "
 
 FloatArray = NDArray[np.float64]
 
-BY_LAW = "for 39-49 s, each pose is solved by minimum-norm steps from the configuration at 37 s"
+BY_LAW = (
+    "from 39 s to 49 s, we solve each pose by minimum-norm steps from the configuration at 37 s"
+)
 """Note on values of the last stage, because the paper does not define the motion in this stage."""
 SHIFT = np.radians([0.0049, -0.0045, -0.0049, -0.0049])
 """Shifts of the start angles theta2, 3, 5 and 7, within half a unit of their last digit [rad]."""
@@ -77,7 +79,7 @@ def rows() -> list[Row]:
     ]
 
 
-# The constants (64)
+# The constants of equation (64)
 
 
 def constant_rows(printed: dict[str, Printed]) -> list[Row]:
@@ -104,7 +106,7 @@ def constant_rows(printed: dict[str, Printed]) -> list[Row]:
             printed["r_B"],
             np.array(vectors["r_AB"]),
             right,
-            "y and z are swapped, as the triangle of (39) shows",
+            "y and z are swapped, as the triangle of equation (39) shows",
             cause=("r_AB with y and z swapped", right[[0, 2, 1]]),
         ),
     ]
@@ -133,22 +135,22 @@ def stage_rows(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["R_object"],
             at_the_object(),
-            f"with the start angles of (63), R is {shown_mm(tool[5])}. Our value agrees after "
-            f"shifts of theta2, theta3, theta5 and theta7 by {shifts} deg. Each shift is within "
-            f"half a unit of the last printed digit. Half a unit of the last digit moves R by up "
-            f"to {1e3 * digits_of_start():.2f} mm",
+            f"with the start angles of equation (63), R is {shown_mm(tool[5])}. For our "
+            f"value, we shifted theta2, theta3, theta5 and theta7 by {shifts} deg. Each shift is "
+            f"within half a unit of the last printed digit. Shifts by half a unit move R by up to "
+            f"{1e3 * digits_of_start():.2f} mm",
         ),
         erratum(
             printed["R_39"],
             tool[39][2],
             1.02 - DESCENT,
-            "correction: 1020 - 2166 - 216.6 (t - 39), which continues the motion from 37 s. The "
-            "equations are evaluated at 39 s",
+            "the correct equation is 1020 - 2166 - 216.6 (t - 39), which continues the motion from "
+            "37 s. We evaluated both equations at 39 s",
             evaluated=lambda item: at(t=39.0)(item) * 1e-3,
         ),
         assumed(
             printed["law"],
-            "minimum norm",
+            "the minimum norm",
             "four joints satisfy three conditions, and the paper does not state the rule of "
             "motion. We solve each pose by minimum-norm steps of the joint angles from the "
             "configuration at 37 s. Our rule gives the amplitudes of figures 6 and 9. No rule that "
@@ -241,7 +243,7 @@ def angle_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
             not_reproducible(
                 printed[f"amplitude_theta{8 + k}"],
                 swings[k],
-                "our value is the angle relative to the preceding arm, as in (38)",
+                "our value is for the angle relative to the preceding arm, as in equation (38)",
                 readings={"the angle relative to the following arm": on_arm[k]}
                 | {name: values[k] for name, values in other.items()},
             )
@@ -258,7 +260,7 @@ def length_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
     first, *others = np.ptp(found.sampled.q[:, CYLINDERS], axis=0)
     misprinted = chasles.load(Path(__file__).parent / "robots" / "well_first_cylinder.toml")
     lengths = np.ptp(misprinted.actuators(found.theta[:, :2])[:, 1])
-    cause = (f"the printed r_B of (64) gives {1e3 * lengths:.2f} mm", lengths)
+    cause = (f"the wrong r_B of equation (64), which gives {1e3 * lengths:.2f} mm", lengths)
     return [
         erratum(printed["amplitude_l1"], first, "349", BY_LAW, cause=cause),
         *(agrees(printed[f"amplitude_l{k}"], own, BY_LAW) for k, own in enumerate(others, 2)),

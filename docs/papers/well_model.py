@@ -1,4 +1,4 @@
-"""Equations of the paper on the robot ``well_manipulator``: Lie groups and two kinematic models."""
+"""Equations on the robot ``well_manipulator``: Lie groups and two kinematic models of joints."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ A, B = np.array([0.3, -0.7, 1.1]), np.array([-0.4, 0.9, 0.2])
 AXIS, V, THETA = np.array([2.0, -1.0, 2.0]) / 3, np.array([0.3, -0.2, 0.5]), 0.7
 """A screw with a unit vector omega, and an angle [rad]."""
 EXTENDED = np.array([0.4, 0, 0, 0.11, 0, 0.07, 0])
-"""Joint displacement from the start, with extended telescopes, to test equation (36) [rad, m]."""
+"""Joint displacements from the start, with extended telescopes, to test equation (36) [rad, m]."""
 TILT = 1e-6
 """The tilt [rad] of an axis that is nominally parallel to the preceding axis."""
 STEP = 1e-5
@@ -63,32 +63,34 @@ def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
     return [
         agrees(
             printed["rotation"],
-            Finding(is_rotation(first[:3, :3]), "from the exponential of a screw"),
+            Finding(is_rotation(first[:3, :3]), "this for the exponential of a screw"),
         ),
         agrees(
             printed["pose"],
-            Finding(is_rotation((first @ other)[:3, :3]), "the product of two poses is a pose"),
+            Finding(
+                is_rotation((first @ other)[:3, :3]), "that the product of two poses is a pose"
+            ),
         ),
         agrees(
             printed["hat"],
             np.cross(A, B),
-            "the compared values are the products of the matrix of a and a vector b",
+            "we compared the products of this matrix and a vector b",
             evaluated=lambda item: at(**values)(item) @ B,
         ),
         agrees(
             printed["exponential"],
             whole,
-            "evaluated at theta = 0.7 rad, with omega of length 1",
+            "we evaluated equation (5) at theta = 0.7 rad, with omega of length 1",
             evaluated=lambda _: by_equation_5(THETA),
         ),
         erratum(
             printed["series"],
             third_coefficient(),
             1 / 6,
-            "correction: theta^3/3!. The factorial sign may be missing in our copy alone",
+            "the correct term is theta^3/3!. The factorial sign may be missing in our copy alone",
             evaluated=at(theta=1.0),
         ),
-        agrees(printed["rate"], Finding(is_rate, "from a difference quotient")),
+        agrees(printed["rate"], Finding(is_rate, "this by a difference quotient")),
     ]
 
 
@@ -112,7 +114,7 @@ def third_coefficient() -> float:
 
 @cache
 def quality() -> ModelReport:
-    """Return the report on conventions at the manipulator's joints."""
+    """Return a report that compares the kinematic conventions for each joint of the manipulator."""
     return model_report(read(ROBOT_FILES / "well_manipulator.toml"))
 
 
@@ -134,37 +136,41 @@ def model_rows(printed: dict[str, Printed]) -> list[Row]:
     pairs = [(joint.angle, convention("mdh5", k)) for k, joint in enumerate(report.joints)]
     parallel = [own.is_continuous for angle, own in pairs if abs(np.sin(angle)) < SMALL]
     others = [own.is_continuous for angle, own in pairs if abs(np.sin(angle)) >= SMALL]
+    words = convention("hayati5", 1).verdict.replace(", ", " and ")
     return [
         consistent(printed["det_6"], plain(six), TWICE),
         consistent(printed["det_whole"], plain(whole), TWICE),
         consistent(printed["det_8"], plain(convention("hayati5").determinant), TWICE),
         erratum(
             printed["zeros"],
-            Finding(bool(six.free_symbols), f"det(D^T D) is {plain(six)} everywhere"),
+            Finding(bool(six.free_symbols), f"that det(D^T D) is {plain(six)} everywhere"),
             Finding(
                 whole.subs(zeros) == 0,
                 f"with the rotation of the preceding joint, det(D^T D) is {plain(whole)}",
             ),
-            "the zeros of 8 sin(alpha)^2 are the discontinuous points of (7). With the parameters "
-            "of (6) alone, the determinant has no zero",
+            "the zeros of 8 sin(alpha)^2 are the discontinuous points of equation (7). With the "
+            "parameters of equation (6) alone, the determinant has no zero",
         ),
         agrees(
             printed["only_parallel"],
             Finding(
                 not any(parallel) and all(others),
-                f"discontinuous for {len(parallel)} of {len(parallel)} pairs of parallel axes and "
-                f"0 of {len(others)} pairs of other axes",
+                f"discontinuities for {len(parallel)} of {len(parallel)} pairs of parallel axes "
+                f"and 0 of {len(others)} other pairs",
             ),
         ),
         agrees(
             printed["figure_2"],
             jump_of_theta(),
-            f"the text of the paper states: “{printed['figure_2'].text}”",
+            f"the paper says: “{printed['figure_2'].text}”",
         ),
         agrees(
             printed["continuous_8"],
-            Finding(convention("hayati5", 1).is_continuous, convention("hayati5", 1).verdict),
-            "the model is evaluated between the parallel axes 2 and 3",
+            Finding(
+                convention("hayati5", 1).is_continuous,
+                f"that the model is {words}",
+            ),
+            "we evaluated the model between the parallel axes 2 and 3",
         ),
         agrees(
             printed["complete"],
@@ -215,16 +221,17 @@ def equation_rows(printed: dict[str, Printed]) -> list[Row]:
                 max(map(abs, y)) < SMALL,
                 f"shifts of {1e3 * y[0]:.1f} mm and {1e3 * y[1]:.1f} mm along y",
             ),
-            Finding(max(tilt) < SMALL, "systems 5 and 7 follow figure 1 and model (6)"),
-            "For parallel axes, model (8) of figure 3 shifts a frame only along x and z, but (64) "
-            "prints shifts along y for (25) and (33)",
+            Finding(max(tilt) < SMALL, "coordinate systems 5 and 7 follow figure 1 and model (6)"),
+            "for parallel axes, model (8) of figure 3 shifts a frame only along x and z, but "
+            "equation (64) prints shifts along y for equations (25) and (33)",
         ),
         erratum(
             printed["equation_36"],
             own,
             others + value["l_LM"] * four,
-            "the correct length is l_LM instead of l_MN, as in (32). The values are for the "
-            "configuration (63) with theta1 = 0.4 rad, l_HI = 110 mm and l_MN = 70 mm",
+            "the correct length is l_LM instead of l_MN, as in equation (32). The values are for "
+            "the configuration of equation (63) with theta1 = 0.4 rad, l_HI = 110 mm and l_MN = 70 "
+            "mm",
             evaluated=lambda _: others + l_MN * four,
         ),
     ]

@@ -39,10 +39,10 @@ def drawn(process: Process) -> dict[str, Any]:
     angles, rates = process.theta[:, TURNING], process.rates[:, TURNING]
     swings = np.degrees(process.swings)
     return {
-        "Configurations: the arm after 0, 25, 37 and 49 s, its cylinders pale": configurations(
+        "Configurations: the arm after 0, 25, 37 and 49 s, with pale cylinders": configurations(
             process
         ),
-        "Process: the arm over 49 s, cylinders in orange": working(process),
+        "Process: the arm over 49 s, with orange cylinders": working(process),
         "Figure 6: joint angles over 49 s": over_time(
             process, np.degrees(angles), JOINTS, "joint angle [deg]"
         ),

@@ -24,8 +24,7 @@ TELESCOPES = ["l_HI", "l_MN"]
 OVER_THE_WELL = np.array([[0, 1, 0, 1.237], [0, 0, -1, 0], [-1, 0, 0, 1.02], [0, 0, 0, 1]])
 """Pose of the tool point R after 25 s [m], from step (4) of section 5."""
 DESCENT = 2.166
-"""Downward distance in each of the last two motion stages [m]. The tool moves for 10 s at 216.6
-mm/s."""
+"""Downward distance of the tool in each of the last two motions [m]: 10 s at 216.6 mm/s."""
 RATE = 50.0
 """Samples per second."""
 IN_PLANE = [0, 2, 4]
@@ -126,9 +125,7 @@ def cylinder_norm(by_chain: FloatArray) -> FloatArray:
 
 @cache
 def integrated(norm: Callable[[FloatArray], FloatArray]) -> Process:
-    """Return the motion of the well manipulator.
-
-    In the last stage of the process, the joint rates have minimum norm.
+    """Return the process with joint rates of minimum norm in its last stage.
 
     Args:
         norm: Computes the (4, 4) weight matrix of the arm rates from the (7, 7) derivatives of the

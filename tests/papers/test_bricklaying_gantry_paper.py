@@ -31,13 +31,16 @@ def test_known_misprints_are_marked_as_errata():
         "table 4, row 5, theta in rad of spot 5, set-up 1",
         "section 2.2, text, numerator of tan theta of spot 2, set-up 1",
         "abstract, largest difference of theta, set-up 1",
-        "section 2.3, (17), larger root of (16)",
+        "section 2.3, (17), larger root of equation (16)",
         "table 4, row 1, r of spot 1, set-up 1",
         "table 4, row 5, r of spot 5, set-up 1",
         "abstract, lengths of wrist and shoulder, A and C",
     ):
         assert where in wrong
-    for item in ("sum of the constants of (13) and (14)", "cosine of the angle at the shoulder"):
+    for item in (
+        "sum of the constants of equations (13) and (14)",
+        "cosine of the angle at the shoulder",
+    ):
         assert any(where.endswith(item) for where in wrong)
     # Each of the equations (13) to (17) has two table rows.
     assert len(wrong) == len(paper.CORRECTED) + 9
@@ -47,7 +50,7 @@ def test_known_misprints_are_marked_as_errata():
 def test_printed_misprints_are_refuted(key):
     printed = read("bricklaying_gantry")[key]
     (row,) = (row for row in rows() if (row.item, row.where) == (printed.item, printed.where))
-    assert row.note.startswith(f"correction: {paper.CORRECTED[key][0]}")
+    assert row.note.startswith(f"the correct value is {paper.CORRECTED[key][0]}")
     with pytest.raises(Refuted):
         paper.agrees(printed, row.ours * UNITS[printed.unit])
 

@@ -12,7 +12,7 @@ def test_html_page_contains_rows_and_embedded_pictures(tmp_path):
     chapter = pages.Chapter("photo_robot", "Title", "Source", (ROW,), {"figure 1: <x>": picture}, 1)
     page = pages.html_page([chapter])
     assert "<td>a &lt; b | c (table 1):</td>" in page
-    assert "<td>1.0 mm in the paper, 1.00 mm in chasles.</td>" in page
+    assert "<td>The paper prints 1.0 mm; chasles computes 1.00 mm.</td>" in page
     assert 'src="data:image/png;base64,cGl4ZWxz"' in page
     assert "figure 1: &lt;x&gt;" in page
     assert "<td>1</td>" + 7 * "<td>0</td>" in page, "one row agrees"

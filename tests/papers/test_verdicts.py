@@ -57,7 +57,9 @@ def test_word_about_widens_the_tolerance_and_is_quoted():
 
 
 def test_erratum_requires_a_refuted_value_and_its_correction():
-    assert erratum(ANGLE, np.pi / 4, "0.79", "45 deg").note == "correction: 0.79 rad. 45 deg"
+    assert (
+        erratum(ANGLE, np.pi / 4, "0.79", "45 deg").note == "the correct value is 0.79 rad. 45 deg"
+    )
     for ours, corrected in ((0.97, "0.97"), (np.pi / 4, "0.78"), (np.pi / 4, 0.79)):
         with pytest.raises(Refuted):
             erratum(ANGLE, ours, corrected)
@@ -102,8 +104,8 @@ def test_agreeing_value_cannot_be_marked_not_reproducible():
 
 def test_reading_that_agrees_refutes_not_reproducible():
     row = not_reproducible(ANGLE, 0.5, readings={"other elbow": 0.6})
-    others = "other interpretations of the paper do not give the printed value"
-    assert row.note == f"{others}: 0.600 rad for other elbow"
+    others = "other interpretations of the paper do not give the printed value either"
+    assert row.note == f"{others}: they give 0.600 rad for other elbow"
     with pytest.raises(Refuted):
         not_reproducible(ANGLE, 0.5, readings={"other elbow": 0.6, "in turns": 0.971})
     assert in_one_reading(ANGLE, 0.971, "in turns").verdict == "one reading"

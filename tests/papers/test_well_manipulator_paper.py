@@ -100,10 +100,10 @@ def test_known_errors_have_their_verdicts():
     verdicts = {(row.item, row.where): row.verdict for row in paper.rows()}
     for item, where in (
         ("r_B", "(64)"),
-        ("z of R after 39 s", "section 5, (8)"),
-        ("0_7_p", "(36)"),
+        ("z of R after 39 s", "section 5, step 8"),
+        ("0_7_p, the position of frame 7", "(36)"),
         ("coordinate systems 3 to 7", "section 4.1"),
-        ("discontinuous points of model (6), which give (7)", "section 3.1, above (7)"),
+        ("discontinuous points of model (6), which give equation (7)", "section 3.1, above (7)"),
         ("third term of the series of a rotation, at omega^3", "(5)"),
     ):
         assert verdicts[item, where] == "erratum"
