@@ -72,7 +72,6 @@ def _row(robot: SerialRobot) -> str:
     explanation = explain(robot)
     axes = len(robot.coordinates)
     structure = explanation.line.removeprefix("inverse: ").split(", at most ")[0]
-    structure = structure.replace("read from the tool", "solved from tool to base")
     most = explanation.max_solutions
     inverse = f"Inverse: {structure}, up to {most} solutions." if most else "No closed form."
     arm = robot.title if "axes" in robot.title else f"{robot.title} ({axes} axes)"
