@@ -44,7 +44,7 @@ def forked(work: Callable[[], object]) -> Iterator[Connection]:
     The process ends at the end of the ``with`` block.
 
     Yields:
-        The connection from which :func:`received` reads the result or the error.
+        The connection from which ``received`` reads the result or the error.
     """
     context = get_context("fork")
     receiver, sender = context.Pipe(duplex=False)

@@ -310,7 +310,7 @@ class Manifest:
     Attributes:
         name: The robot's name, a C and Python identifier.
         title: The display name of the robot.
-        kind: One of :data:`chasles.contract.KINDS`.
+        kind: One of ``chasles.contract.KINDS``.
         source: The source of the description.
         coordinates: The actuated coordinates, in the order of `q`.
         frames: The names of the frames.

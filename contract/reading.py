@@ -83,8 +83,8 @@ def _check_format(entries: object, place: Place) -> None:
         raise ManifestError(f"{place.file}: has no field 'chasles'")
     if (found := entries["chasles"]) != FORMAT:
         raise ManifestError(
-            f"{place.file}: chasles: the robot was generated in format {found!r} of the contract, "
-            f"and this version reads format {FORMAT}; derive the robot again with this version"
+            f"{place.file}: chasles: the robot was generated in format {found!r}, but this "
+            f"version of chasles reads format {FORMAT}; derive the robot again with this version"
         )
 
 

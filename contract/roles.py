@@ -131,9 +131,9 @@ class Role:
     """What a function computes, with its input and output vectors.
 
     Attributes:
-        name: One of :data:`ROLES`.
-        domain: The vector of the first input, one of :data:`VECTORS`.
-        codomain: For a map between coordinate vectors, the output vector, one of :data:`VECTORS`. A
+        name: One of ``ROLES``.
+        domain: The vector of the first input, one of ``VECTORS``.
+        codomain: For a map between coordinate vectors, the output vector, one of ``VECTORS``. A
             derivative of a map has the codomain of the map.
         fixed: Indices in q of the coordinates that an inverse takes as inputs after the pose. A
             fixed coordinate is constant during the refinement.
@@ -142,7 +142,7 @@ class Role:
         directions: Indices (0 to 5) of twist components (v, omega), one per column of the first
             matrix in a velocity relation.
         components: The task components in the first input of an inverse, in order. Each component
-            is one of :data:`TASK_COMPONENTS`. The tuple is empty if the task is a complete pose.
+            is one of ``TASK_COMPONENTS``. The tuple is empty if the task is a complete pose.
         free: Indices in q of the coordinates that the task leaves free. The inverse sets these
             coordinates to 0.
         searches: Whether the closed form can miss configurations with joint angles at multiples of

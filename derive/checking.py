@@ -27,7 +27,7 @@ def check(
     reference.
 
     Args:
-        source: A file or the name of a robot; see :func:`~chasles.derive.read`.
+        source: A file or the name of a robot; see ``read``.
         base: The link whose frame is the base frame.
         tip: The link whose frame is the tool frame.
         group: A group of an SRDF file next to the description, instead of base and tip.

@@ -121,7 +121,7 @@ def derive(
     The result does not depend on the order of ``functions``.
 
     Args:
-        description: A serial robot or a mechanism, from :func:`~chasles.derive.read` or built in
+        description: A serial robot or a mechanism, from ``read`` or built in
             Python.
         functions: Names of the functions; by default, all functions of the robot.
         fixed: Joints with fixed values. The fixed joint values are inputs of ``ik`` after the pose.
@@ -130,8 +130,8 @@ def derive(
         families: The families of closed-form inverses to try, in order.
 
     Raises:
-        InputValueError: A function name is unknown, or the inverse for the fixed joints has no
-            closed form.
+        InputValueError: A function name is unknown, or the robot has no inverse with these fixed
+            joints.
         LoopError: A loop cannot be closed at the reference configuration.
         DescriptionError: The number of actuated coordinates differs from the degrees of freedom.
     """

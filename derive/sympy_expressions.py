@@ -82,7 +82,7 @@ def expressions(robot: Described, function: str, *, expand: bool = False) -> Exp
     """Derive one function of a robot as SymPy expressions.
 
     Args:
-        robot: A serial robot or a mechanism, from :func:`~chasles.derive.read`.
+        robot: A serial robot or a mechanism, from ``read``.
         function: Name of the function, such as "fk", "jacobian_mixed" or "ik".
         expand: Whether shared terms are replaced by their definitions. An expanded inverse may be
             very long.

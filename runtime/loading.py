@@ -145,8 +145,8 @@ def _about_fixed(manifest: Manifest) -> list[str]:
     return [
         '    fixed: {"name": value (...)}, the values of fixed joints [rad or m].',
         *([f"{_IN}Mandatory: {own}, or as many other joints."] if own else []),
-        "        The inverse for other joints is derived on first use, in seconds. If it has no",
-        "        closed form, the error lists joints with a closed form.",
+        "        The inverse for other joints is derived on first use, in seconds. If there is no",
+        "        inverse for these joints, the error lists joints that can be fixed.",
         *textwrap.wrap(f"Joints: {joints}.", _WIDTH, initial_indent=_IN, subsequent_indent=_IN),
     ]
 

@@ -293,7 +293,7 @@ def deviation(T: ArrayLike) -> FloatArray:
 
     The deviation is the larger of |R^T R - 1| / 8^0.5 [rad] and the largest error of the last row.
     The deviation is infinite if the axes are not right-handed, and NaN if the matrix is not finite.
-    A matrix without real numbers raises `InputTypeError`.
+    Entries that are not real numbers raise `InputTypeError`.
     """
     return _deviation(ending(T, (4, 4), "se3.deviation", "T"))[()]
 

@@ -217,7 +217,7 @@ def test_loop_folders_import_only_earlier_folders():
 
 
 def test_steps_of_a_mechanism_follow_the_plan():
-    """`derivation.py` calls functions of the loop folders in the order of PLAN."""
+    """`derivation.py` calls the functions of the folders in `PLAN` in the order of this list."""
     tree = ast.parse((DERIVE / "derivation.py").read_text(encoding="utf-8"))
     imported = [node for node in tree.body if isinstance(node, ast.ImportFrom) and node.level]
     folder_of = {

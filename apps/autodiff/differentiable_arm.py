@@ -17,7 +17,7 @@ class Solutions(NamedTuple):
     Attributes:
         q: (..., slots, n) coordinates [rad or m].
         residual: (..., slots) deviation of `fk(q)` from the target, NaN in an empty solution slot.
-        margin: (..., slots) distance from the boundary of the reachable set, negative outside.
+        margin: (..., slots) margin of each solution, as in `chasles.Solutions`.
     """
 
     q: Any

@@ -106,7 +106,7 @@ def optimal_design(
             measured.
         sigma: Standard deviation of each measured position coordinate [m]. For poses, sigma is a
             pair (position [m], orientation [rad]).
-        vary: As in :func:`~chasles.calibration.identify`.
+        vary: As in ``identify``.
         is_allowed: Function that returns (M,) booleans for candidates (M, n), for example False for
             a collision.
 

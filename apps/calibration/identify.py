@@ -56,7 +56,7 @@ def identify(
             complete and minimal set of parameters. Corrections of the base frame are added if
             `parameter_std` is set, if "axis" is not varied, or if the robot has loops.
         parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1],
-            keyed by name, group or unit, as in :func:`~chasles.calibration.first_order_errors`.
+            keyed by name, group or unit, as in ``first_order_errors``.
             Parameters with little effect on the measurements stay near nominal.
         T_W_base: (4, 4) the base frame in the device frame W, or None to identify this frame.
         robust: Whether outliers are excluded. The result lists the excluded rows.

@@ -43,7 +43,7 @@ class CalibrationModel:
 
     Attributes:
         name: Name of the model, for reports.
-        vary: Names or groups of parameters, as in :func:`~chasles.calibration.identify`.
+        vary: Names or groups of parameters, as in ``identify``.
         parameter_std: Standard deviations of the parameters about the nominal values.
     """
 
@@ -101,10 +101,10 @@ def select_model(
         q: (N, n) coordinates [rad or m].
         measurements: The measurements.
         models: Models to compare, the simplest first.
-        robust: As in :func:`~chasles.calibration.identify`.
+        robust: As in ``identify``.
 
     Raises:
-        InputValueError: As for :func:`~chasles.calibration.identify`.
+        InputValueError: As for ``identify``.
     """
     check_type("select_model: robot", robot, Robot)
     at, start = finite("select_model: q", q), located(robot, q, measurements)
@@ -136,7 +136,7 @@ def cross_validate(
 
     Args:
         robot: All arguments except `folds` have the same meaning as in
-            :func:`~chasles.calibration.identify`.
+            ``identify``.
         q: (N, n) coordinates [rad or m].
         measurements: The measurements.
         folds: Number of groups into which the configurations are divided. With k groups, a group

@@ -150,7 +150,7 @@ def monte_carlo(
         robot: A robot with parametric functions.
         q: (n,) coordinates that apply to all random arms, or (samples, n) coordinates of each arm
             [rad or m].
-        parameter_std: As in :func:`first_order_errors`.
+        parameter_std: As in ``first_order_errors``.
         samples: Number of random arms.
         rng: A seed or a random generator, or None for fresh random numbers.
 

@@ -162,7 +162,7 @@ def ik(
         ),
     ] = False,
     numeric: Annotated[
-        bool, typer.Option("--numeric", help="Iterate; for robots without a closed form.")
+        bool, typer.Option("--numeric", help="Iterate; for robots without ik.")
     ] = False,
     base: Base = None,
     tip: Tip = None,

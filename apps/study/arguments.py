@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 Rng = int | np.random.Generator | None
 
 _SEEDS = 2**63
-"""Upper bound of the seeds that a random generator supplies."""
+"""Seeds that are drawn from a random generator are less than this value."""
 
 
 def real(name: str, values: Any) -> FloatArray:

@@ -144,7 +144,7 @@ def static_loads(
     """Return the loads of all joints, struts and loop-closing joints of a robot at rest.
 
     The joint that closes a planar loop transmits forces only in the plane of the loop. A loop is
-    planar if all its axes are parallel. The joints of the joint tree carry the force components
+    planar if all its axes are parallel. The other joints of the loop carry the force components
     normal to the plane.
 
     Args:

@@ -1,6 +1,6 @@
 """Forward kinematics of a chain: axes of groups, link poses, and vectors from joint axes.
 
-The groups of parallel axes are defined in :mod:`chasles.derive.chain.groups`. A tilt (a constant
+The groups of parallel axes are defined in ``chasles.derive.chain.groups``. A tilt (a constant
 rotation about x) follows each group of parallel axes. The last joint rotation of a group and the
 tilt after it turn the axes of this group into the axes of the next group. Horner's scheme
 transforms a point p from the tool to the base. The angle phi_k is the rotation of station k about

@@ -1,7 +1,7 @@
 """Functions of a chain: poses, Jacobians and their derivatives, twists, accelerations.
 
 The coordinates can differ from the joint values. A
-:class:`~chasles.derive.chain.coordinates.Motion` maps coordinates to joint values. In a serial
+``Motion`` maps coordinates to joint values. In a serial
 robot, the joint values are linear functions of the coordinates. In a robot with loops, the joint
 values follow from the loop equations.
 """
@@ -99,7 +99,7 @@ class Kinematics:
         return {name: derivation.function(name) for name in FUNCTIONS if name in names}
 
     def function(self, name: str) -> SymbolicFunction:
-        """Derive one function of :data:`FUNCTIONS`."""
+        """Derive one function of ``FUNCTIONS``."""
         return self.functions([name])[name]
 
 

@@ -98,7 +98,7 @@ class Parametric:
         return cls(found, {"q": q, "p": _argument(found)}, values, forward, pose, torques)
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """Derive the named functions in the order of :data:`PARAMETRIC`."""
+        """Derive the named functions in the order of ``PARAMETRIC``."""
         return {name: self._function(name) for name in PARAMETRIC if name in names}
 
     def _function(self, name: str) -> SymbolicFunction:

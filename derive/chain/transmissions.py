@@ -91,8 +91,8 @@ class _Sag:
             if abs(float(row.compliance)) * most > MAX_SAG:
                 raise DescriptionError(
                     f"spring of {row.coordinate!r}: expected a compliance of at most "
-                    f"{MAX_SAG / most:.3g}, got {float(row.compliance):.3g}; a more compliant "
-                    "joint may deflect faster than its load moves"
+                    f"{MAX_SAG / most:.3g}, got {float(row.compliance):.3g}; with a larger "
+                    "compliance, the computation of the joint deflection may not converge"
                 )
         return cls(springs, chain)
 

@@ -29,7 +29,7 @@ Format = Literal["toml", "urdf", "dh", "mdh", "poe"]
 FORMATS: tuple[str, ...] = get_args(Format)
 TABLES: dict[str, Convention] = {"dh": dh, "mdh": mdh, "poe": poe}
 _LONG = 1e3
-"""A table is ill-conditioned if its longest length exceeds the robot's size by this factor."""
+"""A note reports a DH table with an ``a`` or ``d`` larger than the robot's size by this factor."""
 _VISIBLE = 1e-12
 """Maximum pose error (meter, radian) that a conversion does not report in a note."""
 
@@ -39,7 +39,7 @@ class Conversion:
     """A robot that was converted to another format.
 
     Attributes:
-        format: The file format. :func:`convert` lists the formats.
+        format: The file format. ``convert`` lists the formats.
         text: The robot file or the URDF.
         robot: The robot that the text describes, with the rounded numbers of the text.
         error: Upper bounds (distance in meter, angle in radian) of the difference between the tool
@@ -101,7 +101,7 @@ def convert(robot: Described, to: Format) -> Conversion:
     tool pose.
 
     Args:
-        robot: A serial robot in any convention, from :func:`~chasles.derive.read`.
+        robot: A serial robot in any convention, from ``read``.
         to: The format. The format "toml" preserves conventions and parameters. The format "urdf"
             has origins with 17 digits. The formats "dh" (standard), "mdh" (modified, Craig) and
             "poe" (screw axes) write a robot file in which all joints have this convention. Fixed

@@ -1,7 +1,7 @@
 """Writes exact numbers for robot files and URDF.
 
 The reader of robot files replaces decimals that look rounded by exact values
-(:mod:`~chasles.derive.description.noise`). Therefore the writer converts such decimals to fractions
+(``noise``). Therefore the writer converts such decimals to fractions
 with denominator 3, which the reader keeps unchanged.
 """
 

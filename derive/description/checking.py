@@ -62,7 +62,7 @@ def checked(
     group: str | None,
     arguments: Sequence[str],
 ) -> tuple[tuple[Finding, ...], Described | None]:
-    """Return the findings for a description, and the robot. See :func:`.check`.
+    """Return the findings for a description, and the robot. See ``check``.
 
     The robot is None if the description has errors.
     """

@@ -1,10 +1,10 @@
 """Snaps the numbers of a described robot to exact values and lists every change.
 
-The rules are in :mod:`~chasles.derive.description.noise`. Noise is removed from lengths; rounded
+The rules are in ``noise``. Noise is removed from lengths; rounded
 angles and rounded directions become exact. Two joints with equal numbers in the file have equal
 exact numbers, so that parallel axes stay parallel. In a robot with loops, the points of a body are
-also compared with each other (:mod:`~chasles.derive.description.arrangement`). If the base is
-rotated, the frames on the base are also compared with each other (:mod:`~.turned_base`).
+also compared with each other (``arrangement``). If the base is
+rotated, the frames on the base are also compared with each other (``turned_base``).
 """
 
 import warnings

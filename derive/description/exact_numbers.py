@@ -25,7 +25,7 @@ class ExactNumbers:
 
     Attributes:
         tolerance: Length noise (meter).
-        points: Exact points. The keys are the points of the description after noise removal.
+        points: Exact points, keyed by the noise-free points of the description.
         numbers: The replaced numbers of the description, with their exact values.
     """
 

@@ -2,9 +2,9 @@
 
 A strut between two ball joints, or between a universal joint and a ball joint, is modeled as a
 constraint on the distance between its ends. Any other strut with a universal joint, or with a pin
-and a ball, is modeled by joints and links in the joint tree. A closure (loop joint) connects the
-far end of the strut. The z axis of the frame at an end is the axis of the pin, or the axis of the
-universal joint on this body. The second axis of a universal joint is perpendicular to the first
+and a ball, is modeled by joints and links in the kinematic tree. A closure (loop joint) connects
+the far end of the strut. The z axis of the frame at an end is the axis of the pin, or the axis of
+the universal joint on this body. The second axis of a universal joint is perpendicular to the first
 axis and to the strut. If the other end has a pin, the second axis is parallel to the pin. If the
 other end has a universal joint, the second axes of both ends are parallel.
 """

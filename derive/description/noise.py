@@ -174,7 +174,7 @@ def exact_direction(vector: Vector) -> Vector:
 
     If the vector is not a rounded direction, only its noise is removed.
 
-    A decimal vector is normalized and compared with the vectors of :func:`exact_directions`. Each
+    A decimal vector is normalized and compared with the vectors of ``exact_directions``. Each
     component must agree within one unit of the last written place, or within ``NOISE`` times the
     length of the vector. A component that is zero in the exact direction must be exactly zero in
     the file.

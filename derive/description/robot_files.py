@@ -18,11 +18,11 @@ A robot file contains the numbers of a data sheet::
     limits = ["-2*pi", "2*pi"]
 
 Every number is exact: an integer, a decimal, or an expression for
-:mod:`chasles.derive.model.exact`.
+``chasles.derive.model.exact``.
 
-The file of a robot with loops lists a joint tree (``parent``) and the parts that close the loops:
-``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``. A file may extend another file and change its
-parameter values. The file of a measured robot may refer to the designed robot. The entry
+The file of a robot with loops lists a kinematic tree (``parent``) and the parts that close the
+loops: ``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``. A file may extend another file and
+change its parameter values. The file of a measured robot may refer to the designed robot. The entry
 ``nominal`` states the designed robot: a file, or the name of an installed robot. Newton's method
 then refines the solutions of the designed robot.
 """
@@ -132,10 +132,10 @@ def read_text(
             this file.
         conventions: The conventions that a robot file may use. The default is all conventions of
             chasles.
-        exact: Whether the numbers of the text are used exactly. See :func:`read`.
+        exact: Whether the numbers of the text are used exactly. See ``read``.
 
     Returns:
-        The robot in meters and radians. See :func:`read`.
+        The robot in meters and radians. See ``read``.
 
     Raises:
         DescriptionError: The text or its parent file is invalid, the text is too long, or the

@@ -72,7 +72,7 @@ class RobotFile(CoordinateFile):
         extending: TomlFile | None = None,
         conventions: Sequence[Convention] = CONVENTIONS,
     ) -> None:
-        """Read the text of a file. See :class:`TomlFile`.
+        """Read the text of a file. See ``TomlFile``.
 
         Args:
             file: File name for error messages.

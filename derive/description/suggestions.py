@@ -47,6 +47,6 @@ def hint(word: str, known: Iterable[str]) -> str:
 
 
 def suggestion(expected: str) -> str:
-    """Return the word that :func:`hint` suggested in an error, or ""."""
+    """Return the word that ``hint`` suggested in an error, or ""."""
     found = re.search(r"\(did you mean '(.+)'\?\)$", expected)
     return found.group(1) if found else ""

@@ -2,7 +2,7 @@
 
 Each error states the file and the line.
 
-:class:`TomlFile` handles values and lines, not robots.
+``TomlFile`` handles values and lines, not robots.
 """
 
 import keyword
@@ -463,7 +463,7 @@ def is_missing(expected: str) -> bool:
 
 
 def keys_of(field: str) -> Keys:
-    """Return the path to a value. Inverse of :func:`dotted`."""
+    """Return the path to a value. Inverse of ``dotted``."""
     parts = re.findall(r"\[(\d+)\]|([^.\[]+)", field)
     return tuple(int(index) - 1 if index else name for index, name in parts)
 

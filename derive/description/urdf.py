@@ -1,7 +1,7 @@
 """Reads the chain between two links of a URDF with exact numbers.
 
 Decimals are first read as written, and then replaced by exact values
-(:mod:`~chasles.derive.description.cleaned_robot`).
+(``cleaned_robot``).
 """
 
 import re
@@ -109,7 +109,7 @@ class UrdfFile:
 
         Args:
             base: The link of the base frame. By default, the root (see
-                :mod:`~chasles.derive.description.importers.tool_links`).
+                ``tool_links``).
             tip: The link of the tool frame. By default, the end of the longest chain.
             name: Name of the robot. By default, the name in the URDF.
 

@@ -25,7 +25,7 @@ OF_GEOMETRY = "parametric pose"
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Return the file for ``casadi.Function.load``, keyed by its name.
 
-    The file contains the function that :func:`joined` returns. CasADi prints its own graph, so this
+    The file contains the function that ``joined`` returns. CasADi prints its own graph, so this
     function ignores the programs of the derivation.
     """
     function = joined(derivation)
@@ -40,7 +40,7 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 def joined(derivation: Derivation) -> ca.Function | None:
     """Return one CasADi function with all position functions as outputs.
 
-    The outputs are the functions in :data:`POSITIONS`. If ``fk_p(q, p)`` was derived, ``fk_p`` is
+    The outputs are the functions in ``POSITIONS``. If ``fk_p(q, p)`` was derived, ``fk_p`` is
     also an output. CasADi can differentiate all outputs. The result is None if the robot has no
     position function.
     """

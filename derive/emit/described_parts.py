@@ -1,8 +1,8 @@
 """Writes the description of a robot with loops, with placeholders for the robot's geometry.
 
 The runtime replaces ``$xyz_k`` by the position of frame k, ``$rpy_k`` by its angles (degrees), and
-``$x_k`` by a single value. The order is the order of
-:func:`chasles.derive.loops.parametric.parametric_loops.file_parts`. The runtime also replaces
+``$x_k`` by a single value. The placeholders are in the order of
+``chasles.derive.loops.parametric.parametric_loops.file_parts``. The runtime also replaces
 ``$name``, ``$title``, ``$source`` and ``$closure``.
 """
 

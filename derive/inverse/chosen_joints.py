@@ -1,4 +1,4 @@
-"""Inverses of robots with joints that the caller fixes."""
+"""Inverse kinematics of robots with joints that the caller fixes."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -66,7 +66,7 @@ class Attempt:
     @property
     def title(self) -> str:
         """Description of the axis structure."""
-        return self.family.title + (", read from the tool" if self.backwards else "")
+        return self.family.title + (", solved from tool to base" if self.backwards else "")
 
 
 @dataclass(frozen=True)

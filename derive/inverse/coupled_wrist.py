@@ -3,7 +3,7 @@
 Joints 4 to 7 are revolute, and their axes pass through one point. One motor moves joints 5 and 6 by
 equal or opposite angles. If angles 5 and 6 are zero, axes 4 to 7 lie in one plane. The first three
 joints position the common point of the axes. Joints 5 and 6 set the angle between axes 4 and 7
-(:mod:`.subproblems.coupled_turns`). Joints 4 and 7 complete the rotation. Maximum number of
+(``subproblems.coupled_turns``). Joints 4 and 7 complete the rotation. Maximum number of
 solutions: four times the number for the first three joints.
 """
 

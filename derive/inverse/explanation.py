@@ -146,7 +146,7 @@ def explain(
     fixed: str | Sequence[str] = (),
     families: Sequence[Family] = FAMILIES,
 ) -> Explanation:
-    """Explain the closed-form inverse of a robot, or why there is none.
+    """Explain the inverse of a robot, or why there is none.
 
     For a mechanism, the text starts with the degrees of freedom and the loops.
 
@@ -158,8 +158,8 @@ def explain(
 
     Returns:
         The explanation. The text lists the structure of the axes, the solution steps and the
-        maximum number of solutions. If there is no closed form, the text compares the axes with
-        each known structure.
+        maximum number of solutions. If no closed-form structure fits, the text compares the axes
+        with each known structure.
     """
     check_type("explain: description", description, SerialRobot, Mechanism)
     if not isinstance(description, Mechanism):

@@ -58,7 +58,7 @@ def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple
         lines: The chain.
         target: The target pose of the chain.
         given: The value of each fixed joint (radian or meter), keyed by joint index. See
-            :func:`joint_sets_to_fix`.
+            ``joint_sets_to_fix``.
     """
     terms, axes = lines.terms, list(lines.axes)
     free = [k for k in range(len(axes)) if k not in given]

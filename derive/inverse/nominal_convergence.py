@@ -1,9 +1,9 @@
 """Convergence of Newton's method from a nominal arm to the true arm.
 
-The true arm is placed in random configurations. The inverse of the nominal arm is computed for the
-resulting poses. Newton's method on the true arm refines the solution on every branch, as in
-``chasles_polish.h``. If the two arms are close enough, one of the branches converges to the random
-configuration.
+The true arm is placed in random configurations. The inverse kinematics of the nominal arm is
+computed for the resulting poses. Newton's method on the true arm refines the solution on every
+branch, as in ``chasles_polish.h``. If the two arms are close enough, one branch converges to the
+configuration from which the pose was computed.
 """
 
 from collections.abc import Iterator

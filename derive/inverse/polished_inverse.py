@@ -1,4 +1,6 @@
-"""Inverse of an arm that is close to a known family. Nominal solutions are refined on the true arm.
+"""Inverse kinematics of arms close to a known family.
+
+Nominal solutions are refined.
 
 The nominal inverse is the function ``ik_nominal``. The function ``ik`` starts from the branches of
 ``ik_nominal`` (``chasles_polish.h``).

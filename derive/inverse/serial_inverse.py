@@ -149,7 +149,7 @@ def inverses(
         coordinates: Number of coordinates that move the robot, if loops couple joints.
         families: The families of axis structures to try, in order.
         give: Indices of the joints to fix. With (), suitable joints are selected.
-        methods: Methods of :data:`METHODS` to try. The default is all methods.
+        methods: Methods of ``METHODS`` to try. The default is all methods.
     """
     classification = classify(robot, terms, coordinates, families, give)
     found = (

@@ -1,8 +1,8 @@
 r"""Prints a derivation as a LaTeX article.
 
-:func:`document` returns the article. :func:`fragments` returns parts that any article can include
+``document`` returns the article. ``fragments`` returns parts that any article can include
 with ``\input``. Each equation is stored as a SymPy object before printing
-(:class:`PrintedEquations`). Tests can evaluate the SymPy objects.
+(``PrintedEquations``). Tests can evaluate the SymPy objects.
 """
 
 from .chain.model_fragment import model_quality

@@ -235,7 +235,7 @@ def _has_poses(derivation: Derivation) -> bool:
 
 
 def document(derivation: Derivation) -> str:
-    r"""Return an article that includes its fragments from the folder :data:`FOLDER`."""
+    r"""Return an article that includes its fragments from the folder ``FOLDER``."""
     return _article(derivation, fragments(derivation))
 
 

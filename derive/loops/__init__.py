@@ -1,4 +1,4 @@
 """Robots with loops: equations, closed forms, assembly modes, joint rates and mobility.
 
-Robots without loops use :mod:`chasles.derive.chain` instead.
+Robots without loops use ``chasles.derive.chain`` instead.
 """

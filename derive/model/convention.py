@@ -2,7 +2,7 @@
 
 Robot files contain the fields of a joint. The placements of the joint follow from its fields. The
 article prints a table with one column per field.
-:data:`chasles.derive.description.conventions.CONVENTIONS` lists the conventions of chasles. A
+``chasles.derive.description.conventions.CONVENTIONS`` lists the conventions of chasles. A
 custom convention is another object of the same class.
 """
 
@@ -23,9 +23,9 @@ FieldKind = Literal["length", "angle", "lengths", "angles", "direction"]
 """A scalar (meter or radian), a vector of lengths (meter) or of angles (radian), or a direction
 (unitless)."""
 Placements = tuple[Placement, Placement]
-"""The placements before and after the motion of a joint, see :class:`chasles.derive.Joint`."""
+"""The placements before and after the motion of a joint, see ``chasles.derive.Joint``."""
 Numbers = tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]
-"""Vector components with :data:`~chasles.derive.model.tolerances.EVALUATION_DIGITS` digits."""
+"""Vector components with ``EVALUATION_DIGITS`` digits."""
 _SCALARS = ("length", "angle")
 _AXES = "xyz"
 
@@ -103,7 +103,7 @@ class Convention:
 
     A convention is callable, as in ``before, after = dh("revolute", a="0.3", d="d1")``. The call
     takes the field values, and returns the placements before and after the joint motion. These
-    placements are arguments of :class:`chasles.derive.Joint`.
+    placements are arguments of ``chasles.derive.Joint``.
 
     Attributes:
         name: Name in robot files.
@@ -113,9 +113,9 @@ class Convention:
         source: Publication that defines the convention.
         words: Name of the convention in a sentence of the article. If ``transform`` is empty,
             ``words`` also explains the fields.
-        transform: The link transform, as a product of motions in the symbols of the fields. The
-            motion of the joint is not a factor of this product. The tuple is empty if the link
-            transform cannot be written as such a product.
+        transform: The link transform, as a product of elementary motions. Each motion contains
+            symbols of ``fields``. The motion of the joint is not a factor of this product. The
+            tuple is empty if the link transform cannot be written as such a product.
         turning: Field to which the angle of a revolute joint is added, or "".
         sliding: Field to which the displacement of a prismatic joint is added, or "".
         second_part: If the printed joint table is too wide, this field and the fields after it are
@@ -221,7 +221,7 @@ def of_transform(
         sliding: Field to which a prismatic joint adds its variable. If ``sliding`` is empty, a
             prismatic joint moves along the z axis of the motion that contains the field
             ``turning``.
-        fit: See :class:`Convention`.
+        fit: See ``Convention``.
 
     Raises:
         DescriptionError: The variable of a joint is neither a rotation about z nor a translation

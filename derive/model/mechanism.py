@@ -184,7 +184,8 @@ class Mechanism:
 
     Attributes:
         name: A C identifier. All generated names start with the robot's name.
-        joints: The joint tree. The ``parent`` of a joint is the body that carries it.
+        joints: The joints of the kinematic tree. The ``parent`` of a joint is the body that carries
+            it.
         actuated: Names of joints, cylinders and drives in the order of ``q``.
         closures: Joints that close loops.
         struts: Rods and cylinders.

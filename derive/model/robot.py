@@ -271,7 +271,7 @@ class Springs:
         compliance_k tau_k(r).
 
     Here, tau_k is the gravity torque on joint k. The torque is computed from the joint axes and
-    masses that the :class:`Spring` objects contain.
+    masses that the ``Spring`` objects contain.
 
     Attributes:
         rows: One spring per coordinate, in the order of the coordinates.
@@ -347,7 +347,7 @@ class SerialRobot:
         self._check_springs()
 
     def _check_motors(self) -> None:
-        """Check that the coordinates of couplings are motors or joints."""
+        """Check that each coordinate in a coupling is the name of a motor or joint."""
         if not self.couplings and not self.motors:
             return
         check_unique("motor", [motor.name for motor in self.motors])

@@ -77,7 +77,7 @@ def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
 def at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
     """Replace symbols by numbers.
 
-    Roots are computed by :func:`power`, and angles by :func:`angle_of`.
+    Roots are computed by ``power``, and angles by ``angle_of``.
 
     Raises:
         NoValue: The base of a root is a negative number.

@@ -359,11 +359,11 @@ SINGLE_SOLUTION = 1e-12
 """The second smallest singular value counts as zero if its ratio to the largest singular value is
 at most this value. With two small singular values, the six equations have no unique solution."""
 POOR_SEPARATION = 1e-5
-"""Minimum separation of the solutions (:attr:`.Choice.separation`). If the separation is below this
+"""Minimum separation of the solutions (``Choice.separation``). If the separation is below this
 value, the solver fixes other joints of the arm. If the prismatic joint is parallel to two of the
 axes, the separation of the solutions is 7e-7."""
 ASKED_SEPARATION = 5e-3
-"""Minimum separation of the solutions (:attr:`.Choice.separation`) for which the general solver is
+"""Minimum separation of the solutions (``Choice.separation``) for which the general solver is
 practical. If the separation exceeds this value, the general solver may run at every pose of an arm
 that nearly has a closed-form structure."""
 ASKED_MOVE = 0.05

@@ -1,6 +1,6 @@
 """Typed intermediate representation of a function.
 
-A :class:`Program` is in single assignment form: each :class:`Variable` is computed once, before its
+A ``Program`` is in single assignment form: each ``Variable`` is computed once, before its
 use. The statements of a program do not depend on the output language. A printer converts the
 statements to text.
 """
@@ -136,8 +136,8 @@ class Program:
 
     Attributes:
         name: The name of the function with the prefix of the robot.
-        arguments: Names of the arguments. An :class:`Input` contains an index into ``arguments``.
-        results: Names of the outputs. A :class:`Store` contains an index into ``results``.
+        arguments: Names of the arguments. An ``Input`` contains an index into ``arguments``.
+        results: Names of the outputs. A ``Store`` contains an index into ``results``.
         inputs: All argument entries that the program reads, in order.
         statements: All statements, in the order of execution.
     """

@@ -64,9 +64,9 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
 def with_input_check(program: Program) -> Program:
     """Make the residual NaN or infinite if an input that affects the coordinates is not finite.
 
-    If a prismatic joint is parallel to a base axis, the residual contains the difference x - x.
-    CasADi simplifies the difference x - x to 0. Without the difference x - x in the residual, a
-    target with x = NaN would count as solved.
+    If a prismatic joint is parallel to a base axis, the joint coordinate cancels the target
+    coordinate x in the residual. CasADi therefore removes x from the residual. Without the input
+    check, a target with x = NaN would count as solved.
 
     Args:
         program: The program of an inverse function that computes one solution or all solutions.

@@ -1,6 +1,6 @@
 """Time derivatives of named terms.
 
-A :class:`Tangent` applies the chain rule to one named term at a time. For a solved angle of a loop,
+A ``Tangent`` applies the chain rule to one named term at a time. For a solved angle of a loop,
 the equation of the loop is differentiated. The differentiated equation is linear in the rate of the
 angle (implicit function theorem). The cosine and sine of a solved angle are differentiated
 directly.
@@ -14,7 +14,7 @@ from .terms import Terms
 
 ZERO = sp.Integer(0)
 LoopRate = Callable[["Tangent"], sp.Expr]
-"""Function that returns the rate of a solved loop angle. The :class:`Tangent` argument supplies the
+"""Function that returns the rate of a solved loop angle. The ``Tangent`` argument supplies the
 rates of the other symbols in the loop equation."""
 
 

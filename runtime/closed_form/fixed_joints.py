@@ -1,4 +1,4 @@
-"""Inverses with fixed joints, as in `ik(T, fixed={"elbow": 1.2})`.
+"""Inverse kinematics with fixed joints, as in `ik(T, fixed={"elbow": 1.2})`.
 
 If a fixed joint is not a redundancy parameter, the inverse is derived on first use and cached.
 """
@@ -41,8 +41,8 @@ class FixedJoints:
         Raises:
             InputTypeError: If `fixed` is not a mapping, or lacks a redundancy parameter.
             InputValueError: If a joint name is unknown.
-            DerivationError: If the inverse kinematics with these fixed joints has no closed form.
-                The message lists suitable joints.
+            DerivationError: If the robot has no inverse with these fixed joints. The message lists
+                suitable joints.
         """
         options = {"out": out, "threads": threads}
         if not self._parameters and isinstance(fixed, Mapping) and not fixed:

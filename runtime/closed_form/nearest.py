@@ -132,7 +132,7 @@ class NearestMethods(RobotFacts):
                 `q_seed`. "nearest" minimizes the distance over the self-motion. "limits" and
                 "manipulability" compare the solutions nearest to `q_seed` for all parameter values.
                 "limits" selects the solution farthest from the joint limits, and "manipulability"
-                the solution farthest from singularities.
+                the solution with the largest Yoshikawa measure (`robot.manipulability`).
             out: A tuple of four arrays for q, residual, margin and valid. An entry that is None
                 requests a new array.
             threads: The number of threads for a large batch; "all" is one per core.
@@ -145,7 +145,7 @@ class NearestMethods(RobotFacts):
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.
             InputTypeError: If an argument has the wrong type.
             InputValueError: If a value is out of range, or a matrix is far from rigid.
-            DerivationError: The inverse with these fixed joints has no closed form.
+            DerivationError: The robot has no inverse with these fixed joints.
         """
         label = f"{self.name}.ik_nearest"
         check_redundancy(label, redundancy)

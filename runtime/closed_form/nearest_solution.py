@@ -20,7 +20,7 @@ class NearestSolution(Fields):
         q: (..., n) coordinates [rad or m]. NaN without a solution.
         residual: (...,) tool error [m], as in `Solutions`. Without a solution, the smallest
             residual of all branches.
-        margin: (...,) margin of the branch: 0 at the workspace boundary, negative outside.
+        margin: (...,) margin of the branch, as in `Solutions`.
         valid: (...,) whether a solution exists within the limits.
         tolerance: Maximum residual of a solution [m].
     """

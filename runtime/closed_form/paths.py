@@ -91,7 +91,7 @@ def has_inverse(robot: RobotFacts) -> bool:
 
 
 class InverseMethods(RobotFacts):
-    """Methods of robots with a closed-form inverse."""
+    """Methods of robots with an inverse."""
 
     _best_step: Callable[..., NearestSolution]
 
@@ -177,7 +177,7 @@ class InverseMethods(RobotFacts):
             ShapeError: If the shape of T or `q_seed` is wrong.
             InputValueError: If the robot has no inverse for the task, if `max_step` is not
                 positive, or if a pose is not nearly rigid.
-            DerivationError: The inverse with these fixed joints has no closed form.
+            DerivationError: The robot has no inverse with these fixed joints.
         """
         label = f"{self.name}.ik_path"
         check_redundancy(label, redundancy)

@@ -120,7 +120,7 @@ class VelocityMethods(ManipulabilityMethods):
         The other joints compensate for this joint if this is possible without damping. If the other
         joints cannot compensate, the twist is scaled down and keeps its direction. If acceleration
         limits exclude the direction of V, the result is the nearest allowed twist. See the manual
-        page "Motion in velocity space" for limits and fixed joints.
+        page "Joint rates, singularities and manipulability" for limits and fixed joints.
 
         Args:
             q: (..., n) coordinates [rad or m].

@@ -101,8 +101,8 @@ class TrackMethods(ManipulabilityMethods):
 
         The singular values in the result belong to a scaled Jacobian. The angular rows of the
         scaled Jacobian are multiplied by the characteristic length. At a wrist singularity, joints
-        rotate at their maximum rates: set rate limits for such a path. The manual page "Following a
-        path" describes damping and errors.
+        rotate at their maximum rates: set rate limits for such a path. The manual page "Follow a
+        path by joint rates" describes damping and errors.
 
         Args:
             T: (m, 4, 4) tool poses relative to the base frame, at time intervals dt. Deviations

@@ -1,4 +1,4 @@
-"""Inverse of random robots with joints between base and platform, and between platform and tool.
+"""Inverse kinematics of random robots with joints before and after a platform.
 
 Valid solutions reach the target pose, and one of them is the generating configuration.
 """

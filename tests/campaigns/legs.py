@@ -1,4 +1,4 @@
-"""Inverse of random platforms with jointed legs and iterated loops.
+"""Inverse kinematics of random platforms with jointed legs and iterated loops.
 
 Platforms have three RPS, PRS or RRS legs, or six UPS, PUS or RUS legs. The six legs are all of one
 type or mixed. Tripteron, Exechon, 3-UPU, 3-URU, 3-PUU and 3-RUU have no ball joints. In platforms

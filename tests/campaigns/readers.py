@@ -1,9 +1,9 @@
 """Mutates files of every kind that chasles reads, and reads the mutated files.
 
 Each trial mutates the files in `corpus`, results of a robot, and manifests. Mutations change bytes,
-words, lines, JSON values or arrays. A reader must return a value within the time limit, or raise an
-error of chasles that states the file. Some XML descriptions are read in a separate process, as in
-normal use.
+words, lines, JSON values or arrays. The function that reads a file must return a value within the
+time limit, or raise a chasles error that names the file. Some XML descriptions are read in a
+separate process, as in normal use.
 """
 
 import json
@@ -52,10 +52,10 @@ Mutation = Callable[[bytes, random.Random], bytes]
 
 @dataclass(frozen=True)
 class Reader:
-    """A reader and its valid test files.
+    """A function that reads files, and its valid test files.
 
     Attributes:
-        name: Name of the reader in the printed table.
+        name: Name of the read function in the printed table.
         files: Number of files per trial.
         file: Name of the file that is read.
         corpus: Valid files.

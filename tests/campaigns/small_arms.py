@@ -1,4 +1,4 @@
-"""Inverses of arms with two to four joints and axes in any direction.
+"""Inverse kinematics of arms with two to four joints and axes in any direction.
 
 Each regular random configuration must be among the solutions. Multi-start Newton iteration must
 find the same number of solutions.

@@ -100,8 +100,8 @@ def problem_at(
         robot: A robot with parametric functions.
         q: (N, n) coordinates [rad or m].
         start: The measurements, with start values of the base frame and the unknowns.
-        vary: As in :func:`identify`.
-        parameter_std: As in :func:`identify`.
+        vary: As in ``identify``.
+        parameter_std: As in ``identify``.
         p: The geometry with all parameters, or None for the nominal geometry.
     """
     p, measurements = nominal(robot) if p is None else p, start.measurements
@@ -165,8 +165,8 @@ def problem_nearby(
         first: The least-squares problem with the variables that are identifiable at the nominal
             robot.
         start: The measurements, with start values of the base frame and the unknowns.
-        vary: As in :func:`identify`.
-        parameter_std: As in :func:`identify`.
+        vary: As in ``identify``.
+        parameter_std: As in ``identify``.
         robust: Whether the first fit uses a robust loss.
     """
     sought = _candidates(first.robot, vary, start.measurements, bool(parameter_std))

@@ -54,7 +54,7 @@ class CirclePoints(Positions):
     """Positions of targets, measured while one joint at a time rotates.
 
     Attributes:
-        points: (N, m, 3) as in :class:`Positions`.
+        points: (N, m, 3) as in ``Positions``.
         sigma: Standard deviation of each position coordinate [m].
         circle: (N,) circle index of each configuration, or a negative number without a circle.
     """

@@ -159,7 +159,7 @@ class SphereContacts(_OneNumber):
     """Contacts of a target on the tool with a sphere of unknown center and radius.
 
     Contacts do not determine the scale of the robot, so one length keeps its nominal value. For a
-    known radius, use :class:`Distances`.
+    known radius, use ``Distances``.
 
     Attributes:
         values: (N,) distances from the surface [m], or 0 for a contact.

@@ -9,7 +9,7 @@ orientation of a pose is in the columns rx [deg], ry [deg], rz [deg], or qw, qx,
 The columns of the table can be in any order. `headings.py` lists the supported headings.
 `table_text.py` lists the separators. Units are in the headings or in a row below the header. If no
 angle or no position has a unit, the unit is inferred from the values.
-:attr:`MeasurementTable.assumptions` reports the inferred unit. Without a header, the number of
+``MeasurementTable.assumptions`` reports the inferred unit. Without a header, the number of
 columns and their values determine the meaning of each column (`bare_table.py`). Empty position
 cells mean that the target was invisible. All other columns of the table are ignored.
 """

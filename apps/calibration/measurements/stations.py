@@ -50,7 +50,7 @@ class StationPositions(Measurements):
         station: (N,) station index of each configuration, from 0.
         sigma: Standard deviation of each position coordinate [m].
         T_W_station: (stations, 4, 4) station frames in W, estimated before the identification.
-            :meth:`frames` returns the identified frames.
+            ``frames`` returns the identified frames.
     """
 
     points: FloatArray
@@ -133,7 +133,7 @@ class StationPositions(Measurements):
 
         The estimate starts with the station that measured the most targets.
 
-        :func:`register_points` estimates the target positions from the measurements of this
+        ``register_points`` estimates the target positions from the measurements of this
         station. The targets then determine the frames of the other stations in closed form.
         """
         seen = np.bincount(self.station[self.configurations], minlength=self.count)

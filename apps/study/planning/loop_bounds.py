@@ -258,7 +258,7 @@ def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatAr
 
 
 def _is_linear(values: FloatArray, z: FloatArray) -> bool:
-    """Return whether an equation is linear in z, such as a gear pair."""
+    """Return whether an equation, such as the equation of a gear pair, is linear in z."""
     basis = np.column_stack([np.ones(len(z)), z])
     found = np.linalg.lstsq(basis, values, rcond=None)[0]
     return bool(np.abs(basis @ found - values).max() <= _FITS * np.abs(values).max())

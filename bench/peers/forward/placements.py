@@ -1,6 +1,6 @@
 """Computes constant transforms between joints.
 
-Other libraries need these transforms for their joint trees.
+Other libraries need these transforms for their kinematic trees.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """Factored minors of the Jacobian of an arm. The arm is singular if all minors are 0.
 
 The only maximal minor of a square Jacobian is its determinant. A minor is the product of the
-determinants of its diagonal blocks. The module :mod:`.views` selects the frame and the reference
+determinants of its diagonal blocks. The module ``views`` selects the frame and the reference
 point for which these blocks are smallest.
 """
 
@@ -40,7 +40,7 @@ def determinant(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Factored | None:
 
     Returns:
         The determinant of the nonzero rows, up to sign. The result is None if the number of nonzero
-        rows differs from the number of joints, or if :func:`factored_minors` returns None.
+        rows differs from the number of joints, or if ``factored_minors`` returns None.
     """
     found = factored_minors(robot, q)
     return found[0] if found and len(found) == 1 else None

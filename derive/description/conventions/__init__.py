@@ -1,7 +1,7 @@
 """Modeling conventions. A convention maps the parameters of a joint to its placements.
 
-:data:`CONVENTIONS` lists the conventions. Each convention is a
-:class:`~chasles.derive.model.convention.Convention` in a file of this folder.
+``CONVENTIONS`` lists the conventions. Each convention is a
+``Convention`` in a file of this folder.
 
 The following list states the link transform of each convention, with the joint variable in
 brackets.

@@ -120,7 +120,7 @@ class Neighbours:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Names of the rows of :meth:`displacements`."""
+        """Names of the rows of ``displacements``."""
         along, across = "the common normal", "the perpendicular of axis and common normal"
         if not self.normal.any():
             along, across = "the link's x axis", "the link's y axis"

@@ -10,8 +10,8 @@ Most hands have several branches that start at one link. Such branches count as 
 branch has at most ``LONGEST_FINGER`` joints and at least ``JOINTS_OF_AN_ARM`` joints precede the
 link.
 
-A wheel is a joint with a wheel word in its name or in the name of its child link. A base joint also
-counts as a wheel if it carries only wheels.
+A joint is a wheel if its name or the name of its child link matches the pattern ``WHEEL``. A base
+joint also counts as a wheel if it carries only wheels.
 
 A ball joint counts as the end of a rod or a rope if no moving joint comes after it in the tree.
 """

@@ -1,7 +1,7 @@
 """Infers the chain of an arm if the base or the tip is not specified.
 
 The arm ends before fingers, wheels and final ball joints
-(:mod:`~chasles.derive.description.importers.end_parts`).
+(``end_parts``).
 
 The arm is the chain with the largest number of coordinates. If the longest chains have equal length
 but different last joints, each of these chains is a separate robot.
@@ -100,7 +100,9 @@ def _few(names: Sequence[str]) -> str:
 
 
 def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-    """Return the ends of the chain between two links. An end that is None is inferred.
+    """Return the base link and tip link of the chain.
+
+    A link that is None is inferred.
 
     Args:
         tree: The tree of links and joints.
@@ -130,7 +132,7 @@ def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple
 
 
 def only_chain(tree: KinematicTree, base: str | None, tip: str | None) -> Ends:
-    """Return the ends of the only chain between two links. See :func:`chosen_ends`.
+    """Return the ends of the only chain between two links. See ``chosen_ends``.
 
     Raises:
         NoChain: There is no chain, or more than one.

@@ -20,7 +20,7 @@ from typing import Any
 MAX_STEPS = 1_000_000
 """Maximum number of evaluated nodes per expression."""
 MAX_SIZE = 1_000_000
-"""Maximum length of a repeated text or list, and maximum number of bits of an integer."""
+"""Maximum length of ``text * n`` or ``list * n``, and maximum bit length of an integer."""
 REFUSED_FUNCTIONS = ("type", "vars", "complex", "issubclass", "hash")
 """Functions of xacro that the evaluator rejects. These functions only inspect Python objects."""
 METHODS: Mapping[type, Collection[str]] = {
@@ -108,7 +108,7 @@ def expression_evaluator(symbols: Mapping[str, Any]) -> Callable[..., Any]:
     """Return the function that evaluates ``${...}``.
 
     Args:
-        symbols: The result of :func:`allowed_symbols`.
+        symbols: The result of ``allowed_symbols``.
     """
     functions = set(_functions(symbols))
 

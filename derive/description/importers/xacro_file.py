@@ -38,7 +38,7 @@ def is_xacro(file: Path) -> bool:
 
 
 def expanded(file: Path, arguments: Sequence[str]) -> str:
-    """Return the XML text of a xacro file. See :func:`expanded_with_files`."""
+    """Return the XML text of a xacro file. See ``expanded_with_files``."""
     return expanded_with_files(file, arguments)[0]
 
 

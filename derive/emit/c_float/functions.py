@@ -42,8 +42,8 @@ class Precision:
     Attributes:
         kind: The type.
         number: Prints a constant.
-        calls: C templates of the operations whose C names differ from the names in double
-            precision.
+        calls: C templates of the operations whose C function differs from the one in double
+            precision, such as ``fabsf`` instead of ``fabs``.
     """
 
     kind: str

@@ -33,7 +33,7 @@ FREEDOMS: Mapping[str, tuple[Joint, ...]] = {
     "slider": (Joint("closure", "prismatic"),),
     "weld": (),
 }
-"""The joints that replace the closure of a loop, keyed by the closure kind."""
+"""The motion of the loop-closing joint as serial joints, keyed by the closure kind."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +43,11 @@ class LoopArm:
     Attributes:
         closure: Name of the closure.
         known: The known joints between the first body of the loop and the base of the arm.
-        unknown: The moving joints of the arm, without the joint that replaces the closure.
+        unknown: The moving joints of the arm, without the loop-closing joint.
         back: The known joints from the body where the loop begins to the target body of the arm.
         end: The placement of the target frame on the target body.
-        robot: The serial robot that consists of the unknown joints of the loop and the joint that
-            replaces the closure.
+        robot: The serial robot that consists of the unknown joints of the loop and the loop-closing
+            joint.
         lines: The axes of the arm.
         found: The axis structure that gives the closed-form solution of the arm.
     """

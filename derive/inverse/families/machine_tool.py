@@ -8,8 +8,9 @@ An arm of this family has at most two revolute joints, with two exceptions. Thre
 are possible if the arm also has three prismatic joints. Three consecutive revolute joints are
 possible if their axes intersect in one point. If the first and the third axis become parallel, the
 orientation determines only the sum of angles 1 and 3. With three prismatic joints, the tool reaches
-the position for any angle 1. If fixed joints rotate the directions of the three prismatic joints
-into one plane, the position determines angle 1. The axes need not intersect or be perpendicular.
+the position at every value of angle 1. If fixed joints rotate the directions of the three prismatic
+joints into one plane, the position determines angle 1. The axes need not intersect or be
+perpendicular.
 
 A pose has at most one solution, or two if the arm has three revolute joints. A position and a
 direction have at most two solutions. For an unreachable pose, the steps return a nearby pose.

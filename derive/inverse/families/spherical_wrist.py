@@ -1,6 +1,6 @@
 """Six joints. The last three are revolute and form a spherical wrist.
 
-The first three joints position the wrist center (:mod:`..steps.three_joints`). The wrist orients
+The first three joints position the wrist center (``steps.three_joints``). The wrist orients
 the tool. Maximum number of solutions: twice the number of solutions for the first three joints.
 
 Source: Pieper 1968; Elias and Wen 2022, 4.1.

@@ -3,9 +3,9 @@
 Many elimination orders are unsuitable if consecutive axes intersect or are parallel. An elimination
 order is unsuitable if det M is zero for every suppressed angle. It is also unsuitable if several
 solutions have the same suppressed angle. Therefore, all elimination orders are rated at random
-configurations. A suitable order makes det M a trigonometric polynomial of degree 8 in the
-suppressed angle. Two singular values must be clearly positive: the second smallest of M at the
-solution, and the smallest of A.
+configurations. For a suitable elimination order, det M is a trigonometric polynomial of degree 8 in
+the suppressed angle, which is the angle theta_3 of ``raghavan_roth``. Two singular values must
+be clearly positive: the second smallest of M at the solution, and the smallest of A.
 """
 
 from collections.abc import Mapping, Sequence
@@ -120,7 +120,7 @@ class Choice:
     def separation(self) -> float:
         """Describe how well the best elimination order separates the solutions.
 
-        See :attr:`Rating.key`.
+        See ``Rating.key``.
         """
         return self.ratings[0].key[1]
 
@@ -133,7 +133,7 @@ class Choice:
 def choose(robot: SerialRobot) -> Choice | None:
     """Return the elimination orders of an arm, or None if no elimination order is suitable.
 
-    If no set of :func:`sets_to_fix` is suitable, all sets of joints are tried. For example, two of
+    If no set of ``sets_to_fix`` is suitable, all sets of joints are tried. For example, two of
     the parallel joints must be fixed in an arm with five parallel joints. All sets are also tried
     if a seven-joint arm is nearly singular after its prismatic joint is fixed.
 

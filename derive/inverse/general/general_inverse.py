@@ -1,4 +1,4 @@
-"""Inverse ``ik`` of a general arm, which belongs to no family.
+"""Inverse kinematics ``ik`` of a general arm, which belongs to no family.
 
 The solver is handwritten C and reads tables of the arm.
 """
@@ -178,7 +178,7 @@ class GeneralTables:
     Attributes:
         arm: Numeric data of the arm, or None if the general solver does not apply.
         separation: Describes how well the best elimination order separates the solutions. See
-            :attr:`.Choice.separation`.
+            ``Choice.separation``.
     """
 
     arm: GeneralArm | None = None

@@ -13,14 +13,14 @@ move its own axis, so the equations for this axis do not contain the angle of jo
     Rz_1^-1 C_6^-1 a``.
 
 Both sides of this equation describe one line: the axis of joint 6. A line has fourteen quantities
-(:mod:`.line_quantities`). The quantities are linear in the cosine and sine of each joint. The
-result is ``A y = B(theta_3) x``. Here, y contains the eight products for joints 1 and 2, and x the
-nine products for joints 4 and 5.
+(``line_quantities``). The quantities are linear in the cosine and sine of each joint. The
+result is ``A y = B(theta_3) x``. Here, y contains eight products of cosines and sines of joints 1
+and 2. The vector x contains the nine products for joints 4 and 5.
 
 The matrix A (14, 8) depends only on the pose, and B depends only on theta_3. Six linear
-combinations of the fourteen equations eliminate the eight products y of joints 1 and 2. The
+combinations of the fourteen equations do not contain y, that is, the angles of joints 1 and 2. The
 generated C finds the angles theta_3 at which the six equations have a solution. The accuracy
-depends on the suppressed joint (:mod:`.elimination_choice`).
+depends on the suppressed joint (``elimination_choice``).
 
 A prismatic joint with displacement d has Tz(d) instead of Rz(theta). The products of a prismatic
 joint contain 1, d, d^2 instead of 1, cosine, sine. Joints 1 and 2 may be prismatic. One of joints 4

@@ -1,1 +1,1 @@
-"""Inverses of robots with loops."""
+"""Inverse kinematics of robots with loops."""

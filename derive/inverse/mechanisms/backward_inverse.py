@@ -1,4 +1,4 @@
-"""Inverse of a robot whose forward kinematics solves the loops by iteration.
+"""Inverse kinematics of robots whose forward kinematics solves the loops by iteration.
 
 A tool pose determines the joints of the main chain. These joints determine the actuators in closed
 form. Each loop has two branches, because its links can fold in two ways. If the loops reduce the

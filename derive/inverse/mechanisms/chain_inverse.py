@@ -1,4 +1,4 @@
-"""Inverse of a robot with loops whose main chain is solved by handwritten C.
+"""Inverse kinematics of robots with loops whose main chain is solved by shared C code.
 
 The function ``ik_chain`` solves the main chain as a serial arm. For each solution,
 ``actuators_all`` computes the actuators on every branch of the loops. The function ``fk`` checks
@@ -29,7 +29,7 @@ MAX_BRANCHES = 16
 def chain_inverse(
     hybrid: SolvedLoops, families: Sequence[Family], give: tuple[int, ...]
 ) -> Inverses | None:
-    """Return the inverse of a robot whose main chain is solved by handwritten C, or None.
+    """Return the inverse kinematics if shared C code solves the main chain, or None.
 
     None is returned if the loops couple joints of the main chain or have no closed form.
 

@@ -56,8 +56,7 @@ class LegChain:
     """A leg as a serial arm from a known body to a closure.
 
     Attributes:
-        arm: The serial arm, which consists of the joints of the leg and the joint that replaces its
-            closure.
+        arm: The serial arm, which consists of the joints of the leg and its loop-closing joint.
     """
 
     arm: LoopArm

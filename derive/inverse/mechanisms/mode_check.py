@@ -1,4 +1,4 @@
-"""Inverse of a robot whose loops are solved by iteration.
+"""Inverse kinematics of robots whose loops are solved by iteration.
 
 The function ``fk`` checks every solution.
 

@@ -97,7 +97,7 @@ def turn_to_direction(
         direction: The direction in the home pose and its target (unit vectors).
 
     Returns:
-        Like :func:`turn_to_plane`.
+        Like ``turn_to_plane``.
     """
     terms, first = work.terms, lines.axes[0]
     (carried, wanted), (before, after) = point, direction

@@ -47,7 +47,7 @@ def sp3(
         p0: The fixed vector.
         p: The rotated vector.
         across2: The value ``D'^2``: the squared length of the sum, without the component along k.
-            See :func:`squared_across`.
+            See ``squared_across``.
         sign: The sign of sin(phi), which selects one of the two angles.
         rounding: The rounding error of ``D'^2`` is proportional to this number. The default is
             ``D'^2`` itself. If ``D'^2`` is computed by subtracting a value from ``D^2``, pass
@@ -77,7 +77,7 @@ def sp3(
 def by_cosine(
     terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr, sign: sp.Symbol
 ) -> CosSin:
-    """Solve subproblem 3 with fewer operations than :func:`sp3`.
+    """Solve subproblem 3 with fewer operations than ``sp3``.
 
     Near a folded or stretched elbow, only half of the digits of the angle are correct. This
     function is used only where every angle is a solution, and the returned angle is merely the

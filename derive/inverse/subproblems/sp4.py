@@ -91,7 +91,7 @@ def near_line(
     scale: sp.Expr,
     are_two: sp.Basic | None = None,
 ) -> FoundTurn:
-    """Variant of :func:`on_line` with xi^2 as an argument instead of computing it from a, b and e.
+    """Variant of ``on_line`` with xi^2 as an argument instead of computing it from a, b and e.
 
     Args:
         terms: Table of named terms.

@@ -8,7 +8,7 @@ Derivation: the vectors (x1, x2) that solve both equations form a plane ``X + N 
 of the plane nearest to 0, and N has two orthonormal columns. Since ``|x1|^2 + |x2|^2 = 2``, z lies
 on the circle ``z = rho (cos phi, sin phi)`` with ``rho^2 = 2 - |X|^2``. The condition ``|x1|^2 -
 |x2|^2 = 0`` is then a trigonometric polynomial of degree 2 in phi, that is, a quartic
-(:mod:`..quartic`). The derivation eliminates neither angle. Therefore, A1 and A2 may be singular.
+(``quartic``). The derivation eliminates neither angle. Therefore, A1 and A2 may be singular.
 Only the combined matrix ``[A1 A2]`` must have rank 2. Two Householder reflections give X and N.
 Newton steps then refine the two angles. Near singular Jacobians, the steps are damped. A step is
 used only if it reduces the error of the equations.
@@ -92,7 +92,7 @@ def sp6(terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
 def algebraic(
     terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs, separation: sp.Expr = ZERO
 ) -> TwoAngles:
-    """Solve :func:`sp6` with the quartic alone, without Newton steps.
+    """Solve ``sp6`` with the quartic alone, without Newton steps.
 
     If two solutions coincide, each solution is moved away from the common point by the angle
     ``separation``.

@@ -55,7 +55,7 @@ def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False)
 def direction_of(
     terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False
 ) -> tuple[CosSin, sp.Expr, sp.Expr]:
-    """Return (result of :func:`direction`, squared length, inverse length)."""
+    """Return (result of ``direction``, squared length, inverse length)."""
     x, y = (terms.let(entry) for entry in (x, y))
     # Components that consist only of rounding errors are replaced by 0.
     x, y = (sp.S.Zero if terms.is_noise(entry) else entry for entry in (x, y))

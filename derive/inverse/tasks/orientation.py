@@ -41,7 +41,7 @@ def orients(lines: Lines, given: Sequence[int]) -> bool:
 
 
 def orientation_task(robot: SerialRobot, lines: Lines, given: Sequence[int]) -> Solved:
-    """Return the orientation task of a chain. :func:`orients` must return True for the chain.
+    """Return the orientation task of a chain. ``orients`` must return True for the chain.
 
     Args:
         robot: The description.

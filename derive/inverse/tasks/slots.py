@@ -150,7 +150,7 @@ def of_pose_task(
     given: Mapping[int, sp.Expr],
     inputs: tuple[TaskInput, ...] = (),
 ) -> Solved:
-    """Return the task ``ik`` of the tool pose.
+    """Return the solution of the task ``ik``, whose target is the tool pose.
 
     Args:
         robot: The description.

@@ -14,7 +14,7 @@ def model_quality(report: ModelReport) -> str:
     r"""Print a model report as LaTeX that any article can include.
 
     Args:
-        report: The report of :func:`chasles.derive.model_report`.
+        report: The report of ``chasles.derive.model_report``.
     """
     r, t = report.revolute, report.prismatic
     pitches = f" + {report.helical}" if report.helical else ""

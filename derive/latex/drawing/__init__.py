@@ -64,7 +64,7 @@ def drawing(
     Each body is drawn between its joints. Main-chain bodies are drawn with thicker lines than other
     bodies. Actuated joints are red. Each coordinate is drawn with its name and an arrow in its
     positive direction. The label of a geared motor is next to the joint that the motor moves. Loops
-    are numbered in the order of :func:`chasles.derive.loops.model.planes.loops`. Planar loops are
+    are numbered in the order of ``chasles.derive.loops.model.planes.loops``. Planar loops are
     viewed along their normal. Mechanisms that are not planar are viewed obliquely from above,
     without perspective. The picture is at most 140 mm wide and 110 mm high, including labels.
 
@@ -75,7 +75,7 @@ def drawing(
         reference: The drawn configuration z (radian or meter).
 
     Returns:
-        A ``tikzpicture`` that needs :data:`PREAMBLE`.
+        A ``tikzpicture`` that needs ``PREAMBLE``.
     """
     members = DrawnMembers(
         {c.moves: k for k, c in enumerate(mechanism.coordinates, 1)},
@@ -108,7 +108,7 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
         skeleton: Its bodies.
 
     Returns:
-        A ``tikzpicture`` that needs :data:`PREAMBLE`.
+        A ``tikzpicture`` that needs ``PREAMBLE``.
     """
     # The picture shows no motors, so the labels of a coupled robot name its joints.
     letter = r"\theta" if robot.couplings else "q"

@@ -1,6 +1,6 @@
 """Computes the points and directions of a robot's drawing in the base frame (meter).
 
-All drawings share the bodies and shapes of :mod:`chasles.derive.chain.body_shapes`.
+All drawings share the bodies and shapes of ``chasles.derive.chain.body_shapes``.
 """
 
 from collections.abc import Collection, Mapping, Sequence

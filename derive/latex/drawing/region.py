@@ -158,7 +158,7 @@ def reached_by_loops(
     """Return the region that the tool of a robot with loops reaches within the actuator limits.
 
     Configurations with open loops are excluded. Apart from this exclusion, the region is computed
-    as in :func:`~chasles.derive.latex.drawing.reached.reached`.
+    as in ``reached``.
 
     Args:
         mechanism: The description.

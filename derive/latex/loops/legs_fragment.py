@@ -1,7 +1,7 @@
-r"""Prints planar platforms on legs as LaTeX.
+r"""Prints the equations of planar parallel robots (platforms on legs) as LaTeX.
 
-The leg equations come from :mod:`chasles.derive.loops.modes.planar_legs`, and the elimination from
-:mod:`chasles.derive.loops.modes.leg_elimination`.
+The leg equations come from ``chasles.derive.loops.modes.planar_legs``, and the elimination from
+``chasles.derive.loops.modes.leg_elimination``.
 """
 
 from collections.abc import Iterable

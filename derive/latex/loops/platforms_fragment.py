@@ -1,7 +1,7 @@
-r"""Prints platforms on legs as LaTeX.
+r"""Prints the equations of parallel robots (platforms on legs) as LaTeX.
 
-The equations come from :mod:`chasles.derive.loops.modes.rods` and
-:mod:`chasles.derive.loops.modes.triad`.
+The equations come from ``chasles.derive.loops.modes.rods`` and
+``chasles.derive.loops.modes.triad``.
 """
 
 from collections.abc import Iterable
@@ -180,7 +180,7 @@ class PrintedTriad:
         k: Right-hand sides of the two linear equations in `w`, as functions of `norms`.
         w: Symbols of the components of the first rod.
         position: The position (x, y) of the platform, as a function of coordinates, parameters and
-            :attr:`w`.
+            ``w``.
         scale: A squared length. The polynomial in the platform angle is divided by `scale`^3.
     """
 

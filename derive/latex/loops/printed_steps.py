@@ -1,7 +1,7 @@
 """Converts the steps of a closed-form loop solution to printed symbols.
 
 Solution steps have equations in their own symbols
-(:class:`~chasles.derive.loops.planar.loop_step.StepEquations`). The module replaces the symbols of
+(``StepEquations``). The module replaces the symbols of
 the step equations by printed symbols. Short values are written out. The same code converts all
 kinds of steps.
 """

@@ -1,8 +1,9 @@
 r"""Defines the short symbols, named constants and shared terms of an article.
 
-A short symbol is a SymPy symbol whose name is LaTeX text. The braces in the LaTeX text distinguish
-a short symbol from a parameter. :attr:`Notation.meanings` contains the definition of each short
-symbol, for the symbol table and for tests.
+A short symbol, such as a symbol for a cosine, abbreviates an expression. Its SymPy name is LaTeX
+text. The braces in the LaTeX text distinguish a short symbol from a parameter.
+``Notation.meanings`` contains the definition of each short symbol, for the symbol table and for
+tests.
 """
 
 from collections.abc import Collection, Mapping, Sequence

@@ -40,7 +40,7 @@ class Screws:
 
 class _Decimal(Rotation):
     def __post_init__(self) -> None:
-        """Keep the decimal angle, which a :class:`Rotation` would convert to an exact angle."""
+        """Keep the decimal angle, which a ``Rotation`` would convert to an exact angle."""
 
 
 WIDEST = 0.4 * LINE

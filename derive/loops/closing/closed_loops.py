@@ -92,7 +92,7 @@ class ClosedLoops:
         return self._gradient(w), (g[:, 0] - g[:, 1]).T / (2 * DIFFERENCE_STEP), self._rows.at(w)[2]
 
     def _gradient(self, w: Vector) -> Vector:
-        """Return the gradient of half the sum of squared errors (:mod:`..model.gradient`)."""
+        """Return the gradient of half the sum of squared errors (``model.gradient``)."""
         c, J, _ = self._rows.at(w)
         size = float(f"{self.size:.3g}")
         weights = np.where(self._rows.is_turn, size, 1.0)

@@ -124,7 +124,7 @@ def mobility(mechanism: Mechanism) -> Mobility:
     Bodies connected by fixed joints count as one body. A rod counts as a body with two joints. A
     cylinder counts as two bodies with three joints. A platform on virtual joints counts as one
     body. Virtual joints do not count
-    (:func:`~chasles.derive.loops.closing.freedoms.virtual_joints`). A geared motor does not count,
+    (``virtual_joints``). A geared motor does not count,
     because motor, bearing and gear pair together add no freedom.
 
     Args:

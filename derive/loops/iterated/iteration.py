@@ -1,6 +1,6 @@
 """Joint values of loops without a closed form.
 
-A solver closes the loops by Newton's method (:mod:`.closure_equations`). The implicit function
+A solver closes the loops by Newton's method (``closure_equations``). The implicit function
 theorem gives the derivatives of the solution. The solver returns the loop variables w and the
 derivatives of w.
 """

@@ -132,7 +132,7 @@ def constraints(
 ) -> tuple[ClosureEquations, ...]:
     """Return the equations of all loops in the order of the closures and struts.
 
-    :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. If two points
+    ``ROWS`` lists the equations of a closure. If two points
     must coincide, their difference is expressed in the axes of the body at which the loop starts. A
     strut with ball ends has one equation, the distance between its ends. A strut with pin ends has
     two equations. The two equations state that a vector with the length and direction of the strut
@@ -143,7 +143,7 @@ def constraints(
     Args:
         mechanism: The description.
         terms: Receives the terms.
-        z: The full configuration in the order of :func:`configuration_names` (radian or meter).
+        z: The full configuration in the order of ``configuration_names`` (radian or meter).
         may_stay_open: Whether it is sufficient that the loops close in the least-squares sense. If
             True, an equation that holds in no configuration causes no error.
 
@@ -170,7 +170,7 @@ def residuals(
         loop_joints: Names of closures and struts.
 
     Returns:
-        A pair (residual, unit) for each equation of :func:`constraints`. The unit is m for a length
+        A pair (residual, unit) for each equation of ``constraints``. The unit is m for a length
         and 1 for a direction cosine.
     """
     at = _Constraints(mechanism, terms, values)
@@ -225,7 +225,7 @@ def jacobian_dot(
     z: Sequence[sp.Symbol],
     zd: Sequence[sp.Symbol],
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Return the time derivative of :func:`jacobian` at the rates zd.
+    """Return the time derivative of ``jacobian`` at the rates zd.
 
     The accelerations of the mechanism satisfy ``J zdd + J_dot zd = 0``.
     """

@@ -5,7 +5,7 @@ Each equation has a wrench. If the body at end b moves with a twist, the rate of
 reciprocal product of wrench and twist. If the body at end a moves, the rate has the opposite sign.
 Both relations also hold if the loop is open.
 
-:data:`~chasles.derive.loops.model.rows.ROWS` lists the equations. A strut has one equation, the
+``ROWS`` lists the equations. A strut has one equation, the
 distance between its ends.
 """
 

@@ -1,7 +1,7 @@
 """Geometry of a robot with loops as variables that a calibration may correct.
 
 Joints, end frames and drives have the same parameters as in a serial robot
-(:mod:`chasles.derive.model.geometry`). For closures and struts, the parameters are the positions of
+(``chasles.derive.model.geometry``). For closures and struts, the parameters are the positions of
 the two ends in the frames of their bodies. The length of a strut is a parameter too. The length
 parameter of a cylinder is its length at coordinate zero.
 

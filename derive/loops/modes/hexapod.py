@@ -202,7 +202,7 @@ class HexapodTables(Tables):
         axis: Index (0 to 2) of the axis of each angle of the platform.
         moves: Whether the actuators move the rod ends.
         paths: Number of complex poses, which is also the number of solutions in the results.
-        joined: The side on which rods share joints, see :class:`DoubleJoints`.
+        joined: The side on which rods share joints, see ``DoubleJoints``.
         pairs: Indices of the rods (0 to 5), pair by pair. The rods of a pair share an end.
         b: The rod ends on the platform.
         a: The ends of the generic rods on the actuated side.

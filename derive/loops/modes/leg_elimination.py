@@ -1,6 +1,6 @@
 """Eliminates the position of a planar platform, as equations for the article.
 
-The module :mod:`.triad` derives the equations. Legs whose ends move on circles come before legs
+The module ``triad`` derives the equations. Legs whose ends move on circles come before legs
 whose ends move on lines. The two linear equations are ``w . m_i = k_i``. The vector m_i is u_i for
 a leg with a circle, and the normal n_i for a leg with a line.
 """

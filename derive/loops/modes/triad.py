@@ -213,7 +213,7 @@ def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Comple
 
 
 def triad_mirror(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
-    """Reflect the result of :func:`triad_position` in the line through two circle centers.
+    """Reflect the result of ``triad_position`` in the line through two circle centers.
 
     If the centers of the circles are collinear, the mirror image is a second solution.
     """

@@ -102,7 +102,7 @@ class ParametricLoops:
         return {function.name: function for function in found}
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """Return parametric functions by name, in the order of :data:`PARAMETRIC`."""
+        """Return parametric functions by name, in the order of ``PARAMETRIC``."""
         return {name: self._parametric(name) for name in PARAMETRIC if name in names}
 
     def called(self, name: str) -> list[str]:

@@ -1,7 +1,7 @@
 """Solves planar loops in closed form. Steps join bodies until all form one rigid group.
 
 At first, each body of a linkage is a separate group. Bodies with a known joint or a weld between
-them are joined first. Then bodies are joined by the first step in :data:`STEPS` that is possible.
+them are joined first. Then bodies are joined by the first step in ``STEPS`` that is possible.
 These two operations alternate until all bodies are joined. The
 mechanism is then a sequence of Assur groups of class II. The known joints are the actuated joints
 or the main-chain joints.

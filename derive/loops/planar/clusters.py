@@ -160,7 +160,7 @@ class Clusters:
                 yield edges
 
     def ring(self, slides: int) -> tuple[Edge, ...] | None:
-        """Return the first ring that :meth:`rings` yields, or None."""
+        """Return the first ring that ``rings`` yields, or None."""
         return next(self.rings(slides), None)
 
     def _is_ring(self, edges: tuple[Edge, ...]) -> bool:

@@ -2,7 +2,7 @@
 
 A step determines some joints of a loop from known joints. The class of a step finds the bodies or
 struts to which the step applies, and solves for their joints. An instance stores the vectors of one
-solution. The equations of a step are SymPy expressions in its quantities (:func:`quantity`). An
+solution. The equations of a step are SymPy expressions in its quantities (``quantity``). An
 article prints the expressions with the symbols of the robot. A test evaluates the expressions
 numerically.
 """

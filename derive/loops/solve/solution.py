@@ -36,7 +36,7 @@ class Solution:
     Attributes:
         mechanism: The description.
         values: Values of joints, swing angles and cylinders by name. Angles may exceed a full turn.
-        loops: Rates of the solved angles, for :class:`~chasles.derive.terms.tangents.Tangent`.
+        loops: Rates of the solved angles, for ``Tangent``.
         steps: The steps of the solution, in order.
         relations: Sums of rotated vectors that are zero in closed loops.
         open: Names of the joints that are not determined.

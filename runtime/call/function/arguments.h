@@ -13,7 +13,7 @@ typedef struct {
 } LeadingShape;
 
 /* Writes the arguments to `slots` in this order: all inputs, then out, threads and fixed. A missing
- * argument is a NULL pointer. A function with fixed= takes one other input, by position or by name.
+ * argument is a NULL pointer. If takes_fixed is set, fixed= replaces all inputs after the first.
  * Returns -1 on error. */
 int bind_arguments(const Kernel *kernel, int takes_fixed, PyObject *const *args, Py_ssize_t n_args,
                    PyObject *keywords, PyObject **slots);

@@ -15,7 +15,7 @@ typedef struct {
     double tolerance; /* maximum residual of a valid branch */
     PyObject *refinement; /* refines nearly valid branches; may be NULL */
     double near;          /* maximum residual of a refined branch */
-    PyObject *general;    /* Python function for other calls of ik(T, *, fixed, ...), or NULL */
+    PyObject *general;    /* Python function for calls that the kernel cannot answer, or NULL */
     PyObject *parameters; /* keys of fixed= for all inputs after the first; may be NULL */
 } Function;
 

@@ -1,4 +1,4 @@
-"""Inverses with user-fixed joints, including revolute joints inside the chain."""
+"""Inverse kinematics with user-fixed joints, including revolute joints inside the chain."""
 
 import numpy as np
 import pytest

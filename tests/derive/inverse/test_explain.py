@@ -114,7 +114,7 @@ def test_explanation_names_actuator_that_does_not_move_the_tool():
         ("ur5e", "three parallel axes 2, 3, 4 and intersecting axes 5, 6", 8),
         ("puma560", "spherical wrist", 8),
         ("iiwa14", "spherical shoulder and spherical wrist", 8),
-        ("panda", "spherical wrist, read from the tool, with joint7 fixed", 8),
+        ("panda", "spherical wrist, solved from tool to base, with joint7 fixed", 8),
         ("scara", "parallel axes", 2),
     ],
 )
@@ -160,7 +160,7 @@ def test_explanation_measures_deviation_from_nearest_structure():
     _, table = text.split("off by\n---")
     assert " mm\n" in table
     assert " deg\n" in table
-    assert "read from the tool" in table
+    assert "solved from tool to base" in table
 
 
 def test_deviation_of_nearly_meeting_axes_is_a_length():

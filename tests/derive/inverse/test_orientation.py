@@ -1,4 +1,4 @@
-"""Inverses for the orientation task, and for arms with three revolute joints."""
+"""Inverse kinematics of the orientation task, and of arms with three revolute joints."""
 
 import random
 

@@ -1,4 +1,4 @@
-"""The generated pose projection agrees with a polar decomposition."""
+"""The C function that projects a matrix to the nearest pose agrees with a polar decomposition."""
 
 import ctypes
 import subprocess

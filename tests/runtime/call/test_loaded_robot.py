@@ -113,7 +113,7 @@ def test_unknown_robot_error_suggests_names(shipped, tmp_path):
     [
         (
             lambda m: m.update(chasles=1),
-            r"chasles: the robot was generated in format 1 .* format 2; derive the robot again",
+            r"chasles: the robot was generated in format 1, .* format 2; derive the robot again",
         ),
         (lambda m: m.update(kind="arm"), r'kind: got \'arm\', expected "serial" or "hybrid"'),
         (lambda m: m["functions"][0].pop("role"), r"functions\[0\]: has no 'role'"),

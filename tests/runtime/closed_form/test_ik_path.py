@@ -150,7 +150,7 @@ def test_wrong_arguments_are_rejected(arm, T, seed, more, message):
         arm.ik_path(T, seed, **more)
 
 
-# --------------------------------------------------------- inputs of an inverse
+# ------------------------------------- inputs of inverse kinematics functions
 
 
 def test_redundancy_parameters_are_reported(arm, tmp_path, cache, monkeypatch):

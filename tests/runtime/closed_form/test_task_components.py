@@ -28,10 +28,10 @@ OFFERED = [
 SPOILT = 1e-7
 """Difference (radian) between start coordinates and the solution."""
 NEAR_RIGHT_ANGLES = 51898, "ik_position_direction"
-"""Random seed of an arm, and name of its inverse function. Without refinement, this inverse misses
-poses with joint angles near multiples of 90 degrees.
+"""Random seed of an arm, and name of its inverse kinematics function. Without refinement, this
+function misses poses with joint angles near multiples of 90 degrees.
 
-The campaign `losses` generates arms of this kind.
+The command `make campaign ONLY=losses` tests many random arms of this kind.
 """
 
 

@@ -1,4 +1,4 @@
-"""A single error states that an input file is a pipe, a folder or missing."""
+"""A one-line error names an input file that is a pipe, a folder or missing."""
 
 import os
 import shutil

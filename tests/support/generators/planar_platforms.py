@@ -79,7 +79,7 @@ class DrawnLeg:
 
     @property
     def passive(self) -> int:
-        """Index of the passive joint of the leg in the joint tree."""
+        """Index of the passive joint among the joints of the leg in the kinematic tree."""
         return JOINTS - self.actuated - self.closed
 
     @property

@@ -1,4 +1,4 @@
-"""Robot files as in :mod:`tests.support.generators.drawn_arms`, with more oblique angles."""
+"""Robot files as in ``tests.support.generators.drawn_arms``, with more oblique angles."""
 
 from tests.support.generators.drawn_arms import Value, drawn
 

@@ -120,7 +120,7 @@ class Folder:
     name: str = "tiny"
 
     def write(self, source=SOURCE, header=HEADER):
-        """Write all files with matching manifest hashes."""
+        """Write all files, and store their hashes in the manifest."""
         self.path.mkdir(parents=True, exist_ok=True)
         (self.path / f"{self.name}.c").write_text(source)
         (self.path / f"{self.name}.h").write_text(header)

@@ -64,7 +64,7 @@ def poses_by_matrices(robot, q):
 
 
 def extended_fk(robot: SerialRobot, q: np.ndarray) -> np.ndarray:
-    """Return tool poses (m, 4, 4) at q (m, n), in the 64-bit mantissa of np.longdouble.
+    """Return tool poses (m, 4, 4) at q (m, n) in extended precision (np.longdouble).
 
     The robot has only revolute joints. Its fixed motions are multiplied with 30 digits.
     """

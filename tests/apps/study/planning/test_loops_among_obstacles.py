@@ -114,6 +114,6 @@ def test_rrt_connect_finds_collision_free_platform_path():
 def test_open_loop_blocks_segment():
     space, q = drawn(chasles.load("excavator"), np.random.default_rng(9))
     open_q = q[0].copy()
-    open_q[1:] += 100  # no triangle can have such a long cylinder
+    open_q[1:] += 100  # no loop closes with hydraulic cylinders of this length
     assert np.isinf(space._approach(q[0], open_q)).all()
     assert not space.is_free_segment(q[0], open_q)

@@ -1,4 +1,4 @@
-"""Inverses of arms with a platform on legs, and joints before or on the platform.
+"""Inverse kinematics of platforms with a serial arm before or on the platform.
 
 Each leg keeps one ball joint of the platform in a plane.
 """

@@ -1,4 +1,4 @@
-"""Inverses of robots with joints before or after a platform, compared with a NumPy model."""
+"""Inverse kinematics of robots with joints before or after a platform, tested with NumPy."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Inverse of a robot with loops whose main chain is solved by handwritten C."""
+"""Inverse kinematics of robots with loops if shared C code solves the main chain."""
 
 from pathlib import Path
 

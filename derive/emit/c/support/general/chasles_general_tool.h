@@ -6,7 +6,7 @@
 #include "chasles_general.h"
 
 #define CHASLES_TOOL_STEPS 8
-/* Maximum number of damped steps from a start far away from the pose. */
+/* Maximum number of damped steps from a start configuration far away from the pose. */
 #define CHASLES_TOOL_FAR_STEPS 60
 
 typedef chasles_general_arm chasles_general_tool_arm;

@@ -24,9 +24,9 @@
  *                              (chasles_general.h), which completes uncertain branches.
  *   POLISH_IS_ASKED            states whether the general solver runs at every pose, because the
  *                              search at fold points may miss solutions.
- *   POLISH_IS_SEARCHED         states whether to search near uncertain branches. POLISH_IS_SEARCHED
- *                              is 0 for robots with loops, because the true loops may not have a
- *                              solution for each nominal branch.
+ *   POLISH_IS_SEARCHED         states whether the solver also searches for solutions near uncertain
+ *                              branches. POLISH_IS_SEARCHED is 0 for robots with loops, because the
+ *                              true loops may not have a solution for each nominal branch.
  *   POLISH_IS_POSITION         states whether the target is a position only.
  *   POLISH_ON_LANES            states whether chasles_lanes.h was included before. If so, each SIMD
  *                              lane computes one branch.

@@ -46,9 +46,9 @@ static void POLISH_NAME(mark)(POLISH_NAME(search) * s)
     }
 }
 
-/* Stores the result that the iteration reached from a start. A new solution is stored in the slot
- * of its branch or, if this slot is occupied, in another slot. A slot without a solution stores the
- * result with the smallest residual. */
+/* Stores the result that the iteration reached from one start configuration. A new solution is
+ * stored in the slot of its branch or, if this slot is occupied, in another slot. A slot without a
+ * solution stores the result with the smallest residual. */
 static void POLISH_NAME(keep)(POLISH_NAME(search) * s, int lane)
 {
     double found[POLISH_N], left;

@@ -97,7 +97,7 @@
 /* Maximum number of steps from a nominal solution. Each step doubles the number of correct digits.
  */
 #define POLISH_STEPS 6
-/* Maximum number of Newton steps from a start far from the solution. */
+/* Maximum number of Newton steps from a start configuration far from the solution. */
 #define POLISH_MAX_STEPS 30
 /* Maximum number of steps along a curve. */
 #define POLISH_MAX_STRIDES 60
