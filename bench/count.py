@@ -207,7 +207,10 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
 
 
 def _driver(robot: chasles.Robot) -> str:
-    """Return a C program that calls each kernel ``TIMES`` times, between getppid calls."""
+    """Return a C program that calls each kernel ``TIMES`` times.
+
+    Calls of getppid mark the intervals.
+    """
     start, step = _inputs(robot)
     calls = []
     for name in COUNTED[robot.name]:

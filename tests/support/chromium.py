@@ -84,7 +84,7 @@ class Chromium:
         return answer["result"].get("value")
 
     def processor_time(self, script: str) -> float:
-        """Return the processor time (seconds) of an expression on the page."""
+        """Return the processor time (seconds) of a JavaScript expression on the web page."""
         self._ask("Performance.enable", timeDomain="threadTicks")
         times = []
         for expression in ("0", script, "0"):

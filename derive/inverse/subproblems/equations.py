@@ -67,7 +67,7 @@ class Linear(Equation):
 
 @dataclass(frozen=True)
 class Direction(Equation):
-    """The equation ``cos(theta) : sin(theta) = a : b``, which has one solution."""
+    """The equation ``(cos(theta), sin(theta)) = (a, b) / sqrt(a^2 + b^2)``, with one solution."""
 
     a: sp.Expr
     b: sp.Expr

@@ -67,7 +67,7 @@ class CirclePoint:
     """A root of a trigonometric polynomial.
 
     Attributes:
-        turn: Cosine and sine of the root angle.
+        turn: Cosine and sine of the angle at which the polynomial is zero.
         margin: Distance of the root from a double root, in the units of the polynomial. The margin
             is 0 for a double root. For a complex root, the margin is negative. A complex root
             belongs to a line that does not intersect the unit circle. ``turn`` is then the point of

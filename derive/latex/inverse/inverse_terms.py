@@ -31,7 +31,7 @@ class InverseTerms(TermNames):
     """The terms of a task while they are converted to printed symbols.
 
     Attributes:
-        changed: Printed definitions that differ from the original definitions, keyed by the symbol
+        changed: Definitions in LaTeX that differ from the original definitions, keyed by the symbol
             of the term.
         preferred: Names of terms that are vector components.
         uses: Number of occurrences of each term.

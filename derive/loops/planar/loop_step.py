@@ -186,7 +186,7 @@ class LoopStep(ABC):
         return self.sign != 0
 
     def name(self, mechanism: Mechanism) -> str:
-        """Return the names of the closures and struts that the step closes.
+        """Return the names of the closures and struts that belong to the step.
 
         If the step closes none, return the names of all joints of the step.
         """

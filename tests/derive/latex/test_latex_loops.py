@@ -102,7 +102,7 @@ class Reader:
         return total
 
     def rates(self, found, printed):
-        """Solve the printed rate equations of a solution step."""
+        """Solve the rate equations that the article prints for a solution step."""
         equations = found.equations(printed)
         for part, symbol in found.inner.items():
             self.known[symbol] = self(found.of(part))

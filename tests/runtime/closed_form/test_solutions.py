@@ -412,7 +412,7 @@ def test_distinct_removes_duplicate_solutions(arm, q):
     kind = type(solutions)
     q = np.array([[np.pi, 0, 1, 0], [-np.pi, 0, 1, 0], [np.pi, 0, 1, 2 * np.pi], [0, 0, 1, 0]])
     assert kind._judged(q, np.zeros(4), np.ones(4)).distinct().count == 2
-    # The filter keeps a valid solution slot that equals an invalid slot.
+    # The filter keeps a valid solution if an invalid slot contains the same joint values.
     left = kind(q, np.zeros(4), np.ones(4), np.array([False, True, True, True]))
     np.testing.assert_array_equal(left.distinct().valid, [False, True, False, True])
 

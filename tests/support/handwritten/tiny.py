@@ -113,7 +113,10 @@ def sha256(text):
 
 @dataclass
 class Folder:
-    """A generated robot on disk, whose files tests may corrupt."""
+    """The folder of a generated robot.
+
+    Tests may corrupt its files.
+    """
 
     path: Path
     manifest: dict
