@@ -416,7 +416,7 @@ def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) -> list[Row]:
-    """Compare equations (12) to (17), in inches: a line intersects a circle around the target.
+    """Compare equations (12) to (17), which intersect a line with a circle (inches).
 
     The x coordinates computed by chasles are the roots of the printed quadratic equation.
     """
@@ -436,8 +436,8 @@ def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) 
             printed["circle"],
             c,
             "160",
-            f"both equations (13) and (14) print 25 on the right, but 25 is the sum of their left "
-            f"sides {(x - 11) ** 2:.3f} and {(y - 8) ** 2:.3f} at the wrist center. "
+            "the paper prints 25 as the right side of both (13) and (14). At the wrist center, the "
+            f"left sides are {(x - 11) ** 2:.3f} and {(y - 8) ** 2:.3f}; only their sum is 25. "
             f"Equation (16) is correct",
             evaluated=at(),
         ),

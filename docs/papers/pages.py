@@ -268,7 +268,7 @@ def _paper_value(row: Row) -> str:
     printed = _values(row)[0].replace("mm·deg/s", "mm/s")  # the paper prints mm/s by mistake
     if row.printed is None:
         is_lost = row.verdict == "lost" or "lost" in row.where or "our copy lacks" in row.note
-        return "Our copy of the paper has no value" if is_lost else "The paper prints no value"
+        return "Our copy of the paper lacks the value" if is_lost else "The paper prints no value"
     if printed.startswith("["):
         return f"An independent model gives {printed}"
     value = row.source.value if row.source else None
