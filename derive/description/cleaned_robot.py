@@ -1,4 +1,4 @@
-"""Snaps the numbers of a described robot to exact values and lists every change.
+"""Rounds the numbers of a robot description to exact values and lists every change.
 
 The rules are in ``noise``. Noise is removed from lengths; rounded
 angles and rounded directions become exact. Two joints with equal numbers in the file have equal

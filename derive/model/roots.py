@@ -15,7 +15,7 @@ from .tolerances import WORKING_DIGITS
 from .values import Values
 
 LONGEST_EXACT = 10**15
-"""Maximum numerator and denominator of a short fraction.
+"""Maximum numerator and denominator of a fraction that counts as exact.
 
 SymPy can factor integers of this size, which simplifies square roots.
 """

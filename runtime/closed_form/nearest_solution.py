@@ -100,7 +100,7 @@ class Moves:
 
     @property
     def arrays(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """The arguments of the selection in C: lower limits, upper limits, weights and periods."""
+        """The arrays for the C code: lower limits, upper limits, weights and periods."""
         return self.lower, self.upper, self.scale, self.turn
 
     def distance(self, q: FloatArray, q_seed: FloatArray) -> FloatArray:

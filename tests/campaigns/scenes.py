@@ -118,7 +118,7 @@ def left(space: ConfigurationSpace, places: FloatArray) -> tuple[int, int]:
 
 
 def drawn(robot: chasles.Robot, rng: np.random.Generator) -> tuple[_Recording, FloatArray]:
-    """Return a space with random spheres, and two free configurations (2, n)."""
+    """Return a scene of random spheres, and two configurations (2, n) without collision."""
     size = skeleton(robot).size
     radius = 0.01 * size
     empty = configuration_space(robot, [sphere([0, 0, 1e3 * size], size)], radius=radius)

@@ -1,4 +1,4 @@
-"""Estimate device frames with the nominal robot, to start an identification.
+"""Estimate the frames of measuring devices with the nominal robot, to start an identification.
 
 A laser tracker or a camera measures in its device frame W. The target positions in the tool frame
 are unknown. At the nominal tool poses T_i, the measured target positions are

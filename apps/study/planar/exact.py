@@ -149,6 +149,9 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
             axes must form an arm of type A or B. If several intersections fulfill this condition,
             the wrist is the intersection nearest to the tool.
 
+    Returns:
+        The reachable region of the plane with its area or volume, in meters and the base frame.
+
     Raises:
         InputValueError: The robot has loops, or the joints that move the point form neither an arm
             of type A nor of type B.

@@ -6,7 +6,7 @@ its ends. If several joints connect the robot to the ground, the lines and plate
 ground in the drawing are ignored.
 
 The motion of a point is bounded by a sum over the joints between the base and the point. Each term
-is the joint motion times the lever arm of the point at the middle configuration. A joint moves the
+is the joint motion times the lever arm of the point at the middle of the motion. A joint moves the
 point and all later axes as one rigid body, so the lever arms about the later axes do not change.
 The bound is a convex function of the position of the point. The largest bound over the corners of a
 shape therefore bounds the motion of the whole shape.

@@ -115,7 +115,7 @@ def _is_exact(S: sp.Matrix) -> bool:
 
 
 def _product(ring: ScrewRing, minor: Minor, columns: list[list[Polynomial]]) -> Factored | None:
-    """Return the product of the block determinants of a minor."""
+    """Return a minor as the product of the determinants of its blocks."""
     constant, factors = sp.S.One, dict[sp.Expr, int]()
     for rows, numbers in minor.blocks:
         block = [[columns[k][row] for row in rows] for k in numbers]

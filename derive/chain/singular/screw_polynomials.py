@@ -23,7 +23,7 @@ class ScrewRing:
     Attributes:
         q: The coordinates.
         constants: Symbols of the parameters, and the symbols that stand for functions of constants.
-        meanings: Dictionary from symbol to function of constants, such as the cosine of a constant
+        meanings: Maps each of these symbols to its function, such as the cosine of a constant
             angle.
         cosines: Symbols for the cosines of the coordinates.
         sines: Symbols for the sines of the coordinates.

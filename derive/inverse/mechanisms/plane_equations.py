@@ -214,7 +214,7 @@ class PlaneEquations:
         """
         if any(joint.kind != "fixed" for joint in path):
             return np.eye(4)
-        # The planes are in the base frame if the legs start there.
+        # If the legs start at the base, the planes are in the base frame.
         first = base if path else ()
         return np.asarray(np.linalg.inv(self._matrix(path, first, tool, {})))
 

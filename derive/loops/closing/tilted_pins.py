@@ -117,7 +117,8 @@ def explain_open_loop(mechanism: Mechanism) -> str:
 def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
     """Return a mechanism whose loops can close.
 
-    If the file allows least-squares closure, a rod with tilted pins constrains only a length.
+    If the file allows loops that close only in the least-squares sense, a rod with tilted pins
+    constrains only the distance of its ends.
 
     Raises:
         DescriptionError: A pin-ended rod is in a spatial loop. Either the file does not allow

@@ -41,8 +41,8 @@ class HingedRod:
             joint axis that is nearest to the ball.
         tip: The vector from the axis to the ball at joint angle zero, in the axes of the joint.
         rod: The equivalent rod with two ball joints, from the hinge axis to the ball joint of the
-            leg. The value is None if the joint before the hinge moves out of the plane of the
-            hinge. In this case, the rod length does not close the loop.
+            leg. The value is None if the joint before the hinge can move the hinge out of the
+            plane of the circle. In this case, the rod length does not close the loop.
     """
 
     closure: Closure

@@ -66,7 +66,7 @@ static void refine_ends(const Problem *problem, Search *search)
     }
 }
 
-/* Unless `ending` is NO_POSE, searches from all starts and refines the best results. */
+/* Searches from all start configurations and refines the best results, unless there is no pose. */
 static void search_pose(const Problem *problem, const double *seed, Ending ending,
                         const Results *results)
 {

@@ -11,7 +11,7 @@
 /* Number of samples of the determinant, and maximum number of steps to a root. */
 #define CHASLES_ARM_CIRCLE 256
 #define CHASLES_ARM_BISECTIONS 40
-/* Number of slope samples between two neighboring samples of the determinant. */
+/* Number of samples of the slope between two samples of the determinant. */
 #define CHASLES_ARM_PARTS 16
 #define CHASLES_DIXON 8
 /* Maximum degree of the determinant. The degree is at most 16 if all unknown joints are on one side
