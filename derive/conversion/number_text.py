@@ -73,7 +73,7 @@ class NumberText:
 
     @classmethod
     def of(cls, robot: SerialRobot) -> "NumberText":
-        """Return the writer for the numbers of a robot."""
+        """Return an object that formats the numbers of a robot."""
         return cls(2 * Fraction(NOISE * (robot_size(robot) or 1.0)))
 
     def field(self, value: sp.Expr | Vector, kind: FieldKind) -> str:

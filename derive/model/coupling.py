@@ -81,7 +81,7 @@ class Coupling:
 def check_joint_couplings(
     robot: str, couplings: Sequence[Coupling], members: Collection[str]
 ) -> None:
-    """Raise an error if a coupling is not an equation between joints of a robot with loops.
+    """Check that each coupling of a robot with loops is an equation between joints of this robot.
 
     Args:
         robot: Name of the robot.

@@ -109,7 +109,7 @@ class Refinement:
         # An exact translation may look rounded. A tolerance for rounded poses would then accept a
         # solution for a different pose.
         is_doubtful = np.asarray(enough > SOLVED * self.judged)
-        # If the task prescribes only a part of the pose, no target counts as rounded.
+        # For a task that prescribes only a part of the pose, this test is always False.
         if is_doubtful.any():
             is_doubtful[is_doubtful] = self._is_at_right_angles(targets[is_doubtful])
         asked = np.where(is_doubtful, SOLVED * self.judged, enough)

@@ -163,6 +163,6 @@ def _describe_processor() -> str:
             first = itertools.takewhile(str.strip, file)
             lines = [line for line in first if line.partition(":")[0].strip() in _CPU_FIELDS]
     except OSError:
-        # Only Linux has /proc/cpuinfo. Machines with other systems seldom share a cache folder.
+        # Only Linux has /proc/cpuinfo. Other operating systems seldom share a cache folder.
         return platform.version()
     return "".join(lines)

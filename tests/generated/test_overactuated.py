@@ -39,7 +39,7 @@ def platform(tmp_path_factory, mechanism, functions):
 
 
 def poses_near(robot, seed=0, reach=0.1):
-    """Return main-chain joint values (N, n_theta) near 0, the reference."""
+    """Return main-chain joint values (N, n_theta) near the reference values, which are 0."""
     return np.random.default_rng(seed).uniform(-reach, reach, (POSES, len(robot.chain_joints)))
 
 

@@ -85,7 +85,7 @@ class OccupancyMap:
 def occupancy_map(
     occupied: ArrayLike, cell_size: float = 1.0, origin: ArrayLike = (0.0, 0.0)
 ) -> OccupancyMap:
-    """Return the occupancy map of an array.
+    """Make an occupancy map from an array of occupied cells.
 
     Args:
         occupied: (nx, ny) whether each cell is occupied. The first array index counts along x.

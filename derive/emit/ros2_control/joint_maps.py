@@ -35,7 +35,7 @@ def map_files(derivation: Derivation, inverse: Signature, package: str) -> dict[
 
     Args:
         derivation: The derivation of the robot.
-        inverse: The inverse that the example calls.
+        inverse: The inverse kinematics function that the example calls.
         package: The package name, which is also the C++ namespace.
     """
     if not has_maps(derivation):

@@ -118,8 +118,8 @@ class TwoPinsAndSlide(PlanarStep):
 
     Attributes:
         line: The line along which a pin slides, and the circle on which the third body carries it.
-        is_length: Whether the travel is the length of a cylinder between known points. A cylinder
-            between known points has a single length.
+        is_length: Whether the displacement of the slide is the length of a cylinder between known
+            points. A cylinder between known points has a single length.
     """
 
     line: CircleAndLine

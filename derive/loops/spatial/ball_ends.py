@@ -15,7 +15,7 @@ from .struts import Legs
 
 
 class BallEnd(NamedTuple):
-    """One end of a ball closure, or a point of a pin closure that is treated as a ball joint.
+    """An end of a ball joint that closes a loop, or a point of such a pin treated as a ball.
 
     Attributes:
         closure: The closure.

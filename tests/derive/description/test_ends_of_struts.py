@@ -87,7 +87,7 @@ def gaps(legs, T, q):
 
 
 def stepped(T, x):
-    """Return a pose after a translation and a rotation vector."""
+    """Return pose T translated by x[:3] and rotated by the rotation vector x[3:]."""
     moved, angle = T.copy(), np.linalg.norm(x[3:])
     moved[:3, 3] += x[:3]
     if angle:

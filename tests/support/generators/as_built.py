@@ -71,7 +71,8 @@ Value = Callable[[sp.Expr], sp.Expr]
 def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
     """Yield (error name, mechanism) for each single error.
 
-    The second-to-last mechanism has all length errors. The last mechanism also has all axis errors.
+    The second-to-last mechanism has the errors of all lengths. The last mechanism also has all axis
+    errors.
     """
     lengths: list[sp.Expr] = []
 

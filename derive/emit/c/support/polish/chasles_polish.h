@@ -17,7 +17,7 @@
  *   POLISH_MOVING              is the number of coordinates that the iteration moves.
  *   POLISH_LENGTH              is the length of the arm (meter), which converts angles to lengths.
  *   POLISH_DEVIATION           is the axis deviation between the nominal and the true arm (radian,
- *                              or relative to the length).
+ *                              or relative to POLISH_LENGTH).
  *   POLISH_MEETS               states whether three consecutive axes nearly intersect in one point.
  *
  *   POLISH_IS_GENERAL          states whether POLISH_GENERAL defines the arm for the general solver
