@@ -99,20 +99,43 @@ def optimal_design(
     """Select the candidate configurations that determine the parameters of a robot best.
 
     Args:
-        robot: A robot with parametric functions.
-        candidates: (M, n) coordinates [rad or m]. Candidates beyond the limits are ignored.
-        count: Number of configurations to select.
-        targets: (m, 3) positions of the measured targets on the tool [m], or None if poses are
-            measured.
+        robot: A robot with parametric functions, as returned by `chasles.load(name,
+            parametric=True)`.
+        candidates: (M, n) actuated coordinates [rad or m]. Candidates beyond the limits or with NaN
+            are ignored.
+        count: Number of configurations to select, an int.
+        targets: (m, 3) positions of the measured targets in the tool frame [m], or None if poses
+            are measured.
         sigma: Standard deviation of each measured position coordinate [m]. For poses, sigma is a
-            pair (position [m], orientation [rad]).
-        vary: As in ``identify``.
-        is_allowed: Function that returns (M,) booleans for candidates (M, n), for example False for
-            a collision.
+            tuple (position [m], orientation [rad]). None means 1e-3 for each.
+        vary: One or several names of parameters or parameter groups. Only these parameters may
+            differ from their nominal values. The groups are "parameter", "joint", "offset", "axis",
+            "transmission", "coupling", "compliance", "loop", "base" and "tool". The reference page
+            "Calibration tables" describes the groups. The default "geometry" stands for "axis",
+            which contains all lengths, angles and offsets. For robots with loops, "geometry" also
+            includes "loop". If poses are measured, corrections of the tool frame are added.
+            Corrections of the base frame are added if "axis" is not varied, or if the robot has
+            loops.
+        is_allowed: Function that takes the candidates (M, n) and returns booleans (M,), for example
+            False for a collision. None allows all candidates within the limits.
+
+    Returns:
+        A `Design`. `indices` (count,) are the indices of the selected configurations in
+        `candidates`. `q` (count, n) contains their coordinates [rad or m]. `names` and `std`
+        contain the names and the expected standard deviations of the identifiable parameters and
+        unknowns [m, rad, 1]. `tool_error` is the expected root mean square tool position error [m].
+        `tool_error_with_more` is the same error with up to ten further configurations.
 
     Raises:
-        InputValueError: There are fewer allowed candidates than `count`, or `count` configurations
-            do not determine the parameters.
+        MissingFunctionError: The robot has no parametric functions.
+        InputTypeError: `robot` is not a `Robot`, or `candidates` or `targets` contains values that
+            are not real numbers.
+        TypeError: `count` is not an int.
+        ShapeError: `candidates` is not (M, n), or `targets` is not (m, 3).
+        ValueError: `is_allowed` does not return (M,) booleans.
+        InputValueError: Fewer than `count` candidates are allowed, or `count` configurations have
+            too few measured values for the variables. A name is not a parameter or a group. `sigma`
+            is a number for poses, or a tuple for positions. A number in `targets` is not finite.
     """
     check_type("optimal_design: robot", robot, Robot)
     at = real_array("optimal_design", "candidates", candidates)

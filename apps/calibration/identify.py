@@ -42,31 +42,55 @@ def identify(
     """Identify the parameters of a robot that fit the measurements best.
 
     Args:
-        robot: A robot with parametric functions, `chasles.load(name, parametric=True)`.
-        q: (N, n) coordinates at which the tool was measured [rad or m].
-        measurements: The measurements.
-        vary: One or several names of parameters or parameter groups. These parameters may differ
-            from their nominal values. The groups are "parameter", "joint", "offset", "axis",
-            "transmission", "coupling", "compliance", "loop", "base" and "tool". The group
-            "parameter" means the named parameters of the description, such as the radius of a delta
-            robot. A named parameter changes every value that depends on it. The name "geometry"
-            stands for the group "axis", which contains all lengths, angles and offsets. For robots
-            with loops, "geometry" also includes "loop". If poses are measured, corrections of the
-            tool frame are added. For serial robots, "geometry" and the tool corrections are a
-            complete and minimal set of parameters. Corrections of the base frame are added if
-            `parameter_std` is set, if "axis" is not varied, or if the robot has loops.
-        parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1],
-            keyed by name, group or unit, as in ``first_order_errors``.
-            Parameters with little effect on the measurements stay near nominal.
-        T_W_base: (4, 4) the base frame in the device frame W, or None to identify this frame.
-        robust: Whether outliers are excluded. The result lists the excluded rows.
-        weights: (N,) weight of each configuration. A weight of 4 halves the standard
-            deviations of the measurements at this configuration.
+        robot: A robot with parametric functions, as returned by `chasles.load(name,
+            parametric=True)`.
+        q: (N, n) actuated coordinates at which the tool was measured [rad or m].
+        measurements: `Positions`, `StationPositions`, `Poses`, `CirclePoints`, `Distances`,
+            `PlaneContacts` or `SphereContacts` at the N configurations. Positions are in the frame
+            W of the measuring device [m].
+        vary: One or several names of parameters or parameter groups. Only these parameters may
+            differ from their nominal values. The groups are "parameter", "joint", "offset", "axis",
+            "transmission", "coupling", "compliance", "loop", "base" and "tool". The reference page
+            "Calibration tables" describes the groups. "parameter" means the named parameters of the
+            description, such as the radius of a delta robot. A named parameter changes every value
+            that depends on it. The default "geometry" stands for "axis", which contains all
+            lengths, angles and offsets. For robots with loops, "geometry" also includes "loop". If
+            poses are measured, corrections of the tool frame are added. For serial robots,
+            "geometry" and the tool corrections are a complete and minimal set of parameters.
+            Corrections of the base frame are added if `parameter_std` is set, if "axis" is not
+            varied, or if the robot has loops.
+        parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1]. The
+            keys are names, groups or units ("m", "rad", "1") of parameters. A name takes precedence
+            over a group, and a group over a unit. A parameter without a key may differ from its
+            nominal value freely. None means no standard deviations. Parameters with a standard
+            deviation stay near nominal if they have little effect on the measurements.
+        robust: Whether to exclude outliers from the fit. The result lists the excluded rows.
+        T_W_base: (4, 4) pose of the base frame in the device frame W, with its position in [m].
+            None means that the pose is identified.
+        weights: (N,) weights of the configurations, above 0. A weight of 4 halves the standard
+            deviations of the measurements at its configuration. None means equal weights of 1.
+
+    Returns:
+        A `Calibration`. `names` and `values` (k,) contain the identified parameters and the
+        unknowns of the measurements [m, rad, 1]. `covariance` (k, k) is the covariance of the
+        values. `p` contains all parameters of the calibrated robot. `poses(q)` returns the tool
+        poses of the calibrated robot in W. `errors` (M,) contains the remaining errors in standard
+        deviations. `unidentifiable` lists the parameters that the measurements do not determine.
+        `print` shows a report.
 
     Raises:
-        ShapeError: The shape of q does not match the robot.
-        InputValueError: There are fewer measurements than variables, vary contains an unknown name,
-            or units, signs or columns are wrong.
+        MissingFunctionError: The robot has no parametric functions.
+        InputTypeError: `robot` is not a `Robot`, or `q`, `T_W_base` or `weights` contains values
+            that are not real numbers.
+        ShapeError: `q` is not (N, n), `T_W_base` is not (4, 4), or `weights` is not (N,).
+        InputValueError: `q` contains a number that is not finite, or a name is not a parameter, a
+            group or a unit. The measurements are fewer than the variables. The measurements fit
+            much better with other units, joint signs or columns; the message states the probable
+            mistake. A circle of `CirclePoints` has too few visible positions, or the tool rotates
+            too little. Too few measurements agree with one another. A number in `T_W_base` or
+            `weights` is not finite.
+        ValueError: `q` and the measurements have different numbers of configurations. For
+            `Positions`, this may be an IndexError instead.
     """
     check_type("identify: robot", robot, Robot)
     start = located(robot, q, measurements, T_W_base)

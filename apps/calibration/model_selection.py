@@ -93,18 +93,37 @@ def select_model(
 ) -> ModelSelection:
     """Select the calibration model with the smallest cross-validation error.
 
-    Errors within 5 % of the smallest error count as equal. Among models with equal errors, the
-    simplest model is selected.
+    The configurations are divided into six groups. Each group is compared with a fit to the other
+    groups. Median errors within 5 % of the smallest one count as equal. Among models with equal
+    errors, the simplest model is selected.
 
     Args:
-        robot: A robot with parametric functions.
-        q: (N, n) coordinates [rad or m].
-        measurements: The measurements.
-        models: Models to compare, the simplest first.
-        robust: As in ``identify``.
+        robot: A robot with parametric functions, as returned by `chasles.load(name,
+            parametric=True)`.
+        q: (N, n) actuated coordinates at which the tool was measured [rad or m].
+        measurements: `Positions`, `StationPositions`, `Poses`, `CirclePoints`, `Distances`,
+            `PlaneContacts` or `SphereContacts` at the N configurations. Positions are in the frame
+            W of the measuring device [m].
+        models: `CalibrationModel` objects to compare, the simplest first. Each contains a name, the
+            parameters to vary, and their standard deviations.
+        robust: Whether to exclude outliers from the fit.
+
+    Returns:
+        A `ModelSelection`. `model` is the selected `CalibrationModel`. `calibration` is the
+        `Calibration` of this model with all measurements. `errors` is a dictionary of the median
+        validation errors [m], keyed by the names of the models.
 
     Raises:
-        InputValueError: As for ``identify``.
+        MissingFunctionError: The robot has no parametric functions.
+        InputTypeError: `robot` is not a `Robot`, or `q` contains values that are not real numbers.
+        ShapeError: `q` is not (N, n).
+        InputValueError: `q` contains a number that is not finite, or a name is not a parameter, a
+            group or a unit. The measurements are fewer than the variables. The measurements fit
+            much better with other units, joint signs or columns; the message states the probable
+            mistake. A circle of `CirclePoints` has too few visible positions, or the tool rotates
+            too little.
+        ValueError: `models` is empty, or `q` and the measurements have different numbers of
+            configurations. For `Positions`, this may be an IndexError instead.
     """
     check_type("select_model: robot", robot, Robot)
     at, start = finite("select_model: q", q), located(robot, q, measurements)
@@ -134,19 +153,48 @@ def cross_validate(
 ) -> FloatArray:
     """Return the cross-validation errors of a calibration.
 
+    The configurations are divided into groups. The errors of each group are the errors of a fit to
+    the other groups.
+
     Args:
-        robot: All arguments except `folds` have the same meaning as in
-            ``identify``.
-        q: (N, n) coordinates [rad or m].
-        measurements: The measurements.
-        folds: Number of groups into which the configurations are divided. With k groups, a group
-            contains every k-th configuration.
-        vary: Parameters that may differ from nominal.
-        parameter_std: Standard deviations of the parameters about their nominal values.
-        robust: Whether outliers are excluded.
+        robot: A robot with parametric functions, as returned by `chasles.load(name,
+            parametric=True)`.
+        q: (N, n) actuated coordinates at which the tool was measured [rad or m].
+        measurements: `Positions`, `StationPositions`, `Poses`, `CirclePoints`, `Distances`,
+            `PlaneContacts` or `SphereContacts` at the N configurations. Positions are in the frame
+            W of the measuring device [m].
+        folds: Number of groups, an int of at least 2. With k groups, a group contains every k-th
+            configuration.
+        vary: One or several names of parameters or parameter groups. Only these parameters may
+            differ from their nominal values. The groups are "parameter", "joint", "offset", "axis",
+            "transmission", "coupling", "compliance", "loop", "base" and "tool". The reference page
+            "Calibration tables" describes the groups. The default "geometry" stands for "axis",
+            which contains all lengths, angles and offsets. For robots with loops, "geometry" also
+            includes "loop". If poses are measured, corrections of the tool frame are added.
+            Corrections of the base frame are added if `parameter_std` is set, if "axis" is not
+            varied, or if the robot has loops.
+        parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1]. The
+            keys are names, groups or units ("m", "rad", "1") of parameters. A name takes precedence
+            over a group, and a group over a unit. A parameter without a key may differ from its
+            nominal value freely. None means no standard deviations.
+        robust: Whether to exclude outliers from the fit.
 
     Returns:
-        (M,) the errors of the measurements, in standard deviations.
+        (M,) errors of the measured values, in standard deviations. The order is the order of
+        `Calibration.errors`, with x, y and z of each visible target for `Positions`.
+
+    Raises:
+        MissingFunctionError: The robot has no parametric functions.
+        InputTypeError: `robot` is not a `Robot`, or `q` contains values that are not real numbers.
+        TypeError: `folds` is not an int.
+        ShapeError: `q` is not (N, n).
+        InputValueError: `q` contains a number that is not finite, or a name is not a parameter, a
+            group or a unit. The measurements are fewer than the variables. The measurements fit
+            much better with other units, joint signs or columns; the message states the probable
+            mistake. A circle of `CirclePoints` has too few visible positions, or the tool rotates
+            too little. `folds` is 1.
+        ValueError: `q` and the measurements have different numbers of configurations. For
+            `Positions`, this may be an IndexError instead.
     """
     check_type("cross_validate: robot", robot, Robot)
     start = located(robot, q, measurements)

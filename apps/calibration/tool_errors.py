@@ -114,14 +114,27 @@ def first_order_errors(
     """Propagate standard deviations of parameters to the tool pose, to first order.
 
     Args:
-        robot: A robot with parametric functions.
-        q: (..., n) coordinates [rad or m].
-        parameter_std: Standard deviations, keyed by parameter name, group ("axis", "offset", ...)
-            or unit ("m", "rad", "1"). If several keys match a parameter, its name takes precedence
-            over its group, and its group over its unit.
+        robot: A robot with parametric functions, as returned by `chasles.load(name,
+            parametric=True)`.
+        q: (..., n) actuated coordinates [rad or m].
+        parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1]. The
+            keys are names, groups or units ("m", "rad", "1") of parameters. A name takes precedence
+            over a group, and a group over a unit. A parameter without a key has no error.
+
+    Returns:
+        A `FirstOrderErrors`. `covariance` (..., 6, 6) is the covariance of the small tool
+        displacement (v, omega) in the axes of the base frame [m, rad]. `position` (...,) [m] and
+        `orientation` (...,) [rad] are root mean square errors of the tool. `names` lists the
+        parameters with a standard deviation, the largest effect first. `effects` contains the root
+        mean square tool displacement [m] due to each of these parameters alone. At a configuration
+        with open loops or with a NaN, the covariance is NaN, and all `effects` are NaN.
 
     Raises:
-        InputValueError: A key is not a parameter, a group or a unit.
+        MissingFunctionError: The robot has no parametric functions.
+        InputTypeError: `robot` is not a `Robot`, or `q` contains values that are not real numbers.
+        ShapeError: `q` is not (..., n).
+        InputValueError: A key of `parameter_std` is not a parameter, a group or a unit of the
+            robot.
     """
     check_type("first_order_errors: robot", robot, Robot)
     sigma = deviations(robot, parameter_std)
@@ -147,15 +160,32 @@ def monte_carlo(
     """Return the tool errors of random robots with normally distributed parameters.
 
     Args:
-        robot: A robot with parametric functions.
-        q: (n,) coordinates that apply to all random arms, or (samples, n) coordinates of each arm
-            [rad or m].
-        parameter_std: As in ``first_order_errors``.
-        samples: Number of random arms.
-        rng: A seed or a random generator, or None for fresh random numbers.
+        robot: A robot with parametric functions, as returned by `chasles.load(name,
+            parametric=True)`.
+        q: (n,) actuated coordinates [rad or m] for all random robots, or (samples, n) coordinates
+            of each random robot.
+        parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1]. The
+            keys are names, groups or units ("m", "rad", "1") of parameters. A name takes precedence
+            over a group, and a group over a unit. A parameter without a key has no error.
+        samples: Number of random robots, at least 1.
+        rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh random
+            numbers.
+
+    Returns:
+        A `MonteCarloErrors`. `displacement` (samples, 3) is the tool displacement in the base frame
+        [m]. `position` (samples,) is the length of the displacement [m]. `orientation` (samples,)
+        is the angle between the nominal and the random tool orientation [rad]. `quantiles()`
+        returns quantiles of the position errors and the orientation errors. The errors of a random
+        robot with open loops are NaN.
 
     Raises:
-        InputValueError: A key is not a parameter, a group or a unit.
+        MissingFunctionError: The robot has no parametric functions.
+        InputTypeError: `robot` is not a `Robot`, `q` or `samples` contains values that are not real
+            numbers, or `rng` has an unsupported type.
+        ShapeError: `q` is neither (n,) nor (samples, n), or `samples` has one or more dimensions.
+        InputValueError: A key of `parameter_std` is not a parameter, a group or a unit of the
+            robot. `q` contains a number that is not finite. `samples` is less than 1 or has a
+            fractional part, or the seed is negative.
     """
     check_type("monte_carlo: robot", robot, Robot)
     sigma, center = deviations(robot, parameter_std), nominal(robot)

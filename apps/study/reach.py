@@ -134,21 +134,39 @@ def reach(
 
     Args:
         robot: A robot with `ik`.
-        targets: A grid whose cell centers are positions of the tool origin. Alternatively an array
-            of (m, 3) positions of the tool origin [m], or an array of (m, 4, 4) tool poses.
-        orientations: (k, 3, 3) tool orientations at every position. The default is
-            `uniform_orientations(20)`.
-        redundancy_samples: Number of values of each redundancy parameter of `ik`, evenly spaced
-            within its limits.
-        threads: Number of threads in this process or in each worker, or "all" for one per core.
-        client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to show a progress bar. If None, the bar is shown in a terminal.
+        targets: A `Grid` whose cell centers are positions of the tool origin. Alternatively an
+            array of positions of the tool origin (m, 3) [m], or of tool poses (m, 4, 4). All
+            targets are in the base frame.
+        orientations: (k, 3, 3) rotation matrices of the tool in the base frame, tested at every
+            position. None means `uniform_orientations(20)`. With tool poses as targets,
+            `orientations` must be None.
+        redundancy_samples: Number of values of each redundancy parameter of `ik`, at least 1. The
+            values are evenly spaced within the limits, or over one turn. Robots without redundancy
+            ignore this argument.
+        threads: Number of threads in this process or in each worker, or "all" for one thread per
+            core.
+        client: A `dask.distributed.Client`. The client distributes the poses to its workers. None
+            computes in this process.
+        progress: Whether to show a progress bar, with the package rich. None shows the bar only if
+            standard error is a terminal.
+
+    Returns:
+        A `Reach` with arrays (m, k). For tool poses as targets, k is 1. For a grid, m counts the
+        cells in the order x, y, z, where z changes fastest. `reached` is True if a solution is
+        within the limits. `n_solutions` counts these solutions, up to 255. `limiting_coordinate` is
+        the index of the coordinate beyond its limit. The index is -1 for a reached pose, and -2 for
+        a pose out of reach even without limits. `fraction` (m,) is the fraction of the orientations
+        that are reached.
 
     Raises:
-        AttributeError: The robot has no `ik`. The message lists the robot's other inverse
+        MissingFunctionError: The robot has no `ik`. The message lists the robot's other inverse
             kinematics functions.
+        InputTypeError: `robot` is not a `Robot`, or targets or orientations contain values that are
+            not real numbers.
         ShapeError: Targets or orientations have the wrong shape.
-        InputValueError: A number is not finite, or `orientations` is passed with poses.
+        InputValueError: A number is not finite, a pose is not rigid, or an orientation is not a
+            rotation matrix. `orientations` is passed with tool poses. A redundancy parameter is a
+            length without limits. `threads` is neither a positive integer nor "all".
     """
     check_type("reach: robot", robot, Robot)
     poses, rotations = _poses_and_rotations(targets, orientations)
@@ -178,20 +196,28 @@ def base_placement(
     """Return the fraction of required poses that a robot reaches from each base pose.
 
     Args:
-        robot: A robot with `ik`.
-        T_w_ee: (k, 4, 4) required tool poses in the world frame.
-        T_w_0: (m, 4, 4) base poses in the world frame.
-        threads: Number of threads in this process or in each worker, or "all" for one per core.
-        client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to show a progress bar. If None, the bar is shown in a terminal.
+        robot: A robot with `ik`. Each redundancy parameter of `ik` takes 16 values.
+        T_w_ee: (k, 4, 4) required tool poses in the world frame, with positions in [m].
+        T_w_0: (m, 4, 4) base poses in the world frame, with positions in [m].
+        threads: Number of threads in this process or in each worker, or "all" for one thread per
+            core.
+        client: A `dask.distributed.Client`. The client distributes the poses to its workers. None
+            computes in this process.
+        progress: Whether to show a progress bar, with the package rich. None shows the bar only if
+            standard error is a terminal.
 
     Returns:
-        (m,) fractions of the poses that have a solution within limits.
+        (m,) fractions of the required poses with a solution within the coordinate limits, from 0 to
+        1. An unreachable pose lowers the fraction and raises no error.
 
     Raises:
-        AttributeError: The robot has no `ik`.
-        ShapeError: Poses or bases have the wrong shape.
-        InputValueError: A number is not finite.
+        MissingFunctionError: The robot has no `ik`. The message lists the robot's other inverse
+            kinematics functions.
+        InputTypeError: `robot` is not a `Robot`, or a pose contains values that are not real
+            numbers.
+        ShapeError: `T_w_ee` is not (k, 4, 4), or `T_w_0` is not (m, 4, 4).
+        InputValueError: A number is not finite, or a pose is not rigid. A redundancy parameter is a
+            length without limits. `threads` is neither a positive integer nor "all".
     """
     check_type("base_placement: robot", robot, Robot)
     tools, bases = finite("T_w_ee", T_w_ee), finite("T_w_0", T_w_0)
@@ -211,11 +237,14 @@ def uniform_orientations(count: int) -> FloatArray:
     Args:
         count: Number of orientations, at least 1.
 
-    Raises:
-        InputValueError: The count is less than 1.
-
     Returns:
-        (count, 3, 3) rotation matrices.
+        (count, 3, 3) rotation matrices. Column 3 of each matrix is the z direction of the tool.
+        Equal counts give equal orientations.
+
+    Raises:
+        InputTypeError: `count` is not a real number.
+        ShapeError: `count` is an array with one or more dimensions.
+        InputValueError: `count` is less than 1 or has a fractional part.
 
     Source:
         R. Swinbank, R. J. Purser, Fibonacci grids: a novel approach to global modelling, 2006.

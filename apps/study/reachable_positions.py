@@ -108,18 +108,32 @@ def reachable_positions(
     """Return the tool positions that are reachable at one orientation, within limits.
 
     Args:
-        robot: A robot with `ik`, such as a platform on six legs or a delta robot.
-        R_0_ee: (3, 3) the orientation, or None for the orientation at q_seed.
-        resolution: Number of cells along each side of the box: 32 times a power of two.
-        q_seed: (n,) coordinates [rad or m]. The tool position at these coordinates is reachable or
-            close to a reachable position. None means the reference configuration.
+        robot: A robot with `ik`, such as a platform on six legs or a delta robot. Each redundancy
+            parameter of `ik` takes 16 values.
+        R_0_ee: (3, 3) rotation matrix of the tool in the base frame. None means the orientation at
+            `q_seed`.
+        resolution: Number of cells along each side of a cube around the reachable positions: 32
+            times a power of two.
+        q_seed: (n,) coordinates [rad or m]. The tool position at these coordinates must be
+            reachable or close to a reachable position. None means the reference configuration of
+            the robot.
+
+    Returns:
+        A `ReachablePositions`. `inside` (nx, ny, nz) is True for each cell whose center is
+        reachable. `grid` contains the cells in the base frame [m]. `size` is the volume [m^3] with
+        an error bound. `bounds` (2, 3) contains the smallest and largest x, y and z [m].
 
     Raises:
-        AttributeError: The robot has no `ik`.
-        InputValueError: `resolution` is not 32 times a power of two, or a number is not finite. The
-            error is also raised if q_seed is None and the robot has no reference configuration.
-        OutOfReachError: No cell near the tool position at q_seed is reachable.
-        ShapeError: The orientation is not (3, 3), or q_seed is not (n,).
+        MissingFunctionError: The robot has no `ik`. The message lists the robot's other inverse
+            kinematics functions.
+        InputTypeError: `robot` is not a `Robot`, or `R_0_ee` or `q_seed` contains values that are
+            not real numbers.
+        ShapeError: `R_0_ee` is not (3, 3), or `q_seed` is not (n,).
+        InputValueError: `resolution` is not 32 times a power of two. A number is not finite, or
+            `R_0_ee` is not a rotation matrix. `q_seed` is None, and the robot has no reference
+            configuration. A redundancy parameter is a length without limits.
+        OutOfReachError: No cell near the tool position at `q_seed` is reachable, or the loops do
+            not close at `q_seed`.
     """
     check_type("reachable_positions: robot", robot, Robot)
     levels = int(resolution // _COARSE).bit_length() - 1

@@ -105,25 +105,34 @@ def gravity_forces(
 ) -> FloatArray:
     """Return the generalized forces that the weights exert on the actuator coordinates.
 
-    The sign convention is the same as in `robot.actuator_forces`. At any velocity of the joints,
-    the power of the returned forces equals the power of the weights. To hold the robot, the
+    At any velocity of the joints, the power of the returned forces equals the power of the weights.
+    A positive force drives its coordinate in the positive direction. To hold the robot, the
     actuators apply the negative of the returned forces.
 
     Args:
         robot: The robot.
-        q: (..., n) coordinates.
-        masses: The masses, by default the masses of the robot file.
-        gravity: (3,) gravitational acceleration in the base frame [m/s^2], by default the vector of
-            the robot file, or (0, 0, -9.81).
+        q: (..., n) actuated coordinates [rad or m].
+        masses: `PointMass` objects. Each contains the name of a link, a mass [kg] and a center of
+            mass in the frame of the link [m]. None means the masses of the robot file.
+        gravity: (3,) gravitational acceleration in the base frame [m/s^2]. None means the vector of
+            the robot file, which is (0, 0, -9.81) by default.
 
     Returns:
-        (..., n) torques [N m] and forces [N]. The result is NaN if the loops do not close, or if
-        the actuators cannot hold the weights.
+        (..., n) torques [N m] of the revolute coordinates and forces [N] of the prismatic
+        coordinates. In a batch, the forces are NaN at each configuration with open loops. They are
+        also NaN where the actuators cannot hold the weights. At a NaN in `q`, the forces are NaN,
+        also for a single configuration.
 
     Raises:
-        OutOfReachError: The loops of a single configuration do not close.
-        InputValueError: A mass is invalid, there are no masses, or q is a single configuration in
-            which the actuators cannot hold the weights.
+        OutOfReachError: `q` is a single configuration, and its loops do not close.
+        InputTypeError: `robot` is not a `Robot`, or an argument contains values that are not real
+            numbers.
+        ShapeError: `q` is not (..., n), `gravity` is not (3,), or a center of mass is not (3,).
+        InputValueError: `masses` is None, and the robot file has no masses. A mass has an unknown
+            link or a negative or infinite value. A mass of a strut section is not on the z axis of
+            the section. A number in `gravity` is not finite. The actuators cannot hold the weights
+            in a single configuration. A cylinder is coupled to other joints.
+        ManifestError: An earlier version of chasles derived the robot. Derive the robot again.
     """
     check_type("gravity_forces: robot", robot, Robot)
     if masses is None and not robot.manifest.load.masses:
@@ -143,26 +152,46 @@ def static_loads(
 ) -> StaticLoads:
     """Return the loads of all joints, struts and loop-closing joints of a robot at rest.
 
-    The joint that closes a planar loop transmits forces only in the plane of the loop. A loop is
-    planar if all its axes are parallel. The other joints of the loop carry the force components
-    normal to the plane.
+    Bodies are rigid, and joints are without friction. A loop is planar if all its axes are
+    parallel. The joint that closes a planar loop transmits forces only in the plane of the loop.
+    The other joints of the loop carry the force components normal to the plane.
 
     Args:
         robot: The robot.
-        q: (..., n) coordinates.
-        masses: The masses, by default the masses of the robot file, if any.
-        wrench: (..., 6) force and torque on the tool at the tip, in base axes [N, N m].
-        gravity: (3,) gravitational acceleration in the base frame [m/s^2], by default the vector of
-            the robot file, or (0, 0, -9.81).
+        q: (..., n) actuated coordinates [rad or m].
+        masses: `PointMass` objects. Each contains the name of a link, a mass [kg] and a center of
+            mass in the frame of the link [m]. None means the masses of the robot file. If the file
+            has no masses, only `wrench` acts on the robot.
+        wrench: (..., 6) force [N] and torque [N m] on the tool, about the tip, in the axes of the
+            base frame. None means no force and no torque.
+        gravity: (3,) gravitational acceleration in the base frame [m/s^2]. None means the vector of
+            the robot file, which is (0, 0, -9.81) by default.
 
     Returns:
-        The loads, or NaN if the loops do not close or equilibrium does not determine the loads.
+        A `StaticLoads`. `actuator_forces` (..., n) contains torques [N m] and forces [N], positive
+        in the direction of the coordinate. `joints`, `struts` and `closures` are dictionaries,
+        keyed by name. `joints` contains the force and moment (..., 6) [N, N m] on each link, about
+        the origin of its joint frame. `struts` contains axial forces (...,) [N], positive in
+        compression. `closures` contains the force and moment (..., 6) [N, N m] of each loop-closing
+        joint on its second link. All vectors are in the axes of the base frame. In a batch, the
+        loads are NaN at each configuration with open loops. They are also NaN where equilibrium
+        does not determine the loads. At a NaN in `q` or `wrench`, the loads are NaN, also for a
+        single configuration.
 
     Raises:
-        OutOfReachError: The loops of a single configuration do not close.
-        InputValueError: A mass is invalid, or a single configuration has no unique equilibrium. The
-            message names the struts and closures whose loads are not determined, or the coordinates
-            that the load moves.
+        OutOfReachError: `q` is a single configuration, and its loops do not close.
+        InputTypeError: `robot` is not a `Robot`, or an argument contains values that are not real
+            numbers.
+        ShapeError: `q` is not (..., n), `wrench` is not (..., 6), `gravity` is not (3,), or a
+            center of mass is not (3,).
+        ValueError: The leading dimensions of `q` and `wrench` cannot be broadcast together.
+        InputValueError: A mass has an unknown link or a negative or infinite value. A mass of a
+            strut section is not on the z axis of the section. A number in `gravity` is not finite.
+            A cylinder is coupled to other joints. A single configuration is not in equilibrium; the
+            message names the coordinates that the load moves. The loads are statically
+            indeterminate in a single configuration or in all configurations; the message names the
+            struts and loop-closing joints.
+        ManifestError: An earlier version of chasles derived the robot. Derive the robot again.
     """
     check_type("static_loads: robot", robot, Robot)
     found = _Solved("static_loads", robot, q, masses, wrench, gravity)

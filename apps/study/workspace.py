@@ -175,22 +175,39 @@ def workspace(
     """Return the workspace of a robot within its limits.
 
     Args:
-        robot: The robot. Configurations with open loops are not counted.
-        samples: Number of configurations.
+        robot: The robot. A revolute coordinate without limits moves over one turn.
+        samples: Number of configurations, an int or a float such as 1e7. "grid" rounds it down to a
+            power k^n.
         sampling: "sobol" for low-discrepancy points, "uniform" for independent random points, or
             "grid" for the nodes of a grid that includes the limits.
-        resolution: Number of cells along the longest side.
-        quality: Quality measures of each cell. Each measure is an attribute of `Workspace`.
-        rng: An int, a `numpy.random.Generator`, or None for fresh entropy. The same seed gives
-            identical results for any number of threads and workers.
-        threads: Number of threads in this process or in each worker, or "all" for one per core.
-        client: A `dask.distributed.Client`, whose workers share the configurations, or None for
-            this process.
-        progress: Whether to show a progress bar. With None, the bar is shown only on a terminal.
+        resolution: Number of cells along the longest side, at least 2.
+        quality: Quality measures to compute for each cell: any of "manipulability", "limit_margin"
+            and "directions". `Workspace` has an attribute for each measure.
+        rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh entropy.
+            The same seed gives identical results for any number of threads and workers.
+        threads: Number of threads in this process or in each worker, or "all" for one thread per
+            core.
+        client: A `dask.distributed.Client`. The client distributes the configurations to its
+            workers. None computes in this process.
+        progress: Whether to show a progress bar, with the package rich. None shows the bar only if
+            standard error is a terminal.
+
+    Returns:
+        A `Workspace`. `hits` (nx, ny, nz) is the number of configurations with the tool origin in
+        each cell. `grid` contains the cells in the base frame [m]. `bounds` (2, 3) contains the
+        smallest and largest x, y and z of the tool origin [m]. `size` is the volume [m^3], area
+        [m^2] or length [m], with an error estimate. `hits` omits configurations with open loops;
+        `n_open` is their number.
 
     Raises:
-        InputValueError: A prismatic coordinate has no limits, the loops never close, or an argument
-            has an unsupported value.
+        InputTypeError: `robot` is not a `Robot`, `samples` or `resolution` is not a real number, or
+            `rng` has an unsupported type.
+        ShapeError: `samples` or `resolution` is an array with one or more dimensions.
+        InputValueError: A prismatic coordinate has no limits, or all sampled configurations have
+            open loops. The tool origin does not move. `sampling`, `quality` or `threads` has an
+            unsupported value. `samples`, `resolution` or `rng` is too small or has a fractional
+            part. The grid would have more than 1e9 cells.
+        NotInstalledError: SciPy is not installed. `pip install 'chasles[study]'` installs it.
     """
     check_type("workspace: robot", robot, Robot)
     unknown = set(quality) - set(get_args(Quality))

@@ -72,12 +72,31 @@ def read_measurements(path: str | Path, robot: Robot) -> MeasurementTable:
     """Read a table of measurements.
 
     Args:
-        path: The file.
-        robot: The measured robot.
+        path: A text file with one row per measurement, usually below a header. The columns are
+            separated by commas, semicolons, tabs, bars or spaces. Typical columns are q1 [deg],
+            ..., q6 [deg] for the coordinates, and x [mm], y [mm], z [mm] for a target. Several
+            targets have the columns x1 [mm], y1 [mm], z1 [mm], x2 [mm], and so on. A pose also has
+            an orientation, such as rx [deg], ry [deg], rz [deg], or qw, qx, qy, qz. A column
+            "target" means one row per target, and a column "station" names the location of the
+            device. Empty position cells mark an invisible target. Units of length are m, mm, cm, um
+            and inch; units of angle are rad, mrad and deg. The reference page "Calibration tables"
+            lists all columns, and how units are inferred. Positions are in the frame of the
+            measuring device.
+        robot: The measured robot. Its coordinates determine the names and units of the coordinate
+            columns.
+
+    Returns:
+        A `MeasurementTable`. `q` (N, n) contains the coordinates [rad or m]. `measurements` is a
+        `Positions`, `StationPositions` or `Poses` object, with lengths in meters. `assumptions`
+        lists the facts that were inferred from the values, such as missing units. Pass `q` and
+        `measurements` to `identify`.
 
     Raises:
-        InputValueError: A column or a unit is missing, a unit has the wrong kind, or a cell is not
-            a number. The message states file, line and column.
+        InputTypeError: `path` is neither text nor a path.
+        InputValueError: The file cannot be read, is empty, or is a spreadsheet. A column or a unit
+            is missing, or a length has the unit of an angle or vice versa. Two columns have the
+            same name. A cell is not a number, an orientation is not valid, or a row has too many
+            cells. The message states the file, and the line or column if there is one.
     """
     table = _with_units(_read(as_path("path", path), robot), robot)
     q = np.stack([table.numbers(*_column_of(table, robot, k)) for k in range(robot.n)], -1)

@@ -80,7 +80,7 @@ def of_tool(robot: Robot) -> MovingAxes:
 
 
 def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
-    """Yield the axes that move the intersection point of each pair of adjacent axes.
+    """For each intersection point of two consecutive axes, yield the axes that move this point.
 
     The pairs come in the order from the tool to the base.
 

@@ -137,24 +137,34 @@ class ExactWorkspace(StudyResult):
 
 
 def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
-    """Return the exact workspace of an arm whose joints move a point in a plane.
+    """Return the exact workspace of the tool origin or the wrist center of an arm.
+
+    Only the joints that move the point matter. Their axes must have one of two forms:
+
+    - All axes are parallel, and two or more joints are revolute. The other joints are prismatic.
+      The workspace is planar, or a prism if a prismatic joint moves the point.
+    - All joints are revolute. The first axis is parallel to the z axis of the base. The further
+      axes, two or more, are horizontal and parallel. The workspace is a body of revolution about
+      the first axis.
 
     Args:
-        robot: A serial arm of type A or type B. Joints that do not move the point are ignored. An
-            arm of type A has parallel revolute joints, and prismatic joints along their axes. An
-            arm of type B has a vertical first axis, and all following axes are parallel and
-            horizontal.
-        point: "tool" for the tool origin, or "wrist" for an intersection of consecutive axes, such
-            as the center of a spherical wrist. For "wrist", the joints before the two intersecting
-            axes must form an arm of type A or B. If several intersections fulfill this condition,
-            the wrist is the intersection nearest to the tool.
+        robot: A serial arm.
+        point: "tool" for the tool origin, or "wrist" for an intersection of two consecutive axes,
+            such as the center of a spherical wrist. Only the joints before the two intersecting
+            axes count for "wrist". If several intersections are possible, the wrist is the
+            intersection nearest to the tool.
 
     Returns:
-        The reachable region of the plane with its area or volume, in meters and the base frame.
+        An `ExactWorkspace`. `section` is the reachable region of the plane, with `area` [m^2].
+        `origin` (3,) [m] and `axes` (2, 3) describe the plane in the base frame. `volume` [m^3] is
+        0 for a planar workspace. `bounds` (2, 3) contains the smallest and largest x, y and z in
+        the base frame [m]. `joints` names the joints that move the point.
 
     Raises:
-        InputValueError: The robot has loops, or the joints that move the point form neither an arm
-            of type A nor of type B.
+        InputTypeError: `robot` is not a `Robot`.
+        InputValueError: The robot has loops, `point` is neither "tool" nor "wrist", or the axes
+            have neither form. For "wrist", the error is also raised if no consecutive axes
+            intersect.
     """
     check_type("exact_workspace: robot", robot, Robot)
     if robot.loops:

@@ -93,12 +93,20 @@ def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
     """Return the positions of a planar platform's tool at one angle.
 
     Args:
-        robot: A planar platform with three legs, each with two links or a cylinder with limits.
-        phi: The angle [rad].
+        robot: A planar platform with three legs. Its tool moves in the x-y plane of the base and
+            rotates about the z axis. Each leg consists of two links or is a cylinder with limits.
+        phi: The angle of the tool about the z axis of the base [rad].
+
+    Returns:
+        A `PlanarRegion` of positions (x, y) in the base frame [m]. `area` [m^2] is exact.
+        `contains(points)` returns whether points (m, 2) [m] belong to the region. `arcs` lists the
+        arcs of the border. If the tool reaches no position, the area is 0.
 
     Raises:
-        InputValueError: The angle is not finite, or the robot is not a planar platform with three
-            legs. The error is also raised if a leg is neither two links nor a cylinder.
+        InputTypeError: `robot` is not a `Robot`, or `phi` is not a real number.
+        ShapeError: `phi` is an array with one or more dimensions.
+        InputValueError: `phi` is not finite. The robot is not a planar platform with three legs, or
+            a leg is neither two links nor a cylinder. A cylinder has no limits.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998.
@@ -114,16 +122,26 @@ def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
 def dexterous_workspace(robot: Robot) -> PlanarRegion:
     """Return the tool positions that a planar platform reaches at every angle.
 
-    Let t be the distance of the tool from this fixed point. The distance of the tool from the
-    center of the annulus is then between |t - r| and t + r. So the tool stays in the annulus if t
-    <= outer - r and t >= inner + r.
+    At one angle, a leg reaches an annulus, the area between two concentric circles. As the angle
+    changes, the center of the annulus moves on a circle of radius r about a fixed point. Let t be
+    the distance of the tool from this fixed point. The distance of the tool from the center of the
+    annulus is then between |t - r| and t + r. The tool stays in the annulus if two conditions hold.
+    The sum t + r is at most the outer radius. The difference |t - r| is at least the inner radius.
+    These conditions bound the region by circles.
 
     Args:
-        robot: As for `constant_orientation_workspace`.
+        robot: A planar platform with three legs. Its tool moves in the x-y plane of the base and
+            rotates about the z axis. Each leg consists of two links or is a cylinder with limits.
+
+    Returns:
+        A `PlanarRegion` of positions (x, y) in the base frame [m]. `area` [m^2] is exact.
+        `contains(points)` returns whether points (m, 2) [m] belong to the region. `arcs` lists the
+        arcs of the border. If no position is reachable at every angle, the area is 0.
 
     Raises:
-        InputValueError: The robot is not a planar platform on three legs. Each leg must have two
-            links or a cylinder.
+        InputTypeError: `robot` is not a `Robot`.
+        InputValueError: The robot is not a planar platform with three legs, or a leg is neither two
+            links nor a cylinder. A cylinder has no limits.
     """
     check_type("dexterous_workspace: robot", robot, Robot)
     legs = []
@@ -200,12 +218,25 @@ def orientation_grid(robot: Robot, phi: ArrayLike, *, resolution: int = 200) -> 
     """Return the possible angles of a planar platform at each cell of a grid.
 
     Args:
-        robot: As for `constant_orientation_workspace`.
-        phi: (k,) angles [rad].
-        resolution: Number of cells along the longest side.
+        robot: A planar platform with three legs. Its tool moves in the x-y plane of the base and
+            rotates about the z axis. Each leg consists of two links or is a cylinder with limits.
+        phi: (k,) angles of the tool about the z axis of the base [rad].
+        resolution: Number of cells along the longest side, at least 2.
+
+    Returns:
+        An `OrientationGrid`. `possible` (nx, ny, k) is True if the tool can have the angle at the
+        center of the cell. `grid` contains the cells in the base frame [m]. `fraction` (nx, ny) is
+        the fraction of the angles that are possible. `total` and `inclusive` are the areas [m^2]
+        with all angles and with at least one angle.
 
     Raises:
-        InputValueError: The robot is not a planar platform with three legs, or `phi` is empty.
+        InputTypeError: `robot` is not a `Robot`, or `phi` or `resolution` contains values that are
+            not real numbers.
+        ShapeError: `phi` has two or more dimensions, or `resolution` has one or more.
+        InputValueError: `phi` is empty or not finite. `resolution` is less than 2 or has a
+            fractional part, or the grid would have more than 1e9 cells. The robot is not a planar
+            platform with three legs, or a leg is neither two links nor a cylinder. A cylinder has
+            no limits.
     """
     check_type("orientation_grid: robot", robot, Robot)
     angles = np.atleast_1d(finite("orientation_grid: phi", phi))

@@ -68,25 +68,35 @@ def singularity_curves(
 ) -> SingularityCurves:
     """Return the singular positions of a planar platform at one orientation.
 
-    The curves connect zeros of the determinants on grid lines by straight segments.
+    A position is singular of type 1 if a leg is stretched or folded. A position is singular of type
+    2 if the platform gains a degree of freedom. The curves connect singular points on grid lines by
+    straight segments.
 
     Args:
-        robot: A planar platform.
-        phi: The platform angle [rad].
-        x: Lower and upper bound of x [m]. The default is the region that all legs reach.
-        y: Lower and upper bound of y [m]. The default is the region that all legs reach.
-        slot: Solution slot of `ik_planar`. The solution slot determines the branch of each leg.
-            Slot 0 contains the reference branch.
-        resolution: Number of grid lines per axis.
+        robot: A planar platform, a robot with `ik_planar`. If `x` or `y` is None, the platform must
+            have three legs. Each leg must then consist of two links or be a cylinder with limits.
+        phi: The angle of the tool about the z axis of the base [rad].
+        x: (2,) lower and upper bound of x in the base frame [m]. None means the extent of the
+            region that all legs reach, with a margin.
+        y: (2,) lower and upper bound of y in the base frame [m]. None means the extent of the
+            region that all legs reach, with a margin.
+        slot: Index of the solution of `ik_planar`, from 0. The index determines the branch of each
+            leg. Slot 0 contains the reference branch.
+        resolution: Number of grid lines per axis, an int of at least 2.
 
     Returns:
-        Type-1 and type-2 curves. Type-2 curves end at the boundary of the region that all legs
-        reach.
+        A `SingularityCurves`. `type_1` and `type_2` are tuples of polylines (k, 2) with positions
+        (x, y) in the base frame [m]. A tuple is empty if there are no such positions. Type-2 curves
+        end at the boundary of the region that all legs reach.
 
     Raises:
         MissingFunctionError: The robot is not a planar platform.
-        InputValueError: The bounds are not in ascending order, or the resolution is below 2. If x
-            or y is None, `constant_orientation_workspace` may raise further errors.
+        InputTypeError: `robot` is not a `Robot`, or `phi` is not a real number.
+        ShapeError: `phi` is an array with one or more dimensions.
+        InputValueError: `phi` is not finite, the bounds are not in ascending order, or `resolution`
+            is less than 2. `x` or `y` is None, and the legs do not meet the conditions above.
+        IndexError: `ik_planar` has no solution with the index `slot`.
+        TypeError: `resolution` is not an int.
 
     Source:
         C. Gosselin, J. Angeles, Singularity analysis of closed-loop kinematic chains, 1990.

@@ -92,16 +92,28 @@ def orientation_range_workspace(
 ) -> OrientationRangeWorkspace:
     """Return the total and the inclusive workspace of a planar platform.
 
+    The total workspace contains the positions that the tool reaches at every angle of a range. The
+    inclusive workspace contains the positions that the tool reaches at one or more angles of the
+    range.
+
     Args:
-        robot: As for `constant_orientation_workspace`.
-        phi_min: The smallest angle of the range [rad].
-        phi_max: The largest angle of the range [rad].
-        tolerance: Relative error of the area of the inclusive workspace at which the subdivision
-            stops.
+        robot: A planar platform with three legs. Its tool moves in the x-y plane of the base and
+            rotates about the z axis. Each leg consists of two links or is a cylinder with limits.
+        phi_min: The smallest angle of the tool about the z axis of the base [rad].
+        phi_max: The largest angle of the tool about the z axis of the base [rad].
+        tolerance: Relative error of the inclusive area at which the computation stops, above 0.
+
+    Returns:
+        An `OrientationRangeWorkspace`. `total` is a region of positions (x, y) in the base frame
+        [m], with the exact `area` [m^2]. `inclusive` is an area [m^2] with an error bound. If the
+        tool reaches no position, the areas are 0.
 
     Raises:
-        InputValueError: The robot is not a planar platform with three legs, the angles are not
-            ascending, or the tolerance is not positive.
+        InputTypeError: `robot` is not a `Robot`.
+        TypeError: An angle or the tolerance is not a real number.
+        InputValueError: The angles are not finite and ascending, or `tolerance` is not above 0. The
+            robot is not a planar platform with three legs, or a leg is neither two links nor a
+            cylinder. A cylinder has no limits.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998, for
