@@ -111,7 +111,7 @@ def pose(
 
 
 def to_xyz(T: ArrayLike) -> FloatArray:
-    """Return the positions (..., 3) of poses (..., 4, 4)."""
+    """Return the positions (..., 3) of poses (..., 4, 4), in the unit of the poses."""
     return ending(T, (4, 4), "se3.to_xyz", "T")[..., :3, 3].copy()
 
 
@@ -217,8 +217,8 @@ def interpolate(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
     """Interpolate between poses by a screw motion, `T_a exp(s log(T_a^-1 T_b))`.
 
     The twist is constant in the base frame and in the body frame; the origin moves on a helix. The
-    motion does not depend on which body frame the poses describe. For a rotation by pi, the result
-    is one of two possible motions.
+    body moves in the same way for every choice of its frame. For a rotation by pi, the result is
+    one of two possible motions.
 
     Args:
         T_a: (..., 4, 4) pose at s = 0.
@@ -228,7 +228,7 @@ def interpolate(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
     Returns:
         (..., 4, 4) poses, with the broadcast leading dimensions.
 
-    Source: Lynch and Park, section 9.2.1.
+    Source: Lynch and Park, Modern Robotics, 2017, section 9.2.1.
     """
     start, end, part = _path(T_a, T_b, s, "se3.interpolate")
     return np.asarray(start @ exp(part[..., None] * log(inverse(start) @ end)))
@@ -241,7 +241,7 @@ def interpolate_straight(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatA
     fixed direction at a constant rate: `R = R_a exp(s log(R_a^T R_b))`. For a rotation by pi, the
     result is one of two possible motions. Arguments and result are as for `interpolate`.
 
-    Source: Lynch and Park, section 9.2.1.
+    Source: Lynch and Park, Modern Robotics, 2017, section 9.2.1.
     """
     start, end, part = _path(T_a, T_b, s, "se3.interpolate_straight")
     R_a, R_b = start[..., :3, :3], end[..., :3, :3]
@@ -291,9 +291,13 @@ def project(
 def deviation(T: ArrayLike) -> FloatArray:
     """Return the deviations (...,) of matrices (..., 4, 4) from rigid poses.
 
-    The deviation is the larger of |R^T R - 1| / 8^0.5 [rad] and the largest error of the last row.
-    The deviation is infinite if the axes are not right-handed, and NaN if the matrix is not finite.
-    Entries that are not real numbers raise `InputTypeError`.
+    The deviation is the Frobenius norm |R^T R - I| / 8^0.5, or the largest error of the last row if
+    it is larger. The deviation of two axes that are off by a small angle from a right angle is half
+    this angle [rad]. Left-handed axes have the deviation infinity, matrices with NaN have NaN.
+
+    Raises:
+        InputTypeError: If an entry is not a real number.
+        ShapeError: If T is not (..., 4, 4).
     """
     return _deviation(ending(T, (4, 4), "se3.deviation", "T"))[()]
 

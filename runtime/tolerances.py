@@ -15,8 +15,9 @@ SOLVED = 1e-9
 """Maximum residual (length, radian) of a solution: far above rounding errors, far below
 least-squares residuals of unreachable poses."""
 REFINED = 1e-3
-"""Maximum residual (length, radian) of a solution that is refined. Rounding can change four nearly
-equal roots of a quartic by several times 1.2e-4, the fourth root of the rounding error."""
+"""Newton's method refines solutions whose residual (length, radian) is at most this value. Rounding
+can change four nearly equal roots of a quartic by several times 1.2e-4, the fourth root of the
+rounding error."""
 TILTED = 1e-5
 """Maximum residual (length, radian) that rounding the pose to five digits can explain, for arms
 with fewer than six joints."""

@@ -168,9 +168,9 @@ class NearestMethods(RobotFacts):
             q_seed: (..., n) coordinates near the solution [rad or m].
 
         Returns:
-            `q (..., n)` and `residual (...,)` [m], the larger of the distance from the pose and `2
-            sin(angle/2)` times `unit_length`. The residual of a reachable pose is 0. Limits are
-            ignored.
+            `q (..., n)` and `residual (...,)` [m] at the last step. The residual is the distance to
+            the pose, or `2 sin(angle/2)` of the rotation error times `robot.unit_length` if this is
+            larger. At a reachable pose, the residual is 0 (rounding). Limits are ignored.
 
         Raises:
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.

@@ -64,7 +64,8 @@ class Solutions(Fields):
             where `angle` is the rotation error. The residual is infinite in another assembly mode
             (see `other_mode`).
         margin: (..., k) smallest margin of the solution steps: 0 at the workspace boundary,
-            negative outside. For a general arm, the distance from a singularity.
+            negative outside. For a general arm, the distance from a singularity, or the negative
+            residual in an unsolved slot.
         valid: (..., k) whether the slot holds a solution that no filter has removed. The residual
             of a solution is at most `tolerance`. For a rounded pose, the maximum residual is 10
             `unit_length` times the rounding error of the pose. The rounding error is

@@ -83,7 +83,8 @@
 #define LM_SHORTEST_STEP 1e-15
 
 /* Minimum relative reduction of the squared error per step. Two consecutive smaller reductions end
- * an attempt. LM_HASTY_GAIN ends it early, LM_PATIENT_GAIN at the minimum error. */
+ * an attempt. With LM_HASTY_GAIN, an attempt ends early. With LM_PATIENT_GAIN, an attempt ends at
+ * the minimum error. */
 #define LM_HASTY_GAIN 0.2
 #define LM_PATIENT_GAIN 1e-12
 

@@ -15,7 +15,8 @@ typedef struct {
     double tolerance; /* maximum residual of a valid branch */
     PyObject *refinement; /* refines nearly valid branches; may be NULL */
     double near;          /* maximum residual of a refined branch */
-    PyObject *general;    /* Python function for calls that the kernel cannot answer, or NULL */
+    PyObject *general; /* Python function for calls whose fixed= has other keys than `parameters`,
+                          or NULL */
     PyObject *parameters; /* keys of fixed= for all inputs after the first; may be NULL */
 } Function;
 

@@ -1,4 +1,4 @@
-"""`reach` agrees with the filtered inverse on arbitrary robots."""
+"""`reach` agrees with the solutions of `ik` within the limits, for random robots."""
 
 import numpy as np
 import pytest

@@ -32,7 +32,7 @@ def path(tmp_path):
 
 
 def test_linkage_in_any_plane_writes_latex_rates(path):
-    """The article can print the joint rates of a four-bar linkage in a tilted plane."""
+    """The article contains the joint rates of a four-bar linkage in a tilted plane."""
     robot = read_model(path, random_linkage(random.Random(3)), "world", "tool")
     assert "rates.tex" in fragments(derive(robot, functions=["fk"]))
 

@@ -1,4 +1,4 @@
-"""Inverse kinematics of platforms with a serial arm before or on the platform.
+"""Inverse kinematics of platforms on legs, with joints before the legs or on the platform.
 
 Each leg keeps one ball joint of the platform in a plane.
 """

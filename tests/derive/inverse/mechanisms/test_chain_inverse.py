@@ -1,4 +1,4 @@
-"""Inverse kinematics of robots with loops if shared C code solves the main chain."""
+"""Inverse kinematics of robots with loops whose main chain is a general arm."""
 
 from pathlib import Path
 
