@@ -22,7 +22,7 @@ from .groups import Group
 
 REPRESENTATIONS: tuple[Representation, ...] = ("space", "body", "mixed")
 OBSERVED: dict[Representation, str] = {
-    "space": "of the point of the tool's body at the base origin, in base axes",
+    "space": "of the tool body's point at the base origin, in base axes",
     "body": "of the tool's origin, in tool axes",
     "mixed": "of the tool's origin, in base axes",
 }
@@ -167,7 +167,7 @@ class _Derivation:
     def _jacobian(self, representation: Representation) -> SymbolicFunction:
         return self._function(
             f"jacobian_{representation}",
-            f"Jacobian whose twist (v, omega) is {OBSERVED[representation]}.",
+            f"Jacobian for the twist (v, omega) {OBSERVED[representation]}.",
             f"V = J(q) qd with V = twist_{representation}(q, qd)",
             ("q",),
             self._jacobian_result(representation),

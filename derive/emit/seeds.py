@@ -23,8 +23,8 @@ class SeedInputs:
     Attributes:
         names: Names of the inputs.
         entries: Index of each input in the seed or in the result of ``function``.
-        function: The function that computes inputs from the seed. None if all inputs are entries of
-            the seed.
+        function: The function that computes inputs from the seed. The function is None if the seed
+            contains all inputs.
         size: Number of results of ``function``.
     """
 

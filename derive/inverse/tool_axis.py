@@ -45,8 +45,8 @@ def by_tool_axis(
 
     Returns:
         The classification of the arm with the added axis, and the solved tasks. None is returned if
-        the number of free joints is not five. None is also returned if no family fits the five
-        joints with an added axis.
+        the number of free joints is not five. Return None also if a sixth axis is added to the five
+        joints and the six axes match no family.
     """
     give = classification.give
     if len(classification.lines.axes) - len(give) != JOINTS or unfit(robot):

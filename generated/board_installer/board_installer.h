@@ -43,21 +43,21 @@ void board_installer_link_poses(const double q[6], double T[128]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 117 operations: multiply 50, add 52, trig 6, other 9.
  *   q: actuator coordinates, 6 (rad or m)
  *   J: space Jacobian, 6 x 6 (m, 1) */
 void board_installer_jacobian_space(const double q[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 155 operations: multiply 76, add 64, trig 8, other 7.
  *   q: actuator coordinates, 6 (rad or m)
  *   J: body Jacobian, 6 x 6 (m, 1) */
 void board_installer_jacobian_body(const double q[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 110 operations: multiply 47, add 48, trig 6, other 9.
  *   q: actuator coordinates, 6 (rad or m)
@@ -95,7 +95,7 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void board_installer_hessian_mixed(const double q[6], double H[216]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 130 operations: multiply 64, add 53, trig 6, other 7.
  *   q: actuator coordinates, 6 (rad or m)

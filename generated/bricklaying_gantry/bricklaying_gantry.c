@@ -146,8 +146,7 @@ void bricklaying_gantry_fk_jacobian_mixed(const double q[3], double T_0_ee[16], 
   T_0_ee[11] = v3;
 }
 
-// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes.
+// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 0 operations
 void bricklaying_gantry_jacobian_space(const double q[3], double J[18]) {
   (void)q;
@@ -172,7 +171,7 @@ void bricklaying_gantry_jacobian_space(const double q[3], double J[18]) {
   J[17] = 0.0;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
 // 0 operations
 void bricklaying_gantry_jacobian_body(const double q[3], double J[18]) {
   (void)q;
@@ -197,7 +196,7 @@ void bricklaying_gantry_jacobian_body(const double q[3], double J[18]) {
   J[17] = 0.0;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in base axes.
 // 0 operations
 void bricklaying_gantry_jacobian_mixed(const double q[3], double J[18]) {
   (void)q;
@@ -361,7 +360,7 @@ void bricklaying_gantry_hessian_mixed(const double q[3], double H[54]) {
   H[53] = 0.0;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// Twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 3 operations: multiply 3
 void bricklaying_gantry_twist_space(const double q[3], const double qd[3], double V[6]) {
   (void)q;

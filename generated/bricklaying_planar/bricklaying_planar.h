@@ -39,21 +39,21 @@ void bricklaying_planar_link_poses(const double q[3], double T[48]);
  *   J: mixed Jacobian, 6 x 3 (m, 1) */
 void bricklaying_planar_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 13 operations: multiply 4, add 3, negate 2, trig 4.
  *   q: joint coordinates, 3 (rad)
  *   J: space Jacobian, 6 x 3 (m, 1) */
 void bricklaying_planar_jacobian_space(const double q[3], double J[18]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 30 operations: multiply 14, add 10, trig 6.
  *   q: joint coordinates, 3 (rad)
  *   J: body Jacobian, 6 x 3 (m, 1) */
 void bricklaying_planar_jacobian_body(const double q[3], double J[18]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 21 operations: multiply 6, add 6, negate 3, trig 6.
  *   q: joint coordinates, 3 (rad)
@@ -91,7 +91,7 @@ void bricklaying_planar_jacobian_mixed_dot(const double q[3], const double qd[3]
  *   H: Hessian, 6 x 3 x 3 (m, 1) */
 void bricklaying_planar_hessian_mixed(const double q[3], double H[54]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 20 operations: multiply 8, add 7, negate 1, trig 4.
  *   q: joint coordinates, 3 (rad)

@@ -40,21 +40,21 @@ void delta_link_poses(const double q[3], double T[96]);
  *   J: mixed Jacobian, 6 x 3 (m, 1) */
 void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 182 operations: multiply 93, add 66, negate 3, trig 6, other 14.
  *   q: actuator coordinates, 3 (rad)
  *   J: space Jacobian, 6 x 3 (m, 1) */
 void delta_jacobian_space(const double q[3], double J[18]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 182 operations: multiply 93, add 66, negate 3, trig 6, other 14.
  *   q: actuator coordinates, 3 (rad)
  *   J: body Jacobian, 6 x 3 (m, 1) */
 void delta_jacobian_body(const double q[3], double J[18]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 182 operations: multiply 93, add 66, negate 3, trig 6, other 14.
  *   q: actuator coordinates, 3 (rad)
@@ -92,7 +92,7 @@ void delta_jacobian_mixed_dot(const double q[3], const double qd[3], double J_do
  *   H: Hessian, 6 x 3 x 3 (m, 1) */
 void delta_hessian_mixed(const double q[3], double H[54]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 195 operations: multiply 103, add 72, trig 6, other 14.
  *   q: actuator coordinates, 3 (rad)

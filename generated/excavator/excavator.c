@@ -719,8 +719,7 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   J[5] = v204;
 }
 
-// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes.
+// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 179 operations: multiply 87, add 63, negate 2, trig 2, other 25
 void excavator_jacobian_space(const double q[4], double J[24]) {
   // inputs
@@ -940,7 +939,7 @@ void excavator_jacobian_space(const double q[4], double J[24]) {
   J[19] = v179;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
 // 182 operations: multiply 91, add 64, negate 2, other 25
 void excavator_jacobian_body(const double q[4], double J[24]) {
   // inputs
@@ -1162,7 +1161,7 @@ void excavator_jacobian_body(const double q[4], double J[24]) {
   J[10] = v182;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in base axes.
 // 195 operations: multiply 101, add 62, negate 5, trig 2, other 25
 void excavator_jacobian_mixed(const double q[4], double J[24]) {
   // inputs
@@ -3150,7 +3149,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   H[42] = v384;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// Twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 179 operations: multiply 90, add 62, trig 2, other 25
 void excavator_twist_space(const double q[4], const double qd[4], double V[6]) {
   // inputs

@@ -40,21 +40,21 @@ void excavator_link_poses(const double q[4], double T[64]);
  *   J: mixed Jacobian, 6 x 4 (m, 1) */
 void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J[24]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 179 operations: multiply 87, add 63, negate 2, trig 2, other 25.
  *   q: actuator coordinates, 4 (rad or m)
  *   J: space Jacobian, 6 x 4 (m, 1) */
 void excavator_jacobian_space(const double q[4], double J[24]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 182 operations: multiply 91, add 64, negate 2, other 25.
  *   q: actuator coordinates, 4 (rad or m)
  *   J: body Jacobian, 6 x 4 (m, 1) */
 void excavator_jacobian_body(const double q[4], double J[24]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 195 operations: multiply 101, add 62, negate 5, trig 2, other 25.
  *   q: actuator coordinates, 4 (rad or m)
@@ -92,7 +92,7 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
  *   H: Hessian, 6 x 4 x 4 (m, 1) */
 void excavator_hessian_mixed(const double q[4], double H[96]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 179 operations: multiply 90, add 62, trig 2, other 25.
  *   q: actuator coordinates, 4 (rad or m)

@@ -243,8 +243,7 @@ void five_bar_fk_jacobian_mixed(const double q[2], double T_0_ee[16], double J[1
   J[0] = v52;
 }
 
-// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes.
+// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 42 operations: multiply 20, add 14, trig 4, other 4
 void five_bar_jacobian_space(const double q[2], double J[12]) {
   // inputs
@@ -311,7 +310,7 @@ void five_bar_jacobian_space(const double q[2], double J[12]) {
   J[2] = v42;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
 // 51 operations: multiply 26, add 17, trig 4, other 4
 void five_bar_jacobian_body(const double q[2], double J[12]) {
   // inputs
@@ -386,7 +385,7 @@ void five_bar_jacobian_body(const double q[2], double J[12]) {
   J[2] = v51;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in base axes.
 // 48 operations: multiply 22, add 16, negate 2, trig 4, other 4
 void five_bar_jacobian_mixed(const double q[2], double J[12]) {
   // inputs
@@ -1148,7 +1147,7 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   H[3] = v182;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// Twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 47 operations: multiply 25, add 15, trig 4, other 3
 void five_bar_twist_space(const double q[2], const double qd[2], double V[6]) {
   // inputs

@@ -38,21 +38,21 @@ void five_bar_link_poses(const double q[2], double T[32]);
  *   J: mixed Jacobian, 6 x 2 (m, 1) */
 void five_bar_fk_jacobian_mixed(const double q[2], double T_0_ee[16], double J[12]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 42 operations: multiply 20, add 14, trig 4, other 4.
  *   q: actuator coordinates, 2 (rad)
  *   J: space Jacobian, 6 x 2 (m, 1) */
 void five_bar_jacobian_space(const double q[2], double J[12]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 51 operations: multiply 26, add 17, trig 4, other 4.
  *   q: actuator coordinates, 2 (rad)
  *   J: body Jacobian, 6 x 2 (m, 1) */
 void five_bar_jacobian_body(const double q[2], double J[12]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 48 operations: multiply 22, add 16, negate 2, trig 4, other 4.
  *   q: actuator coordinates, 2 (rad)
@@ -90,7 +90,7 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
  *   H: Hessian, 6 x 2 x 2 (m, 1) */
 void five_bar_hessian_mixed(const double q[2], double H[24]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 47 operations: multiply 25, add 15, trig 4, other 3.
  *   q: actuator coordinates, 2 (rad)

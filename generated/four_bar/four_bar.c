@@ -232,8 +232,7 @@ void four_bar_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6
   J[0] = v47;
 }
 
-// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes.
+// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 34 operations: multiply 15, add 12, negate 1, trig 2, other 4
 void four_bar_jacobian_space(const double q[1], double J[6]) {
   // inputs
@@ -286,7 +285,7 @@ void four_bar_jacobian_space(const double q[1], double J[6]) {
   J[1] = v34;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
 // 51 operations: multiply 25, add 20, trig 2, other 4
 void four_bar_jacobian_body(const double q[1], double J[6]) {
   // inputs
@@ -355,7 +354,7 @@ void four_bar_jacobian_body(const double q[1], double J[6]) {
   J[1] = v51;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in base axes.
 // 44 operations: multiply 19, add 18, negate 1, trig 2, other 4
 void four_bar_jacobian_mixed(const double q[1], double J[6]) {
   // inputs
@@ -911,7 +910,7 @@ void four_bar_hessian_mixed(const double q[1], double H[6]) {
   H[0] = v100;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// Twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 38 operations: multiply 19, add 12, negate 1, trig 2, other 4
 void four_bar_twist_space(const double q[1], const double qd[1], double V[6]) {
   // inputs

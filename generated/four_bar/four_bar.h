@@ -37,21 +37,21 @@ void four_bar_link_poses(const double q[1], double T[32]);
  *   J: mixed Jacobian, 6 x 1 (m, 1) */
 void four_bar_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 34 operations: multiply 15, add 12, negate 1, trig 2, other 4.
  *   q: actuator coordinates, 1 (rad)
  *   J: space Jacobian, 6 x 1 (m, 1) */
 void four_bar_jacobian_space(const double q[1], double J[6]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 51 operations: multiply 25, add 20, trig 2, other 4.
  *   q: actuator coordinates, 1 (rad)
  *   J: body Jacobian, 6 x 1 (m, 1) */
 void four_bar_jacobian_body(const double q[1], double J[6]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 44 operations: multiply 19, add 18, negate 1, trig 2, other 4.
  *   q: actuator coordinates, 1 (rad)
@@ -89,7 +89,7 @@ void four_bar_jacobian_mixed_dot(const double q[1], const double qd[1], double J
  *   H: Hessian, 6 x 1 x 1 (m, 1) */
 void four_bar_hessian_mixed(const double q[1], double H[6]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 38 operations: multiply 19, add 12, negate 1, trig 2, other 4.
  *   q: actuator coordinates, 1 (rad)

@@ -669,8 +669,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   T_0_ee[1] = v170;
 }
 
-// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes.
+// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 155 operations: multiply 92, add 41, negate 10, trig 12
 void iiwa14_jacobian_space(const double q[7], double J[42]) {
   // inputs
@@ -884,7 +883,7 @@ void iiwa14_jacobian_space(const double q[7], double J[42]) {
   J[13] = v155;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
 // 182 operations: multiply 110, add 50, negate 8, trig 14
 void iiwa14_jacobian_body(const double q[7], double J[42]) {
   // inputs
@@ -1126,7 +1125,7 @@ void iiwa14_jacobian_body(const double q[7], double J[42]) {
   J[7] = v182;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in base axes.
 // 148 operations: multiply 89, add 37, negate 10, trig 12
 void iiwa14_jacobian_mixed(const double q[7], double J[42]) {
   // inputs
@@ -3290,7 +3289,7 @@ void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   H[138] = v401;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// Twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 206 operations: multiply 125, add 69, trig 12
 void iiwa14_twist_space(const double q[7], const double qd[7], double V[6]) {
   // inputs

@@ -43,21 +43,21 @@ void iiwa14_link_poses(const double q[7], double T[112]);
  *   J: mixed Jacobian, 6 x 7 (m, 1) */
 void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 155 operations: multiply 92, add 41, negate 10, trig 12.
  *   q: joint coordinates, 7 (rad)
  *   J: space Jacobian, 6 x 7 (m, 1) */
 void iiwa14_jacobian_space(const double q[7], double J[42]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 182 operations: multiply 110, add 50, negate 8, trig 14.
  *   q: joint coordinates, 7 (rad)
  *   J: body Jacobian, 6 x 7 (m, 1) */
 void iiwa14_jacobian_body(const double q[7], double J[42]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 148 operations: multiply 89, add 37, negate 10, trig 12.
  *   q: joint coordinates, 7 (rad)
@@ -95,7 +95,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
  *   H: Hessian, 6 x 7 x 7 (m, 1) */
 void iiwa14_hessian_mixed(const double q[7], double H[294]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 206 operations: multiply 125, add 69, trig 12.
  *   q: joint coordinates, 7 (rad)

@@ -527,8 +527,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[0] = v117;
 }
 
-// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes.
+// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 101 operations: multiply 54, add 24, negate 13, trig 10
 void irb6640_jacobian_space(const double q[6], double J[36]) {
   // inputs
@@ -683,7 +682,7 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   J[17] = v101;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
 // 128 operations: multiply 74, add 35, negate 7, trig 12
 void irb6640_jacobian_body(const double q[6], double J[36]) {
   // inputs
@@ -864,7 +863,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   J[12] = v128;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in base axes.
 // 95 operations: multiply 50, add 20, negate 15, trig 10
 void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   // inputs
@@ -2365,7 +2364,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   H[64] = v196;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// Twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 137 operations: multiply 81, add 46, trig 10
 void irb6640_twist_space(const double q[6], const double qd[6], double V[6]) {
   // inputs

@@ -42,21 +42,21 @@ void irb6640_link_poses(const double q[6], double T[96]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 101 operations: multiply 54, add 24, negate 13, trig 10.
  *   q: joint coordinates, 6 (rad)
  *   J: space Jacobian, 6 x 6 (m, 1) */
 void irb6640_jacobian_space(const double q[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 128 operations: multiply 74, add 35, negate 7, trig 12.
  *   q: joint coordinates, 6 (rad)
  *   J: body Jacobian, 6 x 6 (m, 1) */
 void irb6640_jacobian_body(const double q[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 95 operations: multiply 50, add 20, negate 15, trig 10.
  *   q: joint coordinates, 6 (rad)
@@ -94,7 +94,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void irb6640_hessian_mixed(const double q[6], double H[216]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 137 operations: multiply 81, add 46, trig 10.
  *   q: joint coordinates, 6 (rad)

@@ -696,8 +696,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   T_0_ee[5] = v167;
 }
 
-// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes.
+// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 156 operations: multiply 91, add 46, negate 9, trig 10
 void jaco2_jacobian_space(const double q[6], double J[36]) {
   // inputs
@@ -908,7 +907,7 @@ void jaco2_jacobian_space(const double q[6], double J[36]) {
   J[17] = v156;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
 // 180 operations: multiply 102, add 55, negate 11, trig 12
 void jaco2_jacobian_body(const double q[6], double J[36]) {
   // inputs
@@ -1143,7 +1142,7 @@ void jaco2_jacobian_body(const double q[6], double J[36]) {
   J[6] = v180;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in base axes.
 // 131 operations: multiply 73, add 36, negate 12, trig 10
 void jaco2_jacobian_mixed(const double q[6], double J[36]) {
   // inputs
@@ -2895,7 +2894,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   H[212] = v242;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// Twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 196 operations: multiply 118, add 68, trig 10
 void jaco2_twist_space(const double q[6], const double qd[6], double V[6]) {
   // inputs

@@ -42,21 +42,21 @@ void jaco2_link_poses(const double q[6], double T[96]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 156 operations: multiply 91, add 46, negate 9, trig 10.
  *   q: joint coordinates, 6 (rad)
  *   J: space Jacobian, 6 x 6 (m, 1) */
 void jaco2_jacobian_space(const double q[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 180 operations: multiply 102, add 55, negate 11, trig 12.
  *   q: joint coordinates, 6 (rad)
  *   J: body Jacobian, 6 x 6 (m, 1) */
 void jaco2_jacobian_body(const double q[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 131 operations: multiply 73, add 36, negate 12, trig 10.
  *   q: joint coordinates, 6 (rad)
@@ -94,7 +94,7 @@ void jaco2_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void jaco2_hessian_mixed(const double q[6], double H[216]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 196 operations: multiply 118, add 68, trig 10.
  *   q: joint coordinates, 6 (rad)

@@ -41,21 +41,21 @@ void lynxmotion_link_poses(const double q[5], double T[80]);
  *   J: mixed Jacobian, 6 x 5 (m, 1) */
 void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J[30]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 36 operations: multiply 16, add 6, negate 6, trig 8.
  *   q: joint coordinates, 5 (rad)
  *   J: space Jacobian, 6 x 5 (m, 1) */
 void lynxmotion_jacobian_space(const double q[5], double J[30]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 50 operations: multiply 26, add 12, negate 4, trig 8.
  *   q: joint coordinates, 5 (rad)
  *   J: body Jacobian, 6 x 5 (m, 1) */
 void lynxmotion_jacobian_body(const double q[5], double J[30]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 41 operations: multiply 16, add 6, negate 11, trig 8.
  *   q: joint coordinates, 5 (rad)
@@ -93,7 +93,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
  *   H: Hessian, 6 x 5 x 5 (m, 1) */
 void lynxmotion_hessian_mixed(const double q[5], double H[150]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 65 operations: multiply 35, add 20, negate 2, trig 8.
  *   q: joint coordinates, 5 (rad)

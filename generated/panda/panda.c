@@ -730,8 +730,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   J[0] = v186;
 }
 
-// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes.
+// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 161 operations: multiply 92, add 44, negate 13, trig 12
 void panda_jacobian_space(const double q[7], double J[42]) {
   // inputs
@@ -951,7 +950,7 @@ void panda_jacobian_space(const double q[7], double J[42]) {
   J[20] = v161;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
 // 190 operations: multiply 112, add 55, negate 9, trig 14
 void panda_jacobian_body(const double q[7], double J[42]) {
   // inputs
@@ -1198,7 +1197,7 @@ void panda_jacobian_body(const double q[7], double J[42]) {
   J[14] = v190;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in base axes.
 // 155 operations: multiply 88, add 41, negate 14, trig 12
 void panda_jacobian_mixed(const double q[7], double J[42]) {
   // inputs
@@ -3395,7 +3394,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   H[106] = v405;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// Twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 209 operations: multiply 125, add 72, trig 12
 void panda_twist_space(const double q[7], const double qd[7], double V[6]) {
   // inputs

@@ -43,21 +43,21 @@ void panda_link_poses(const double q[7], double T[112]);
  *   J: mixed Jacobian, 6 x 7 (m, 1) */
 void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 161 operations: multiply 92, add 44, negate 13, trig 12.
  *   q: joint coordinates, 7 (rad)
  *   J: space Jacobian, 6 x 7 (m, 1) */
 void panda_jacobian_space(const double q[7], double J[42]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 190 operations: multiply 112, add 55, negate 9, trig 14.
  *   q: joint coordinates, 7 (rad)
  *   J: body Jacobian, 6 x 7 (m, 1) */
 void panda_jacobian_body(const double q[7], double J[42]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 155 operations: multiply 88, add 41, negate 14, trig 12.
  *   q: joint coordinates, 7 (rad)
@@ -95,7 +95,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
  *   H: Hessian, 6 x 7 x 7 (m, 1) */
 void panda_hessian_mixed(const double q[7], double H[294]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 209 operations: multiply 125, add 72, trig 12.
  *   q: joint coordinates, 7 (rad)

@@ -44,21 +44,21 @@ void photo_robot_link_poses(const double q[8], double T[144]);
  *   J: mixed Jacobian, 6 x 8 (m, 1) */
 void photo_robot_fk_jacobian_mixed(const double q[8], double T_w_ee[16], double J[48]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 126 operations: multiply 65, add 31, negate 20, trig 10.
  *   q: joint coordinates, 8 (rad or m)
  *   J: space Jacobian, 6 x 8 (m, 1) */
 void photo_robot_jacobian_space(const double q[8], double J[48]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 108 operations: multiply 56, add 25, negate 15, trig 12.
  *   q: joint coordinates, 8 (rad or m)
  *   J: body Jacobian, 6 x 8 (m, 1) */
 void photo_robot_jacobian_body(const double q[8], double J[48]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 72 operations: multiply 34, add 13, negate 15, trig 10.
  *   q: joint coordinates, 8 (rad or m)
@@ -96,7 +96,7 @@ void photo_robot_jacobian_mixed_dot(const double q[8], const double qd[8], doubl
  *   H: Hessian, 6 x 8 x 8 (m, 1) */
 void photo_robot_hessian_mixed(const double q[8], double H[384]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 167 operations: multiply 97, add 59, negate 1, trig 10.
  *   q: joint coordinates, 8 (rad or m)

@@ -174,8 +174,7 @@ void planar_3rrr_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double 
   T_0_ee[1] = v3;
 }
 
-// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes.
+// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 12 operations: multiply 6, add 6, after about 3335 operations of the loop iteration
 void planar_3rrr_jacobian_space(const double q[3], double J[18]) {
   planar_3rrr_loops_closed loops;
@@ -231,7 +230,7 @@ void planar_3rrr_jacobian_space(const double q[3], double J[18]) {
   J[5] = v12;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
 // 20 operations: multiply 12, add 6, trig 2, after about 3335 operations of the loop iteration
 void planar_3rrr_jacobian_body(const double q[3], double J[18]) {
   planar_3rrr_loops_closed loops;
@@ -295,7 +294,7 @@ void planar_3rrr_jacobian_body(const double q[3], double J[18]) {
   J[5] = v20;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in base axes.
 // 0 operations, after about 3335 operations of the loop iteration
 void planar_3rrr_jacobian_mixed(const double q[3], double J[18]) {
   planar_3rrr_loops_closed loops;
@@ -653,7 +652,7 @@ void planar_3rrr_hessian_mixed(const double q[3], double H[54]) {
   H[53] = w_q_q_44;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// Twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 4 operations: multiply 2, add 2, after about 3263 operations of the loop iteration
 void planar_3rrr_twist_space(const double q[3], const double qd[3], double V[6]) {
   planar_3rrr_loops_closed loops;
@@ -3348,8 +3347,8 @@ void planar_3rrr_chain_fk_jacobian_mixed(const double theta[3], double T_0_ee[16
   T_0_ee[1] = v3;
 }
 
-// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes, from the main-chain joints.
+// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes, from
+// the main-chain joints.
 // 1 operations: negate 1
 void planar_3rrr_chain_jacobian_space(const double theta[3], double J[18]) {
   // inputs
@@ -3379,8 +3378,7 @@ void planar_3rrr_chain_jacobian_space(const double theta[3], double J[18]) {
   J[5] = v1;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes, from the main-chain
-// joints.
+// Jacobian for the twist (v, omega) of the tool's origin, in tool axes, from the main-chain joints.
 // 3 operations: negate 1, trig 2
 void planar_3rrr_chain_jacobian_body(const double theta[3], double J[18]) {
   // inputs
@@ -3413,8 +3411,7 @@ void planar_3rrr_chain_jacobian_body(const double theta[3], double J[18]) {
   J[3] = v3;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes, from the main-chain
-// joints.
+// Jacobian for the twist (v, omega) of the tool's origin, in base axes, from the main-chain joints.
 // 0 operations
 void planar_3rrr_chain_jacobian_mixed(const double theta[3], double J[18]) {
   (void)theta;
@@ -3594,8 +3591,8 @@ void planar_3rrr_chain_hessian_mixed(const double theta[3], double H[54]) {
   H[53] = 0.0;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes, from the main-
-// chain joints.
+// Twist (v, omega) of the tool body's point at the base origin, in base axes, from the main-chain
+// joints.
 // 4 operations: multiply 2, add 2
 void planar_3rrr_chain_twist_space(const double theta[3], const double thetad[3], double V[6]) {
   // inputs

@@ -66,7 +66,7 @@ def jacobian_space(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+    """Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
 
     V = J(q) qd with V = twist_space(q, qd)
 
@@ -83,7 +83,7 @@ def jacobian_body(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+    """Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
 
     V = J(q) qd with V = twist_body(q, qd)
 
@@ -100,7 +100,7 @@ def jacobian_mixed(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+    """Jacobian for the twist (v, omega) of the tool's origin, in base axes.
 
     V = J(q) qd with V = twist_mixed(q, qd)
 
@@ -188,7 +188,7 @@ def twist_space(
     q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+    """Twist (v, omega) of the tool body's point at the base origin, in base axes.
 
     V = jacobian_space(q) qd
 

@@ -42,21 +42,21 @@ void puma560_link_poses(const double q[6], double T[96]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void puma560_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 109 operations: multiply 59, add 27, negate 13, trig 10.
  *   q: joint coordinates, 6 (rad)
  *   J: space Jacobian, 6 x 6 (m, 1) */
 void puma560_jacobian_space(const double q[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 119 operations: multiply 66, add 32, negate 9, trig 12.
  *   q: joint coordinates, 6 (rad)
  *   J: body Jacobian, 6 x 6 (m, 1) */
 void puma560_jacobian_body(const double q[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 69 operations: multiply 34, add 14, negate 11, trig 10.
  *   q: joint coordinates, 6 (rad)
@@ -94,7 +94,7 @@ void puma560_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void puma560_hessian_mixed(const double q[6], double H[216]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 146 operations: multiply 86, add 49, negate 1, trig 10.
  *   q: joint coordinates, 6 (rad)

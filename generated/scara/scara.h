@@ -40,21 +40,21 @@ void scara_link_poses(const double q[4], double T[64]);
  *   J: mixed Jacobian, 6 x 4 (m, 1) */
 void scara_fk_jacobian_mixed(const double q[4], double T_0_ee[16], double J[24]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 13 operations: multiply 4, add 3, negate 2, trig 4.
  *   q: joint coordinates, 4 (rad or m)
  *   J: space Jacobian, 6 x 4 (m, 1) */
 void scara_jacobian_space(const double q[4], double J[24]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 28 operations: multiply 12, add 8, negate 2, trig 6.
  *   q: joint coordinates, 4 (rad or m)
  *   J: body Jacobian, 6 x 4 (m, 1) */
 void scara_jacobian_body(const double q[4], double J[24]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 13 operations: multiply 4, add 3, negate 2, trig 4.
  *   q: joint coordinates, 4 (rad or m)
@@ -92,7 +92,7 @@ void scara_jacobian_mixed_dot(const double q[4], const double qd[4], double J_do
  *   H: Hessian, 6 x 4 x 4 (m, 1) */
 void scara_hessian_mixed(const double q[4], double H[96]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 20 operations: multiply 8, add 7, negate 1, trig 4.
  *   q: joint coordinates, 4 (rad or m)

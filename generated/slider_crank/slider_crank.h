@@ -37,21 +37,21 @@ void slider_crank_link_poses(const double q[1], double T[16]);
  *   J: mixed Jacobian, 6 x 1 (m, 1) */
 void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 18 operations: multiply 6, add 5, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)
  *   J: space Jacobian, 6 x 1 (m, 1) */
 void slider_crank_jacobian_space(const double q[1], double J[6]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 18 operations: multiply 6, add 5, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)
  *   J: body Jacobian, 6 x 1 (m, 1) */
 void slider_crank_jacobian_body(const double q[1], double J[6]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 18 operations: multiply 6, add 5, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)
@@ -89,7 +89,7 @@ void slider_crank_jacobian_mixed_dot(const double q[1], const double qd[1], doub
  *   H: Hessian, 6 x 1 x 1 (m, 1) */
 void slider_crank_hessian_mixed(const double q[1], double H[6]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 21 operations: multiply 9, add 5, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)

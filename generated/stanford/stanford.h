@@ -42,21 +42,21 @@ void stanford_link_poses(const double q[6], double T[96]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 91 operations: multiply 53, add 22, negate 8, trig 8.
  *   q: joint coordinates, 6 (rad or m)
  *   J: space Jacobian, 6 x 6 (m, 1) */
 void stanford_jacobian_space(const double q[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 110 operations: multiply 66, add 28, negate 6, trig 10.
  *   q: joint coordinates, 6 (rad or m)
  *   J: body Jacobian, 6 x 6 (m, 1) */
 void stanford_jacobian_body(const double q[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 79 operations: multiply 46, add 16, negate 9, trig 8.
  *   q: joint coordinates, 6 (rad or m)
@@ -94,7 +94,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void stanford_hessian_mixed(const double q[6], double H[216]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 128 operations: multiply 78, add 42, trig 8.
  *   q: joint coordinates, 6 (rad or m)

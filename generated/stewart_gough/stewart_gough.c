@@ -381,8 +381,7 @@ void stewart_gough_fk_jacobian_mixed(const double q[6], double T_0_ee[16], doubl
   J[29] = v73;
 }
 
-// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes.
+// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 170 operations: multiply 95, add 71, trig 4, after about 4280 operations of the loop iteration
 void stewart_gough_jacobian_space(const double q[6], double J[36]) {
   stewart_gough_loops_closed loops;
@@ -646,7 +645,7 @@ void stewart_gough_jacobian_space(const double q[6], double J[36]) {
   J[11] = v170;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
 // 162 operations: multiply 98, add 58, trig 6, after about 4280 operations of the loop iteration
 void stewart_gough_jacobian_body(const double q[6], double J[36]) {
   stewart_gough_loops_closed loops;
@@ -897,7 +896,7 @@ void stewart_gough_jacobian_body(const double q[6], double J[36]) {
   J[17] = v162;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in base axes.
 // 54 operations: multiply 32, add 18, trig 4, after about 4280 operations of the loop iteration
 void stewart_gough_jacobian_mixed(const double q[6], double J[36]) {
   stewart_gough_loops_closed loops;
@@ -3455,7 +3454,7 @@ void stewart_gough_hessian_mixed(const double q[6], double H[216]) {
   H[215] = v713;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// Twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 50 operations: multiply 30, add 16, trig 4, after about 3560 operations of the loop iteration
 void stewart_gough_twist_space(const double q[6], const double qd[6], double V[6]) {
   stewart_gough_loops_closed loops;
@@ -8023,8 +8022,8 @@ void stewart_gough_chain_fk_jacobian_mixed(const double theta[6], double T_0_ee[
   T_0_ee[6] = v26;
 }
 
-// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes, from the main-chain joints.
+// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes, from
+// the main-chain joints.
 // 33 operations: multiply 17, add 5, negate 7, trig 4
 void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]) {
   // inputs
@@ -8112,8 +8111,7 @@ void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]) {
   J[5] = v33;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes, from the main-chain
-// joints.
+// Jacobian for the twist (v, omega) of the tool's origin, in tool axes, from the main-chain joints.
 // 26 operations: multiply 14, add 4, negate 2, trig 6
 void stewart_gough_chain_jacobian_body(const double theta[6], double J[36]) {
   // inputs
@@ -8186,8 +8184,7 @@ void stewart_gough_chain_jacobian_body(const double theta[6], double J[36]) {
   J[13] = v26;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes, from the main-chain
-// joints.
+// Jacobian for the twist (v, omega) of the tool's origin, in base axes, from the main-chain joints.
 // 8 operations: multiply 2, negate 2, trig 4
 void stewart_gough_chain_jacobian_mixed(const double theta[6], double J[36]) {
   // inputs
@@ -8833,8 +8830,8 @@ void stewart_gough_chain_hessian_mixed(const double theta[6], double H[216]) {
   H[214] = v17;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes, from the main-
-// chain joints.
+// Twist (v, omega) of the tool body's point at the base origin, in base axes, from the main-chain
+// joints.
 // 50 operations: multiply 30, add 16, trig 4
 void stewart_gough_chain_twist_space(const double theta[6], const double thetad[6], double V[6]) {
   // inputs

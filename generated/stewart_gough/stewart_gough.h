@@ -43,21 +43,21 @@ void stewart_gough_link_poses(const double q[6], double T[96]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void stewart_gough_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 170 operations: multiply 95, add 71, trig 4, after about 4280 operations of the loop iteration.
  *   q: actuator coordinates, 6 (m)
  *   J: space Jacobian, 6 x 6 (m, 1) */
 void stewart_gough_jacobian_space(const double q[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 162 operations: multiply 98, add 58, trig 6, after about 4280 operations of the loop iteration.
  *   q: actuator coordinates, 6 (m)
  *   J: body Jacobian, 6 x 6 (m, 1) */
 void stewart_gough_jacobian_body(const double q[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 54 operations: multiply 32, add 18, trig 4, after about 4280 operations of the loop iteration.
  *   q: actuator coordinates, 6 (m)
@@ -95,7 +95,7 @@ void stewart_gough_jacobian_mixed_dot(const double q[6], const double qd[6], dou
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void stewart_gough_hessian_mixed(const double q[6], double H[216]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 50 operations: multiply 30, add 16, trig 4, after about 3560 operations of the loop iteration.
  *   q: actuator coordinates, 6 (m)
@@ -301,21 +301,21 @@ void stewart_gough_chain_link_poses(const double theta[6], double T[96]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void stewart_gough_chain_fk_jacobian_mixed(const double theta[6], double T_0_ee[16], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes, from the main-chain joints.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes, from the main-chain joints.
  * V = J(theta) thetad with V = twist_space(theta, thetad)
  * 33 operations: multiply 17, add 5, negate 7, trig 4.
  *   theta: joints of the main chain, 6 (rad or m)
  *   J: space Jacobian, 6 x 6 (m, 1) */
 void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes, from the main-chain joints.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes, from the main-chain joints.
  * V = J(theta) thetad with V = twist_body(theta, thetad)
  * 26 operations: multiply 14, add 4, negate 2, trig 6.
  *   theta: joints of the main chain, 6 (rad or m)
  *   J: body Jacobian, 6 x 6 (m, 1) */
 void stewart_gough_chain_jacobian_body(const double theta[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes, from the main-chain joints.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes, from the main-chain joints.
  * V = J(theta) thetad with V = twist_mixed(theta, thetad)
  * 8 operations: multiply 2, negate 2, trig 4.
  *   theta: joints of the main chain, 6 (rad or m)
@@ -353,7 +353,7 @@ void stewart_gough_chain_jacobian_mixed_dot(const double theta[6], const double 
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void stewart_gough_chain_hessian_mixed(const double theta[6], double H[216]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes, from the main-chain joints.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes, from the main-chain joints.
  * V = jacobian_space(theta) thetad
  * 50 operations: multiply 30, add 16, trig 4.
  *   theta: joints of the main chain, 6 (rad or m)

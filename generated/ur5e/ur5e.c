@@ -481,8 +481,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   J[0] = v97;
 }
 
-// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes.
+// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 76 operations: multiply 41, add 18, negate 7, trig 10
 void ur5e_jacobian_space(const double q[6], double J[36]) {
   // inputs
@@ -611,7 +610,7 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   J[17] = v76;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
 // 117 operations: multiply 65, add 32, negate 8, trig 12
 void ur5e_jacobian_body(const double q[6], double J[36]) {
   // inputs
@@ -779,7 +778,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   J[12] = v117;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in base axes.
 // 74 operations: multiply 37, add 15, negate 12, trig 10
 void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   // inputs
@@ -2109,7 +2108,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   H[79] = v125;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// Twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 116 operations: multiply 67, add 39, trig 10
 void ur5e_twist_space(const double q[6], const double qd[6], double V[6]) {
   // inputs

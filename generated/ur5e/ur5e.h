@@ -42,21 +42,21 @@ void ur5e_link_poses(const double q[6], double T[96]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 76 operations: multiply 41, add 18, negate 7, trig 10.
  *   q: joint coordinates, 6 (rad)
  *   J: space Jacobian, 6 x 6 (m, 1) */
 void ur5e_jacobian_space(const double q[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 117 operations: multiply 65, add 32, negate 8, trig 12.
  *   q: joint coordinates, 6 (rad)
  *   J: body Jacobian, 6 x 6 (m, 1) */
 void ur5e_jacobian_body(const double q[6], double J[36]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 74 operations: multiply 37, add 15, negate 12, trig 10.
  *   q: joint coordinates, 6 (rad)
@@ -94,7 +94,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void ur5e_hessian_mixed(const double q[6], double H[216]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 116 operations: multiply 67, add 39, trig 10.
  *   q: joint coordinates, 6 (rad)

@@ -1051,8 +1051,7 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   J[15] = v267;
 }
 
-// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes.
+// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 216 operations: multiply 106, add 81, negate 2, trig 2, other 25
 void well_manipulator_jacobian_space(const double q[7], double J[42]) {
   // inputs
@@ -1337,7 +1336,7 @@ void well_manipulator_jacobian_space(const double q[7], double J[42]) {
   J[13] = v216;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
 // 254 operations: multiply 130, add 92, negate 7, other 25
 void well_manipulator_jacobian_body(const double q[7], double J[42]) {
   // inputs
@@ -1654,7 +1653,7 @@ void well_manipulator_jacobian_body(const double q[7], double J[42]) {
   J[8] = v254;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// Jacobian for the twist (v, omega) of the tool's origin, in base axes.
 // 258 operations: multiply 136, add 90, negate 5, trig 2, other 25
 void well_manipulator_jacobian_mixed(const double q[7], double J[42]) {
   // inputs
@@ -4336,7 +4335,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[106] = v513;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// Twist (v, omega) of the tool body's point at the base origin, in base axes.
 // 224 operations: multiply 116, add 80, negate 1, trig 2, other 25
 void well_manipulator_twist_space(const double q[7], const double qd[7], double V[6]) {
   // inputs

@@ -43,21 +43,21 @@ void well_manipulator_link_poses(const double q[7], double T[112]);
  *   J: mixed Jacobian, 6 x 7 (m, 1) */
 void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], double J[42]);
 
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 216 operations: multiply 106, add 81, negate 2, trig 2, other 25.
  *   q: actuator coordinates, 7 (rad or m)
  *   J: space Jacobian, 6 x 7 (m, 1) */
 void well_manipulator_jacobian_space(const double q[7], double J[42]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
  * 254 operations: multiply 130, add 92, negate 7, other 25.
  *   q: actuator coordinates, 7 (rad or m)
  *   J: body Jacobian, 6 x 7 (m, 1) */
 void well_manipulator_jacobian_body(const double q[7], double J[42]);
 
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+/* Jacobian for the twist (v, omega) of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
  * 258 operations: multiply 136, add 90, negate 5, trig 2, other 25.
  *   q: actuator coordinates, 7 (rad or m)
@@ -95,7 +95,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
  *   H: Hessian, 6 x 7 x 7 (m, 1) */
 void well_manipulator_hessian_mixed(const double q[7], double H[294]);
 
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 224 operations: multiply 116, add 80, negate 1, trig 2, other 25.
  *   q: actuator coordinates, 7 (rad or m)

@@ -25,7 +25,7 @@ def _no_functions(_robot: SerialRobot, _lines: Lines) -> tuple[SymbolicFunction,
     return ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Family:
     """A structure of axes and its closed-form inverse.
 
@@ -67,3 +67,6 @@ class Family:
     functions: Callable[[SerialRobot, Lines], tuple[SymbolicFunction, ...]] = _no_functions
     has_couplings: bool = False
     coupled_position: Callable[[CoupledChain, Lines], Solved | None] | None = None
+
+    def __repr__(self) -> str:
+        return f"Family({self.title!r})"

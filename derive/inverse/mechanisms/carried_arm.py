@@ -86,8 +86,8 @@ class CarriedArmTables(Tables):
         maps: Terms of the inverse pose of each joint. For a revolute joint, the terms are the
             factors of 1, cosine and sine. For a prismatic joint, the terms are the constant, the
             factor of the displacement, and 0.
-        planes: For each plane, the unit normal and the negative offset (meter) in the frame of the
-            legs.
+        planes: For each plane, the unit normal and the negative offset (meter), in the frame where
+            the legs start.
         points: The ball joints in the platform frame (meter).
     """
 

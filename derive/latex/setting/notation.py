@@ -297,7 +297,7 @@ def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
 
 
 def is_long(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a constant with parameters is so long that its parts need names in print."""
+    """Whether a constant with parameters is so long that the article must name its parts."""
     return not terms.is_number(expression) and terms.size(expression) > MAX_WRITTEN
 
 
