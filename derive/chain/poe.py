@@ -22,12 +22,12 @@ def product_of_exponentials(
     moving joints. If no joint is coupled or reversed, theta equals q.
 
     Args:
-        description: A serial robot.
+        description: A serial robot, for example from ``read``.
 
     Returns:
         ``S_space`` (6, moving joints) and ``M_0_ee`` (4, 4). Each column of ``S_space`` is a screw
-        (v; omega) in the base frame. ``M_0_ee`` is the home pose of the tool, with all joints at
-        zero. The home pose excludes the offsets of couplings.
+        axis (v, omega) in the base frame. ``M_0_ee`` is the home pose of the tool, with all joints
+        at zero. The home pose excludes the offsets of couplings.
 
     Source:
         Brockett 1984; Lynch and Park, Modern Robotics, 4.1.

@@ -143,8 +143,8 @@ class ManipulabilityMethods(LengthMethods):
                 default `robot.characteristic_length`.
 
         Returns:
-            Axes `(..., k, r)` with k = 3 or 6, and semi-axes `(..., r)`. Both are NaN if q is not
-            finite. Errors are as for `manipulability`.
+            `axes (..., k, r)` with k = 3 or 6, and semi-axes `lengths (..., r)`, with r the number
+            of directions in which the tool can move. Both are NaN if q is not finite.
         """
         metric = self._metric("velocity_ellipsoid", components, characteristic_length)
         return self._ellipsoid(q, metric, components)

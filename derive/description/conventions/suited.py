@@ -51,14 +51,18 @@ def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Conventi
 
 
 def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
-    """Return the robot with each joint in a suitable convention.
+    """Return the robot with each joint in the convention that suits its calibration.
 
     The tool pose, coordinates, limits and couplings do not change. The conventions of the joints
     determine the new link frames. Fixed joints become part of the links. Multiples of 15 degrees
     and numbers with fewer than 25 digits stay exact.
 
     Args:
-        robot: A serial robot. Named parameters are replaced by their values.
+        robot: A serial robot, for example from ``read``. Named parameters are replaced by their
+            values.
+
+    Returns:
+        The robot with the same axes and tool pose, in the chosen conventions.
 
     Raises:
         DescriptionError: The robot has masses whose positions depend on the link frames.

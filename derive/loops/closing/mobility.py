@@ -122,13 +122,17 @@ def mobility(mechanism: Mechanism) -> Mobility:
     """Return the degrees of freedom from mobility formulas and from the constraint rank.
 
     Bodies connected by fixed joints count as one body. A rod counts as a body with two joints. A
-    cylinder counts as two bodies with three joints. A platform on virtual joints counts as one
-    body. Virtual joints do not count
-    (``virtual_joints``). A geared motor does not count,
-    because motor, bearing and gear pair together add no freedom.
+    cylinder counts as two bodies with three joints. The joints
+    that describe the pose of a free platform are virtual and do not count. A geared motor does not
+    count, because motor, bearing and gear pair together add no freedom.
 
     Args:
-        mechanism: A description whose loops nearly close at the reference configuration.
+        mechanism: A robot with loops, from ``read``, whose loops nearly close at the reference
+            configuration.
+
+    Returns:
+        The numbers of bodies, joints and equations. ``kutzbach`` and ``by_loops`` are the degrees
+        of freedom by formula; ``true`` follows from the rank of the constraint Jacobian.
 
     Raises:
         LoopError: The loops do not close at the reference configuration.
