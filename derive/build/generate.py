@@ -55,12 +55,24 @@ def files(
     """
     check_type("files: description", description, SerialRobot, Mechanism)
     emitters = emitters_of(languages)
+    texts = _texts(description, functions, fixed, families, emitters, parametric=parametric)
+    return {name: text.encode() for name, text in texts.items()}
+
+
+def _texts(
+    description: Described,
+    functions: Sequence[str] | None,
+    fixed: str | Sequence[str],
+    families: tuple[Family, ...],
+    emitters: Sequence[Emitter],
+    *,
+    parametric: bool,
+) -> dict[str, str]:
     with without_garbage_collection():
         derived = derive(
             description, functions=functions, fixed=fixed, parametric=parametric, families=families
         )
-        texts = files_of(derived, emitters)
-    return {name: text.encode() for name, text in texts.items()}
+        return files_of(derived, emitters)
 
 
 @contextmanager
@@ -130,16 +142,9 @@ def write(
             have the same path.
     """
     check_type("write: description", description, SerialRobot, Mechanism)
-    target = as_path("folder", folder)
-    texts = files(
-        description,
-        functions=functions,
-        fixed=fixed,
-        parametric=parametric,
-        families=families,
-        languages=languages,
-    )
-    return put({name: text.decode() for name, text in texts.items()}, target)
+    target, emitters = as_path("folder", folder), emitters_of(languages)
+    texts = _texts(description, functions, fixed, families, emitters, parametric=parametric)
+    return put(texts, target)
 
 
 def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list[Path]:
