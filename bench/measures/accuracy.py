@@ -3,10 +3,11 @@
 import numpy as np
 
 import chasles
-from chasles.derive import read
+from chasles.derive import SerialRobot, read
 from tests.support.derivations import description
 from tests.support.oracles.extended_precision import extended_fk
 from tests.support.oracles.screws import screws
+from tests.support.peers.case_answers import MAX_JOINTS
 from tests.support.peers.interface import gathered, inverses
 
 from ..cases.arms import PANDA, UR5E
@@ -30,12 +31,14 @@ def run(plan: Plan) -> list[Limit]:
     An error is the larger of the distance between two poses [m] and the chord 2 sin(angle/2) of
     their rotation [rad].
     """
-    return [row for name in ARMS for row in (*of_poses(name, plan), *of_solutions(name, plan))]
-
-
-def angles(name: str, count: int) -> np.ndarray:
-    """Return random joint angles (count, n) [rad]."""
-    return np.random.default_rng(0).uniform(-np.pi, np.pi, (count, chasles.load(name).n))
+    found = []
+    for name in ARMS:
+        arm, robot = chasles.load(name), read(description(name))
+        q = np.random.default_rng(0).uniform(-np.pi, np.pi, (min(plan.batch, POSES), arm.n))
+        found += of_poses(arm, robot, q)
+        if arm.n <= MAX_JOINTS:
+            found += of_solutions(arm, robot, arm.fk(q))
+    return found
 
 
 def errors(T: np.ndarray, exact: np.ndarray) -> np.ndarray:
@@ -46,35 +49,30 @@ def errors(T: np.ndarray, exact: np.ndarray) -> np.ndarray:
     return np.maximum(distance, chord)
 
 
-def of_poses(name: str, plan: Plan) -> list[Limit]:
+def of_poses(arm: chasles.Robot, robot: SerialRobot, q: np.ndarray) -> list[Limit]:
     """Return the largest errors of fk in chasles and in Pinocchio."""
-    robot, q = read(description(name)), angles(name, min(plan.batch, POSES))
     exact = extended_fk(robot, q)
-    rows = [_row(f"{name} fk", errors(chasles.load(name).fk(q), exact), FK_BAR)]
-    for peer in setups("calls", FORWARD[name], only=("pinocchio",)) if name in FORWARD else ():
+    rows = [_row(f"{arm.name} fk", errors(arm.fk(q), exact), FK_BAR)]
+    if arm.name not in FORWARD:
+        return rows
+    for peer in setups("calls", FORWARD[arm.name], only=("pinocchio",)):
         poses = np.array([peer.read(peer.fk(row))[0].copy() for row in q[:PEERS_POSES]])
-        rows.append(_row(f"{name} fk, {peer.name}", errors(poses, exact[:PEERS_POSES])))
+        rows.append(_row(f"{arm.name} fk, {peer.name}", errors(poses, exact[:PEERS_POSES])))
     return rows
 
 
-def of_solutions(name: str, plan: Plan) -> list[Limit]:
+def of_solutions(arm: chasles.Robot, robot: SerialRobot, T: np.ndarray) -> list[Limit]:
     """Return the largest errors of all inverse solutions in chasles and in other libraries."""
-    robot, arm = read(description(name)), chasles.load(name)
-    q = angles(name, min(plan.batch, POSES))
-    if arm.n > 6:
-        return []
-    T = arm.fk(q)
-    found = arm.ik(T)
-    rows = [_row(f"{name} ik", _reached(robot, T, found.q, found.valid), IK_BAR)]
-    for peer in inverses(screws(name)):
-        some = T[:PEERS_POSES]
+    found, some = arm.ik(T), T[:PEERS_POSES]
+    rows = [_row(f"{arm.name} ik", _reached(robot, T, found.q, found.valid), IK_BAR)]
+    for peer in inverses(screws(arm.name)):
         answers = gathered(map(peer.found, some), arm.n)
-        worst = _reached(robot, some, answers.q, answers.claimed)
-        rows.append(_row(f"{name} ik, {peer.name}", worst))
+        reached = _reached(robot, some, answers.q, answers.claimed)
+        rows.append(_row(f"{arm.name} ik, {peer.name}", reached))
     return rows
 
 
-def _reached(robot, T: np.ndarray, q: np.ndarray, valid: np.ndarray) -> np.ndarray:
+def _reached(robot: SerialRobot, T: np.ndarray, q: np.ndarray, valid: np.ndarray) -> np.ndarray:
     pose, _ = np.nonzero(valid)
     return errors(extended_fk(robot, q[valid]), T[pose])
 

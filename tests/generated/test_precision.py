@@ -12,6 +12,7 @@ from tests.support.oracles.extended_precision import (
     extended_fk,
     from_sympy,
     poses_by_matrices,
+    rounded,
 )
 from tests.support.tolerances import EXACT_CODE
 
@@ -42,10 +43,7 @@ def test_extended_precision_matches_30_digits():
     q = np.random.default_rng(4).uniform(-np.pi, np.pi, (POSES, 6))
     for row, T in zip(q, extended_fk(robot, q), strict=True):
         _, tool = poses_by_matrices(robot, row)
-        digits = [
-            [np.longdouble(mpmath.nstr(entry, DIGITS)) for entry in of] for of in tool.tolist()
-        ]
-        assert np.abs(T - np.array(digits)).max() <= 8 * np.finfo(np.longdouble).eps
+        assert np.abs(T - rounded(tool)).max() <= 8 * np.finfo(np.longdouble).eps
 
 
 def largest(found, expected):

@@ -86,8 +86,14 @@ def _placement(placement, values) -> np.ndarray:
     T = mpmath.eye(4)
     for part in placement:
         T = T * motion(part, values)
-    digits = [[np.longdouble(mpmath.nstr(entry, DIGITS)) for entry in row] for row in T.tolist()]
-    return np.array(digits)
+    return rounded(T)
+
+
+def rounded(T: mpmath.matrix) -> np.ndarray:
+    """Return a matrix rounded to np.longdouble."""
+    return np.array(
+        [[np.longdouble(mpmath.nstr(entry, DIGITS)) for entry in row] for row in T.tolist()]
+    )
 
 
 def _about_z(angle: np.ndarray) -> np.ndarray:
