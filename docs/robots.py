@@ -43,19 +43,20 @@ of these robots.
 
 def page() -> str:
     """Return the text of the page."""
-    return TEXT.format(
-        shelf=_table(ROBOTS / "shelf"), arms=_table(ROBOTS), mechanisms=_mechanisms()
-    )
+    shelf, shipped = _robots(ROBOTS / "shelf"), _robots(ROBOTS)
+    return TEXT.format(shelf=_arms(shelf), arms=_arms(shipped), mechanisms=_mechanisms(shipped))
 
 
-def _table(folder: Path) -> str:
-    robots = [read(file) for file in sorted(folder.glob("*.toml"))]
+def _robots(folder: Path) -> list[Described]:
+    return [read(file) for file in sorted(folder.glob("*.toml"))]
+
+
+def _arms(robots: list[Described]) -> str:
     rows = [_row(robot) for robot in robots if isinstance(robot, SerialRobot)]
     return "\n".join(["| name | arm | inverse |", "|---|---|---|", *rows])
 
 
-def _mechanisms() -> str:
-    robots = [read(file) for file in sorted(ROBOTS.glob("*.toml"))]
+def _mechanisms(robots: list[Described]) -> str:
     rows = [
         f"| `{robot.name}` | {robot.title}. | {_coordinates(robot)} |"
         for robot in robots

@@ -19,7 +19,7 @@ def test_robots_page_matches_robot_descriptions():
     shelf = [read(file) for file in sorted((ROBOTS / "shelf").glob("*.toml"))]
     arms = [robot for robot in shelf if isinstance(robot, SerialRobot)]
     arms += [read(ROBOTS / f"{name}.toml") for name in NAMES]
-    mechanisms = script["_mechanisms"]()
+    mechanisms = script["_mechanisms"]([read(ROBOTS / f"{name}.toml") for name in MECHANISMS])
     assert mechanisms.count("\n| `") == len(MECHANISMS)
     rows = [line for line in page.split(mechanisms)[0].splitlines() if line.startswith("| `")]
     assert len(rows) == len(arms)
