@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from report import (
+    MISSING,
     TWICE,
     Finding,
     Printed,
@@ -58,7 +59,6 @@ second."""
 GENERIC = "The test arm has the lengths d1 = 70, a2 = 120, a3 = 90 and d5 = 50 mm"
 ROUNDING = 1e-9
 """Lengths [m] and angles [rad] below this value count as 0."""
-MISSING = "our copy lacks the figure"
 PHASES = 3
 """Number of phases: acceleration, uniform speed, and deceleration."""
 BISECTIONS = 40

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import mutations
-from printed_items import Text, texts
+from printed_items import Text, texts, unit_word
 from report import ECHO, TWICE, Row, capitalized
 
 HERE = Path(__file__).resolve().parent
@@ -265,9 +265,9 @@ def cells(row: Row) -> tuple[str, ...]:
 
 def _paper_value(row: Row) -> str:
     """Return a clause with the paper's value, such as "The paper prints 78 deg"."""
-    printed = _values(row)[0].replace("mm·deg/s", "mm/s")  # the paper prints mm/s by mistake
+    printed, _ = _values(row)
     if row.printed is None:
-        is_lost = row.verdict == "lost" or "lost" in row.where or "our copy lacks" in row.note
+        is_lost = row.verdict == "lost" or (row.source is not None and row.source.is_lost)
         return "Our copy of the paper lacks the value" if is_lost else "The paper prints no value"
     if printed.startswith("["):
         return f"An independent model gives {printed}"
@@ -314,8 +314,10 @@ def _compared(row: Row) -> str:
 
 
 def _values(row: Row) -> tuple[str, str]:
-    unit = "inch" if row.unit == "in" else row.unit
-    printed, ours = (f"{value} {unit}".rstrip() for value in row.shown)
+    units = (row.source and row.source.printed_unit) or row.unit, row.unit
+    printed, ours = (
+        f"{value} {unit_word(unit)}".rstrip() for value, unit in zip(row.shown, units, strict=True)
+    )
     return printed, ours
 
 

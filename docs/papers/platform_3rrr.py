@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from report import (
+    MISSING,
     TWICE,
     Printed,
     Row,
@@ -37,7 +38,6 @@ INWARDS = 1e-10
 """Relative displacement that moves a point of the workspace boundary inward, within reach."""
 BISECTIONS = 50
 LEG = "The example is the lower left leg at (45 mm, 20 mm, 10 deg)"
-MISSING = "our copy lacks the figure"
 MM2 = 1e-6
 """One square millimeter in square meters."""
 SPEED = np.array([0.1, 0.0, 0.0])

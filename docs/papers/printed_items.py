@@ -6,7 +6,8 @@ The items of a paper are in `printed/<paper>.toml`, one TOML table per item, wit
 
 `value` is the value in the paper, as a string such as "0.97" that preserves the printed digits. The
 string can also contain words or an equation. A nested list of strings represents a matrix. The
-field `value` is omitted if the paper prints no value, or if the value is lost.
+field `value` is omitted if the paper prints no value, or if the value is lost. `lost = true` states
+that our copy of the paper lacks the value.
 
 If the paper does not print a number, the field `evaluated` replaces `value`. The number in
 `evaluated` is computed by the equations of the paper, independently of chasles.
@@ -95,6 +96,8 @@ class Printed:
             decimal more than the paper's value.
         is_evaluated: Whether the value was computed independently, because the paper does not print
             the value.
+        is_lost: Whether our copy of the paper lacks the value.
+        printed_unit: The unit that the paper prints, if we read the value in another unit.
     """
 
     item: str
@@ -105,6 +108,8 @@ class Printed:
     text: str = ""
     digits: int | None = None
     is_evaluated: bool = False
+    is_lost: bool = False
+    printed_unit: str = ""
 
 
 def read(paper: str) -> dict[str, Printed]:
@@ -138,7 +143,13 @@ def _printed(place: str, key: str, table: dict[str, Any]) -> Printed:
         text=table.get("text", ""),
         digits=table.get("digits"),
         is_evaluated="evaluated" in table,
+        is_lost=table.get("lost", False),
     )
+
+
+def unit_word(unit: str) -> str:
+    """Return a unit for a sentence, where "in" would read as a preposition."""
+    return "inch" if unit == "in" else unit
 
 
 def _frozen(value: Any) -> Text:

@@ -34,6 +34,7 @@ from printed_items import (
     read,
     texts,
     tolerance,
+    unit_word,
 )
 
 __all__ = [
@@ -72,6 +73,8 @@ Equation = Callable[[Printed], Value]
 """Function that evaluates the printed equations of an item of the paper."""
 ECHO = "the value is an input, copied from the paper"
 """Note for a table row whose value is only an input of the paper."""
+MISSING = "our copy lacks the figure"
+"""Note for a value that our copy of the paper shows only in a missing figure."""
 TWICE = "both values come from the same model, computed twice"
 """Note for a value that chasles and an independent program compute from the paper's equations."""
 
@@ -259,8 +262,7 @@ def erratum(
     if isinstance(corrected, Finding):
         read_instead = corrected.evidence
     elif isinstance(corrected, str):
-        unit = "inch" if printed.unit == "in" else printed.unit
-        read_instead = f"the correct value is {corrected} {unit}".strip()
+        read_instead = f"the correct value is {corrected} {unit_word(printed.unit)}".strip()
     words = (_sentences((read_instead, note)), f"cause: {cause[0]}" if cause else "")
     row = _row(printed, ours, "erratum", "; ".join(filter(None, words)))
     return _with_value(row, printed, value)
@@ -342,11 +344,13 @@ def not_reproducible(
         f"{_number(_shown(value, printed, row.digits), row.digits)} {printed.unit} for {reading}"
         for reading, value in readings.items()
     ]
-    others = (
-        "other interpretations of the paper do not give the printed value either: they give "
-        f"{listed(tried)}"
-    )
-    words = (others if tried else "", note)
+    others = ""
+    if tried:
+        others = (
+            "other interpretations of the paper do not give the printed value either: they give "
+            f"{listed(tried)}"
+        )
+    words = (others, note)
     return replace(row, note=_sentences(words))
 
 
@@ -358,7 +362,7 @@ def _sentences(parts: Sequence[str]) -> str:
 
 def listed(parts: Sequence[str]) -> str:
     """Join parts by commas, with the word "and" before the last part."""
-    *others, last = parts or [""]
+    *others, last = parts
     return f"{', '.join(others)} and {last}" if others else last
 
 

@@ -300,7 +300,8 @@ def cylinder_speed_rows(
     """Compare the cylinder speeds with figure 10 of the paper."""
     speeds = np.ptp(found.sampled.qd[:, CYLINDERS], axis=0)
     by_law = {name: np.ptp(own.sampled.qd[:, CYLINDERS], axis=0) for name, own in others.items()}
-    in_mm = [replace(printed[f"amplitude_v{k}"], unit="mm·deg/s") for k in range(1, 5)]
+    amplitudes = [printed[f"amplitude_v{k}"] for k in range(1, 5)]
+    in_mm = [replace(v, unit="mm·deg/s", printed_unit=v.unit) for v in amplitudes]
     unit = (
         "our value has the unit mm deg/s instead of the printed mm/s, because the joint rates "
         "stay in degrees"
