@@ -108,14 +108,9 @@ def optimal_design(
             are measured.
         sigma: Standard deviation of each measured position coordinate [m]. For poses, sigma is a
             tuple (position [m], orientation [rad]). None means 1e-3 for each.
-        vary: One or several names of parameters or parameter groups. Only these parameters may
-            differ from their nominal values. The groups are "parameter", "joint", "offset", "axis",
-            "transmission", "coupling", "compliance", "loop", "base" and "tool". The reference page
-            "Calibration tables" describes the groups. The default "geometry" stands for "axis",
-            which contains all lengths, angles and offsets. For robots with loops, "geometry" also
-            includes "loop". If poses are measured, corrections of the tool frame are added.
-            Corrections of the base frame are added if "axis" is not varied, or if the robot has
-            loops.
+        vary: Names of parameters or parameter groups; only these parameters may differ from their
+            nominal values. The argument `vary` of `identify` lists the groups and explains the
+            default "geometry".
         is_allowed: Function that takes the candidates (M, n) and returns booleans (M,), for example
             False for a collision. None allows all candidates within the limits.
 

@@ -165,14 +165,9 @@ def cross_validate(
             W of the measuring device [m].
         folds: Number of groups, an int of at least 2. With k groups, a group contains every k-th
             configuration.
-        vary: One or several names of parameters or parameter groups. Only these parameters may
-            differ from their nominal values. The groups are "parameter", "joint", "offset", "axis",
-            "transmission", "coupling", "compliance", "loop", "base" and "tool". The reference page
-            "Calibration tables" describes the groups. The default "geometry" stands for "axis",
-            which contains all lengths, angles and offsets. For robots with loops, "geometry" also
-            includes "loop". If poses are measured, corrections of the tool frame are added.
-            Corrections of the base frame are added if `parameter_std` is set, if "axis" is not
-            varied, or if the robot has loops.
+        vary: Names of parameters or parameter groups; only these parameters may differ from their
+            nominal values. The argument `vary` of `identify` lists the groups and explains the
+            default "geometry".
         parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1]. The
             keys are names, groups or units ("m", "rad", "1") of parameters. A name takes precedence
             over a group, and a group over a unit. A parameter without a key may differ from its
