@@ -75,10 +75,11 @@ def _count(info) -> int:
 
 
 def difference_of_solutions(robot, inputs, found) -> tuple[float, int]:
-    """Compare all Octave solutions with those of the generated C code, away from singularities.
+    """Compare all Octave solutions with the solutions of the generated C code.
 
-    Returns (largest difference, number of compared solutions). The difference is infinite if a slot
-    is valid only in Octave or only in C, or if a solution does not reach its pose.
+    The compared poses are away from singularities. Returns (largest difference, number of compared
+    solutions). The difference is infinite if a slot is valid only in Octave or only in C, or if a
+    solution does not reach its pose.
     """
     q, valid = found[0], found[1] == 1
     exact, residual = _pose_by_pose(robot, inputs)

@@ -270,7 +270,8 @@ PyObject *read_input(const Kernel *kernel, const Operand *operand, PyObject *obj
     return result;
 }
 
-/* Tests whether leading dimensions broadcast with those of earlier inputs. Returns -1 on error. */
+/* Tests whether leading dimensions broadcast with the leading dimensions of earlier inputs. Returns
+ * -1 on error. */
 static int check_leading(const Kernel *kernel, const Operand *operand, PyArrayObject *array,
                          const LeadingShape *batch)
 {
