@@ -101,7 +101,7 @@ def survives(row: Row, digit: Digit) -> bool:
 
 def _holds(row: Row, changed: Printed) -> bool:
     if row.judge is None:
-        raise ValueError(f"item {row.item} stores no verdict function")
+        raise ValueError(f"item {row.item} has no function that judges its value")
     try:
         return row.judge(changed).verdict == row.verdict
     except (AssertionError, ArithmeticError, ValueError):

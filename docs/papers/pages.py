@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import importlib
 import re
+import textwrap
 import time
 from base64 import b64encode
 from collections import Counter
@@ -17,7 +18,7 @@ from typing import Any
 
 import mutations
 from printed_items import Text, texts, unit_word
-from report import ECHO, TWICE, Row, capitalized
+from report import ECHO, MISSING, TWICE, Row, Verdict, capitalized
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent / "papers.md"
@@ -38,7 +39,7 @@ HEAD = ("item", "values", "verdict")
 _NUMBER = r"\((?:[A-Z]\.)?\d+(?:\.\d+)*\)"
 EQUATIONS = re.compile(rf"{_NUMBER}((?:-|, ){_NUMBER})*")
 """Numbers of equations, such as "(3), (4)", "(3)-(6)" or "(B.1.7)"."""
-MEANINGS = {
+MEANINGS: dict[Verdict, str] = {
     "agrees": "our value equals the printed value to half a unit of its last digit. If the paper "
     "says “about”, the note quotes it and states the tolerance.",
     "erratum": "the printed value is wrong, and our value agrees with the corrected value in the "
@@ -56,7 +57,7 @@ MEANINGS = {
     "lost": "the value or curve is missing in our copy of the paper; our value replaces it.",
     "not printed": "the paper neither prints nor needs the value; our value is an addition.",
 }
-VERDICTS = tuple(MEANINGS)
+VERDICTS: tuple[Verdict, ...] = tuple(MEANINGS)
 DIGITS = (
     "rows with tested digits",
     "tested digits",
@@ -77,12 +78,17 @@ A test changes each printed digit by the smallest step that exceeds the toleranc
 must then fail. This test does not apply to rows without a printed value, to words and equations
 without digits, and to wrong values of unknown cause. The second table counts the rows
 whose digits are not tested."""
-CONSISTENCY = """\
-## Consistency
-
-Each line compares the paper's value with an input of chasles. The paper does not print the values
-after the word “evaluated”: both chasles and an independent model compute these values.
-"""
+WRONG: tuple[Verdict, ...] = ("erratum", "one reading", "not reproducible")
+"""Verdicts for printed values that are wrong, ambiguous or not reproducible."""
+LISTS: dict[str, tuple[Verdict, ...]] = {
+    "Values that agree": ("agrees",),
+    "Values that the paper does not print": ("assumed", "lost", "not printed"),
+    "Consistency": ("consistency",),
+}
+"""The lists below the table of a paper, with the verdicts of their rows."""
+USUAL_NOTES: dict[Verdict, tuple[str, ...]] = {"consistency": (ECHO, TWICE), "lost": (MISSING,)}
+"""Notes that the lists omit, because they only repeat the meaning of the verdict."""
+LINE_WIDTH = 100
 TITLE = "Five papers, number by number"
 INTRODUCTION = f"""\
 # {TITLE}
@@ -210,7 +216,11 @@ def written(stem: Path, picture: Any) -> Path:
 def summary(rows: dict[str, Sequence[Row]]) -> str:
     """Return the text of docs/papers.md, with a table of verdicts and a table of digits."""
     pages = ", ".join(f"[{paper}](papers/{paper}.md)" for paper in rows)
-    lines = [INTRODUCTION, f"Each paper has a page: {pages}.", ""]
+    lines = [
+        INTRODUCTION,
+        f"The page of each paper starts with its wrong or ambiguous values: {pages}.",
+        "",
+    ]
     lines += [*_block(("paper", *VERDICTS), map(_counts, rows.items())), ""]
     lines += _block(("paper", *DIGITS), map(_digit_counts, rows.items()))
     return "\n".join([*lines, ""])
@@ -220,10 +230,16 @@ def section(paper: str, rows: Sequence[Row]) -> str:
     """Return the text of the page of a paper."""
     title, source = words(importlib.import_module(paper))
     lines = [f"# {title}", "", source, ""]
-    other = [row for row in rows if row.verdict != "consistency"]
-    lines += [f"`python docs/papers/{paper}.py`", "", *table(HEAD, map(cells, other)), ""]
-    lines += [CONSISTENCY, "```", *(_compared(row) for row in rows if row not in other), "```"]
-    return "\n".join([*lines, ""])
+    lines += [f"`python docs/papers/{paper}.py`", ""]
+    wrong = [row for row in rows if row.verdict in WRONG]
+    if wrong:
+        lines += ["## Wrong or ambiguous values", "", *table(HEAD, map(cells, wrong)), ""]
+    for heading, verdicts in LISTS.items():
+        compared = [row for row in rows if row.verdict in verdicts]
+        if compared:
+            entries = [line for row in compared for line in _entry(row)]
+            lines += [f"## {heading}", "", "```", *entries, "```", ""]
+    return "\n".join(lines)
 
 
 def counted(paper: str, rows: Sequence[Row]) -> list[str]:
@@ -303,14 +319,28 @@ def _item(row: Row) -> str:
     return f"{row.item} ({place}):"
 
 
-def _compared(row: Row) -> str:
+def _entry(row: Row) -> list[str]:
+    """Return the lines of a row in a list: both values, and the note."""
     printed, ours = _values(row)
-    note = row.note
-    for usual in (ECHO, TWICE):
-        note = note.removeprefix(usual)
-    note = f"; {note.lstrip(':; ')}" if note else ""
+    value = row.source.value if row.source else None
+    if _is_quoted(value):
+        printed = printed.replace(str(value), f"“{value}”", 1)
     source = "evaluated" if printed.startswith("[") else "paper"
-    return f"{_item(row)} {source} {printed}, chasles {ours}{note}"
+    found = row.verdict if row.printed is None else f"{source} {printed}"
+    note = row.note
+    for usual in USUAL_NOTES.get(row.verdict, ()):
+        note = note.removeprefix(usual).lstrip(".:; ")
+    return [
+        *_wrapped(f"{_item(row)} {found}, chasles {ours}"),
+        *_wrapped(_phrase(note), indent="    "),
+    ]
+
+
+def _wrapped(text: str, indent: str = "") -> list[str]:
+    """Break a text into the lines of a list, at spaces only."""
+    wrapper = textwrap.TextWrapper(LINE_WIDTH, indent, "    ")
+    wrapper.break_on_hyphens = wrapper.break_long_words = False
+    return wrapper.wrap(text)
 
 
 def _values(row: Row) -> tuple[str, str]:

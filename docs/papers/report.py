@@ -43,6 +43,7 @@ __all__ = [
     "Printed",
     "Refuted",
     "Row",
+    "Verdict",
     "agrees",
     "assumed",
     "at",
@@ -76,7 +77,7 @@ ECHO = "the value is an input, copied from the paper"
 MISSING = "our copy lacks the figure"
 """Note for a value that our copy of the paper shows only in a missing figure."""
 TWICE = "both values come from the same model, computed twice"
-"""Note for a value that chasles and an independent program compute from the paper's equations."""
+"""Note for an item that the paper does not print, computed by chasles and by another model."""
 
 ROUNDING = 1e-9
 """Largest relative rounding error that an evaluated equation may have."""
@@ -158,9 +159,9 @@ def agrees(
     """Assert that our value agrees with the printed value, within the printed precision.
 
     Args:
-        printed: The printed item, with one value or rows of values.
+        printed: A number, table or statement that the paper prints.
         ours: The value that chasles computes, in meters, radians and seconds, with the shape of the
-            printed value. If the printed item is a statement in words, `ours` is a `Finding`.
+            printed value. For a statement in words, `ours` is a `Finding`.
         note: Information that a reader needs to interpret the row.
         evaluated: Evaluates a printed equation; our value must agree except for rounding errors.
 
@@ -231,9 +232,9 @@ def erratum(
     """Assert that the printed value is wrong and that a corrected value is right.
 
     Args:
-        printed: The item.
-        ours: The value of chasles in meters, radians and seconds, or a `Finding` for a statement in
-            words.
+        printed: The printed item.
+        ours: The value that chasles computes, in meters, radians and seconds. For a statement in
+            words, `ours` is a `Finding`.
         corrected: The correct value. A string is in the item's unit and accurate to half a unit of
             its last digit. Numbers and arrays are in meters, radians and seconds, and accurate to
             rounding errors. A `Finding` contains the corrected statement as a sentence.
@@ -243,8 +244,8 @@ def erratum(
             cause is a noun phrase that completes “the printed value results from”.
 
     Raises:
-        Refuted: The printed value agrees with our value, the corrected value differs from our
-            value, or the cause does not produce the printed value.
+        Refuted: The printed value is not wrong, the corrected value is not ours, or `cause` does
+            not give the printed value.
     """
     value = _equation_value(printed, evaluated)
     wrong = printed.value if value is None else value
@@ -324,8 +325,8 @@ def not_reproducible(
     """Assert that the printed value does not follow from the paper.
 
     Args:
-        printed: The item.
-        ours: The value of chasles in meters, radians and seconds.
+        printed: The printed item.
+        ours: The value that chasles computes, in meters, radians and seconds.
         note: Information that a reader needs to interpret the row.
         readings: Other interpretations that were tried, each with its value.
 
@@ -375,7 +376,7 @@ def capitalized(note: str) -> str:
 
 
 def _same(value: Value, ours: Value, printed: Printed) -> bool:
-    """Test whether our value agrees with a printed text, or with a computed value."""
+    """Test whether our value agrees with a printed value, or with the value of an equation."""
     if isinstance(ours, Finding):
         if not isinstance(value, str) or decimal(value) is not None:
             raise Refuted(f"item {printed.item}: expected a statement in words, got {value}")
@@ -389,7 +390,9 @@ def _same(value: Value, ours: Value, printed: Printed) -> bool:
         if isinstance(ours, str):
             return value == ours
         if number is None:
-            raise Refuted(f"item {printed.item} compares words with a number")
+            raise Refuted(
+                f"item {printed.item}: got a number, but the paper prints the words {value!r}"
+            )
         half = float(tolerance(printed, number))
         room = half + EDGE * max(half, abs(float(number)))
         return bool(abs(float(ours) / UNITS[printed.unit] - float(number)) <= room)

@@ -268,7 +268,7 @@ def length_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
 
 
 def speed_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
-    """Compare figures 7 and 10: joint rates, and cylinder speeds in the assumed unit mm deg/s."""
+    """Compare figures 7 and 10: joint rates, and cylinder speeds in the assumed unit mm·deg/s."""
     others = {name: integrated(norm) for name, norm in LAWS.items()}
     rates = np.ptp(found.rates[:, TURNING], axis=0)
     by_law = {name: np.ptp(own.rates[:, TURNING], axis=0) for name, own in others.items()}
@@ -302,23 +302,20 @@ def cylinder_speed_rows(
     by_law = {name: np.ptp(own.sampled.qd[:, CYLINDERS], axis=0) for name, own in others.items()}
     amplitudes = [printed[f"amplitude_v{k}"] for k in range(1, 5)]
     in_mm = [replace(v, unit="mm·deg/s", printed_unit=v.unit) for v in amplitudes]
-    unit = (
-        "our value has the unit mm deg/s instead of the printed mm/s, because the joint rates "
-        "stay in degrees"
-    )
+    unit = "we read the printed mm/s as mm·deg/s, the unit that results from joint rates in deg/s"
     own = np.degrees(1e3 * speeds)
     return [
         in_one_reading(
             in_mm[0],
             by_law["minimum-norm joint rates"][0],
             f"{unit}. Our value holds for minimum-norm joint rates between 39 s and 49 s. The rule "
-            f"of figure 6 gives {own[0]:.0f} mm deg/s, which is {1e3 * speeds[0]:.1f} mm/s",
+            f"of figure 6 gives {own[0]:.0f} mm·deg/s, which is {1e3 * speeds[0]:.1f} mm/s",
         ),
         *(
             not_reproducible(
                 in_mm[k],
                 speeds[k],
-                f"{unit}. In the printed unit, our value is {1e3 * speeds[k]:.1f} mm/s",
+                f"{unit}. In mm/s, our value is {1e3 * speeds[k]:.1f} mm/s",
                 readings={name: values[k] for name, values in by_law.items()},
             )
             for k in (1, 2)
@@ -326,8 +323,8 @@ def cylinder_speed_rows(
         in_one_reading(
             in_mm[3],
             speeds[2],
-            f"{unit}. Our value is the speed of cylinder 3 with the rule of figure 6. The speed of "
-            f"cylinder 4 is {own[3]:.0f} mm deg/s",
+            f"{unit}. The printed value is the speed of cylinder 3 with the rule of figure 6. "
+            f"This rule moves cylinder 4 at {own[3]:.0f} mm·deg/s",
         ),
     ]
 
@@ -351,7 +348,7 @@ def acceleration_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
             f"1/{RATE:.0f} s",
             readings={
                 f"a time step of {JUMP} s": l2 / JUMP,
-                f"a time step of {JUMP} s and speeds in mm deg/s": np.degrees(l2) / JUMP,
+                f"a time step of {JUMP} s and speeds in mm·deg/s": np.degrees(l2) / JUMP,
             },
         ),
     ]

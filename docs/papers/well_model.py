@@ -222,8 +222,8 @@ def equation_rows(printed: dict[str, Printed]) -> list[Row]:
                 f"shifts of {1e3 * y[0]:.1f} mm and {1e3 * y[1]:.1f} mm along y",
             ),
             Finding(max(tilt) < SMALL, "coordinate systems 5 and 7 follow figure 1 and model (6)"),
-            "for parallel axes, model (8) of figure 3 shifts a frame only along x and z, but "
-            "equation (64) prints shifts along y for equations (25) and (33)",
+            "between parallel axes, model (8) of figure 3 shifts a frame along x and z only. With "
+            "the values of equation (64), transformations (25) and (33) also shift it along y",
         ),
         erratum(
             printed["equation_36"],
