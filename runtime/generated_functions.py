@@ -38,6 +38,11 @@ def _declare(names: str, kind: type[Capability]) -> None:
     for name in names.split():
         capability = kind(None)
         capability.__set_name__(GeneratedFunctions, name)
+        if kind is Capability:
+            capability.__doc__ = (
+                "Generated function of the robot.\n\nWith a loaded robot, "
+                f"`help(robot.{name})` describes the arguments and the result."
+            )
         setattr(GeneratedFunctions, name, capability)
 
 

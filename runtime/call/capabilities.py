@@ -38,7 +38,7 @@ class Capability:
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
         if self.item is None:
-            self.functions = (name,)
+            self.functions, self.__name__ = (name,), name
         elif hasattr(self.item, "__set_name__"):
             self.item.__set_name__(owner, name)
 

@@ -3,6 +3,7 @@
 The error for a missing attribute suggests a similar attribute.
 """
 
+import pydoc
 import re
 
 import numpy as np
@@ -157,6 +158,12 @@ def test_branches_of_loops_have_labels(name, function, method):
     assert names <= {*robot.loops}
     text = robot.functions[function].__doc__
     assert re.search(rf"Slots:\n    0: {re.escape(labels[0])}\n", text)
+
+
+def test_help_of_the_class_names_the_help_of_a_loaded_robot():
+    text = pydoc.plain(pydoc.render_doc(chasles.Robot.fk))
+    assert "fk(...)\n    Generated function of the robot." in text
+    assert "`help(robot.fk)`" in text
 
 
 ALONE = {"swivel"}
