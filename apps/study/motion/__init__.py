@@ -7,21 +7,18 @@ from .curves import (
     Line,
     PoseCurve,
     Spline,
-    TaskCurve,
-    TaskLine,
     arc,
     blend,
     joint_line,
     line,
     parabola,
     spline,
-    task_curve,
-    task_line,
 )
 from .global_redundancy import resolve_redundancy
 from .limits import LimitViolation, limit_violations
 from .motion import Motion
 from .sequence import MotionSequence
+from .task_curves import TaskCurve, TaskLine, task_curve, task_line
 from .time_optimal import time_optimal
 from .time_scaling import TimeScaling, time_scaling
 from .trajectory import Trajectory, concatenate

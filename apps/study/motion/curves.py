@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, Protocol, get_args
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,7 +24,6 @@ from ..tolerances import IN_PLACE, STRAIGHT
 
 FloatArray = NDArray[np.float64]
 Space = Literal["coordinates", "chain"]
-Task = Literal["position", "position_pitch", "planar"]
 
 
 class CurvePoses(NamedTuple):
@@ -42,7 +41,7 @@ class CurvePoses(NamedTuple):
 
 
 class PoseCurve(Protocol):
-    """A curve of tool poses.
+    """A curve of tool poses, such as a curve from `line`, `arc`, `spline` or `conic`.
 
     Attributes:
         length: Length of the curve [m], or [rad] for a pure rotation.
@@ -51,19 +50,19 @@ class PoseCurve(Protocol):
     length: float
 
     def at(self, s: FloatArray) -> CurvePoses:
-        """Poses of the tool at lengths (m,) on the curve."""
+        """Return poses (m, 4, 4), twists V and derivatives A of V at curve lengths s (m,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointLine:
-    """A straight line in the coordinates, which are linear functions of the path parameter s.
+    """A straight line in the joint space, from `joint_line`. It is linear in the path parameter s.
 
     Attributes:
-        q_start: (n,) values at s = 0.
-        q_end: (n,) values at s = length.
-        space: "coordinates" for the actuated coordinates q, "chain" for the joints of the main
-            chain.
-        length: The range of s, by default 1.
+        q_start: (n,) values at s = 0 [rad or m].
+        q_end: (n,) values at s = `length` [rad or m].
+        space: "coordinates" for values of the actuated coordinates, "chain" for joint positions of
+            the main chain.
+        length: The largest value of s, by default 1.
     """
 
     q_start: FloatArray
@@ -74,131 +73,28 @@ class JointLine:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """(m, n) values, first derivatives and second derivatives with respect to s."""
-        return _straight(self.q_start, self.q_end, self.length, s)
+        """Return values (m, n), first and second derivatives with respect to s at s (m,)."""
+        return straight_line(self.q_start, self.q_end, self.length, s)
 
 
 def joint_line(q_start: ArrayLike, q_end: ArrayLike, *, space: Space = "coordinates") -> JointLine:
-    """Return a straight line from one configuration to another.
+    """Return a straight line in the joint space from one configuration to another.
 
     Args:
-        q_start: (n,) values at the start [rad or m].
+        q_start: (n,) values at the start [rad or m], in the coordinates that `space` selects.
         q_end: (n,) values at the end [rad or m].
-        space: "coordinates" for actuated coordinates q, "chain" for main-chain joint positions.
+        space: "coordinates" for a line in the actuated coordinates. "chain" for a line in the joint
+            positions of the main chain from the base to the tool. Both are equal for robots without
+            loops.
 
     Raises:
-        ShapeError: q_start and q_end are not vectors of the same length.
+        ShapeError: `q_start` and `q_end` are not vectors of equal length.
         InputValueError: A value is not finite.
     """
     a, b = real("joint_line: q_start", q_start), real("joint_line: q_end", q_end)
     if a.ndim != 1 or a.shape != b.shape:
         raise ShapeError(f"joint_line: expected two vectors (n,), got {a.shape} and {b.shape}")
     return JointLine(finite("joint_line: q_start", a), finite("joint_line: q_end", b), space)
-
-
-@dataclass(frozen=True, eq=False)
-class TaskLine:
-    """A straight line in the coordinates of a task, such as position and pitch.
-
-    Attributes:
-        start: (k,) task coordinates at the start, in the argument order of the inverse kinematics
-            for the task.
-        end: (k,) task coordinates at the end.
-        task: "position", "position_pitch" or "planar".
-        length: Distance of the end positions [m]. If this distance is 0, `length` is the norm of
-            end - start.
-    """
-
-    start: FloatArray
-    end: FloatArray
-    task: Task
-    length: float
-
-    __repr__ = short_repr
-
-    def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """(m, k) values, first derivatives and second derivatives with respect to s."""
-        return _straight(self.start, self.end, self.length, s)
-
-
-def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
-    """Return a straight line in the coordinates of a task.
-
-    Args:
-        task: "position" (x, y, z), "position_pitch" (x, y, z, elevation of the tool's z axis above
-            the x-y plane of the base) or "planar" (x, y, angle in the x-y plane).
-        start: (k,) task coordinates at the start [m, rad].
-        end: (k,) task coordinates at the end [m, rad].
-
-    Raises:
-        ShapeError: start or end does not have k values.
-        InputValueError: The task is unknown, a value is not finite, or start and end are equal.
-    """
-    _require_task("task_line", task)
-    a, b = real("task_line: start", start), real("task_line: end", end)
-    count = 4 if task == "position_pitch" else 3
-    if a.shape != (count,) or b.shape != (count,):
-        raise ShapeError(f"task_line: task {task} has {count} values, got {a.shape} and {b.shape}")
-    places = 2 if task == "planar" else 3
-    vector = _vector(finite("task_line: start", a)[:places], finite("task_line: end", b)[:places])
-    length = float(np.linalg.norm(vector)) or float(np.linalg.norm((b - a)[places:]))
-    _require_long("task_line", length)
-    return TaskLine(a, np.r_[a[:places] + vector, b[places:]], task, length)
-
-
-@dataclass(frozen=True, eq=False)
-class TaskCurve:
-    """A curve of the tool origin in the coordinates of a task.
-
-    Attributes:
-        curve: The curve of the tool origin.
-        start: Tool pitch ("position_pitch") or tool angle ("planar") at the start [rad].
-        end: Tool pitch or tool angle at the end [rad]. The pitch or angle is linear in s.
-        task: "position", "position_pitch" or "planar".
-        length: Length of the curve [m].
-    """
-
-    curve: PoseCurve
-    start: float
-    end: float
-    task: Task
-    length: float
-
-    __repr__ = short_repr
-
-    def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """(m, k) values, first derivatives and second derivatives with respect to s."""
-        T, V, A = self.curve.at(s)
-        places = 2 if self.task == "planar" else 3
-        orders = [T[:, :places, 3], V[:, :places], A[:, :places]]
-        if self.task != "position":
-            slope = (self.end - self.start) / self.length
-            angle = (self.start + slope * s, np.full(len(s), slope), np.zeros(len(s)))
-            orders = [np.column_stack(pair) for pair in zip(orders, angle, strict=True)]
-        return orders[0], orders[1], orders[2]
-
-
-def task_curve(task: Task, curve: PoseCurve, start: float = 0.0, end: float = 0.0) -> TaskCurve:
-    """Return a curve of the tool origin for an arm that cannot reach every orientation.
-
-    Args:
-        task: "position", "position_pitch" or "planar", as in `task_line`.
-        curve: The curve of the tool pose. Only the tool origin of this curve is used, not its
-            orientation.
-        start: Tool pitch ("position_pitch") or tool angle ("planar") at the start [rad].
-        end: Tool pitch or tool angle at the end [rad]. The pitch or angle is linear in s.
-
-    Raises:
-        InputValueError: The task is unknown, or an angle is not finite.
-    """
-    _require_task("task_curve", task)
-    first, last = finite("task_curve: start and end", [start, end])
-    return TaskCurve(curve, float(first), float(last), task, curve.length)
-
-
-def _require_task(name: str, task: str) -> None:
-    if task not in get_args(Task):
-        raise InputValueError(f"{name}: expected one of {', '.join(get_args(Task))}, got {task!r}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,7 +115,7 @@ class _Turning:
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A straight line on which the tool rotates about one axis."""
+    """A straight line of the tool origin, from `line`. The tool rotates about one fixed axis."""
 
     start: FloatArray
     step: FloatArray
@@ -229,7 +125,7 @@ class Line:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
-        """Poses of the tool at lengths (m,) on the curve."""
+        """Return poses (m, 4, 4), twists V and derivatives A of V at curve lengths s (m,)."""
         R, turn = self.turning.at(s)
         along = self.step / self.length if self.length else np.zeros(3)
         V = np.broadcast_to(np.r_[along, turn], (len(s), 6))
@@ -238,7 +134,7 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Arc:
-    """A circular arc on which the tool rotates about one axis."""
+    """A circular arc of the tool origin, from `arc`. The tool rotates about one fixed axis."""
 
     center: FloatArray
     axes: FloatArray
@@ -249,7 +145,7 @@ class Arc:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
-        """Poses of the tool at lengths (m,) on the curve."""
+        """Return poses (m, 4, 4), twists V and derivatives A of V at curve lengths s (m,)."""
         angle = s / self.radius
         R, turn = self.turning.at(s)
         u, v = self.axes
@@ -261,45 +157,48 @@ class Arc:
 
 
 def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
-    """Return a straight line of the tool origin.
+    """Return a straight line of the tool origin, with a rotation of the tool about one fixed axis.
 
     Args:
-        T_start: (4, 4) pose at the start.
-        T_end: (4, 4) pose at the end. The tool rotates about one axis. For a rotation by half a
-            turn, the sign of the rotation axis is ambiguous.
+        T_start: (4, 4) tool pose at the start, in the base frame, with its position in [m].
+        T_end: (4, 4) tool pose at the end. For a rotation by half a turn, the sense of rotation is
+            ambiguous.
 
     Returns:
-        The line. For a pure rotation, the length s of the line is the rotation angle [rad].
+        A `Line`. Its `length` is the distance of the positions [m], or the angle [rad] of a pure
+        rotation.
 
     Raises:
-        ShapeError: A pose is not (4, 4).
-        InputValueError: A pose is not rigid or not finite, or both poses are equal.
+        ShapeError: `T_start` or `T_end` is not (4, 4).
+        InputValueError: A pose is not a rigid transformation or not finite, or both poses are
+            equal.
     """
     a, b = _pose("line: T_start", T_start), _pose("line: T_end", T_end)
-    step, turn = _vector(a[:3, 3], b[:3, 3]), so3.log(a[:3, :3].T @ b[:3, :3])
+    step, turn = displacement(a[:3, 3], b[:3, 3]), so3.log(a[:3, :3].T @ b[:3, :3])
     length = float(np.linalg.norm(step)) or float(np.linalg.norm(turn))
-    _require_long("line", length)
+    require_long("line", length)
     return Line(a[:3, 3], step, _Turning(a[:3, :3], turn, length), length)
 
 
 def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
-    """Return the circular arc from a pose through a point to another pose.
+    """Return the circular arc of the tool origin from a pose through a point to another pose.
 
     Args:
-        T_start: (4, 4) pose at the start.
-        via: (3,) point on the arc between start and end [m].
-        T_end: (4, 4) pose at the end. The tool rotates about one axis.
+        T_start: (4, 4) tool pose at the start, in the base frame, with its position in [m].
+        via: (3,) point on the arc between start and end, in the base frame [m].
+        T_end: (4, 4) tool pose at the end. Between both poses, the tool rotates about one fixed
+            axis.
 
     Raises:
-        InputValueError: The points are collinear or equal, a number is not finite, or a pose is not
-            rigid.
-        ShapeError: A pose is not (4, 4), or the point is not (3,).
+        InputValueError: The three points are collinear, or two of them are equal. A number is not
+            finite, or a pose is not a rigid transformation.
+        ShapeError: `T_start` or `T_end` is not (4, 4), or `via` is not (3,).
     """
     a, b = _pose("arc: T_start", T_start), _pose("arc: T_end", T_end)
     p, m, e = a[:3, 3], finite("arc: via", via, (3,)), b[:3, 3]
-    if not _vector(p, e).any():
+    if not displacement(p, e).any():
         raise InputValueError("arc: start and end are equal; combine two arcs for a circle")
-    if not (_vector(p, m).any() and _vector(m, e).any()):
+    if not (displacement(p, m).any() and displacement(m, e).any()):
         raise InputValueError("arc: via is at the start or the end; use `line`, or another via")
     chord, other = e - p, m - p
     normal = np.cross(other, chord)
@@ -319,7 +218,7 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
     return Arc(center, np.array([u, v]), radius, _Turning(a[:3, :3], turn, length), length)
 
 
-def _straight(
+def straight_line(
     start: FloatArray, end: FloatArray, length: float, s: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return values (m, n), first derivatives and second derivatives on a straight line."""
@@ -342,14 +241,15 @@ def _pose(name: str, T: ArrayLike) -> FloatArray:
     return rigid(name, pose)
 
 
-def _vector(a: FloatArray, b: FloatArray) -> FloatArray:
+def displacement(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return the displacement from ``a`` to ``b`` [m], or 0 if it is only a rounding error."""
     step = b - a
     size = max(1.0, float(np.abs(a).max()))
     return step if np.linalg.norm(step) > IN_PLACE * size else np.zeros(step.shape)
 
 
-def _require_long(name: str, length: float) -> None:
+def require_long(name: str, length: float) -> None:
+    """Raise an error if a curve has no length."""
     if not length > IN_PLACE:
         raise InputValueError(
             f"{name}: start and end are equal, so nothing moves; use `MotionSequence.pause` to wait"
@@ -358,7 +258,7 @@ def _require_long(name: str, length: float) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Spline:
-    """A smooth curve that follows poses. The path parameter s is the length along the chords."""
+    """A smooth curve of tool poses. The path parameter s is the length along straight chords."""
 
     positions: Any
     rotations: Any
@@ -367,7 +267,7 @@ class Spline:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
-        """Poses of the tool at lengths (m,) on the curve."""
+        """Return poses (m, 4, 4), twists V and derivatives A of V at curve lengths s (m,)."""
         p, v, a = (self.positions(s, order) for order in range(3))
         return curve_poses(self.rotations, s, p, v, a)
 
@@ -384,14 +284,15 @@ def curve_poses(
 
 
 def spline(poses: ArrayLike) -> Spline:
-    """Return a smooth curve through poses.
+    """Return a smooth curve (cubic spline) through tool poses.
 
     Args:
-        poses: (m, 4, 4) three or more poses, or (m, 3) positions [m] with the orientation of the
-            base. Consecutive positions must differ.
+        poses: (m, 4, 4) three or more tool poses in the base frame, or (m, 3) positions of the tool
+            origin [m]. With positions, the tool keeps the orientation of the base frame.
+            Consecutive positions must differ.
 
     Raises:
-        ShapeError: There are fewer than three poses, or the array has the wrong shape.
+        ShapeError: `poses` is neither (m, 4, 4) nor (m, 3), or m is less than 3.
         InputValueError: Two consecutive poses have the same position.
     """
     with requires("chasles[study]"):
@@ -402,14 +303,15 @@ def spline(poses: ArrayLike) -> Spline:
 
 
 def parabola(poses: ArrayLike) -> Spline:
-    """Return the parabola through three poses.
+    """Return a parabola through three tool poses.
 
     Args:
-        poses: (3, 4, 4) poses, or (3, 3) positions [m] with the orientation of the base. The
-            positions must differ.
+        poses: (3, 4, 4) tool poses in the base frame, or (3, 3) positions of the tool origin [m].
+            With positions, the tool keeps the orientation of the base frame. Consecutive positions
+            must differ.
 
     Raises:
-        ShapeError: The number of poses is not three.
+        ShapeError: `poses` is neither (3, 4, 4) nor (3, 3).
         InputValueError: Two consecutive poses have the same position.
     """
     with requires("chasles[study]"):
@@ -426,21 +328,23 @@ def parabola(poses: ArrayLike) -> Spline:
 
 
 def blend(poses: ArrayLike, radius: float) -> Spline:
-    """Return a curve of straight lines between poses, with a parabola at each corner.
+    """Return straight lines between tool poses, with corners that are rounded by parabolas.
 
-    The direction of the curve is continuous. The curvature jumps. The curve passes each corner at a
-    distance of at most half of the blend radius. At each corner, the curve has the orientation of
-    the corner pose.
+    The direction of the curve is continuous, but its curvature is not. The distance of the curve
+    from each corner is at most half of `radius`. Nearest to a corner, the tool has the orientation
+    of the corner pose.
 
     Args:
-        poses: (m, 4, 4) three or more poses, or (m, 3) positions [m] with the orientation of the
-            base. Consecutive positions must differ.
-        radius: Distance from each corner to the start and the end of its parabola [m]. The radius
-            is at most half the shortest distance between consecutive poses.
+        poses: (m, 4, 4) three or more tool poses in the base frame, or (m, 3) positions of the tool
+            origin [m]. With positions, the tool keeps the orientation of the base frame.
+            Consecutive positions must differ.
+        radius: Distance from each corner to the start and the end of its parabola [m], above 0. At
+            most half the shortest distance between consecutive positions.
 
     Raises:
-        ShapeError: There are fewer than three poses, or the array has the wrong shape.
-        InputValueError: Two consecutive poses have the same position, or the radius is too large.
+        ShapeError: `poses` is neither (m, 4, 4) nor (m, 3), or m is less than 3.
+        InputValueError: Two consecutive poses have the same position, or `radius` is not above 0 or
+            too large.
     """
     with requires("chasles[study]"):
         from scipy.interpolate import PPoly  # noqa: PLC0415
@@ -473,7 +377,7 @@ def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
         poses: three or more poses (m, 4, 4) or positions (m, 3). Consecutive positions differ.
 
     Raises:
-        ShapeError: There are fewer than three poses, or the array has the wrong shape.
+        ShapeError: `poses` is neither (m, 4, 4) nor (m, 3), or m is less than 3.
         InputValueError: Two consecutive poses have the same position, a number is not finite, or a
             pose is not rigid.
     """
@@ -488,7 +392,7 @@ def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
     chords = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1)
     if not (chords > IN_PLACE * max(1.0, float(np.abs(T[:, :3, 3]).max()))).all():
         k = int(np.argmin(chords))
-        raise InputValueError(f"{name}: poses {k} and {k + 1} have the same position")
+        raise InputValueError(f"{name}: two poses have the same position: {k} and {k + 1}")
     return T, np.r_[0, np.cumsum(chords)]
 
 

@@ -23,9 +23,10 @@ from chasles.summaries import summary_repr
 
 from ..arguments import above_0, finite
 from ..tolerances import ON_CURVE
-from .curves import JointLine, PoseCurve, TaskCurve, TaskLine
+from .curves import JointLine, PoseCurve
 from .global_redundancy import ParameterCurve, parameter_curve
 from .redundancy import minimum_norm
+from .task_curves import TaskCurve, TaskLine
 from .tasks import curve_rates, parameter_rates, task_rates
 from .time_scaling import TimeScaling
 from .trajectory import Trajectory
@@ -49,24 +50,25 @@ class Motion:
 
     Attributes:
         robot: The robot.
-        curve: The curve of the tool pose, of task coordinates or of the robot's coordinates.
-        time_scaling: The curve length as a function of time.
-        q_seed: (n,) coordinates near the start. For a curve of the tool, q_seed selects the branch
-            of the inverse kinematics.
-        fixed: Names or indices of joints that keep their values at q_seed, or a mapping of joints
-            to values. The curve must be a curve of the tool pose. If a fixed joint is not a
-            redundancy parameter, the inverse kinematics is solved by iteration.
-        redundancy: The method that selects values of redundant joints. With "fixed", redundancy
-            parameters keep their values at q_seed. With "minimum_norm", each pose is solved by
-            minimum-norm steps of the main-chain joints, starting from q_seed. With "global", the
-            parameters minimize the integral of the squared joint rates over the curve, as in
-            `resolve_redundancy`. The motion stays within the limits. With "global", the start
-            configuration may differ from q_seed.
+        curve: A curve of tool poses (such as from `line`), of task coordinates (from `task_line` or
+            `task_curve`), or of joint positions (from `joint_line`).
+        time_scaling: The length travelled along the curve as a function of time, from
+            `time_scaling`.
+        q_seed: (n,) actuated coordinates near the start [rad or m]. They select the inverse
+            kinematics branch for curves of poses or task coordinates.
+        fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping from
+            joints to values [rad or m]. Only for curves of tool poses. If a fixed joint is not in
+            `robot.redundancy`, the inverse kinematics is solved by iteration.
+        redundancy: How a redundant robot follows the curve. With "fixed", redundancy parameters
+            keep their values at `q_seed`. With "minimum_norm", minimum-norm steps of the main-chain
+            joints lead from `q_seed` from pose to pose. With "global", the motion stays within the
+            limits and minimizes the integral of the squared joint rates, as in
+            `resolve_redundancy`; its start may differ from `q_seed`.
 
     Raises:
-        InputValueError: `redundancy` or `fixed` is not possible for the curve, the time scaling is
-            longer than the curve, or q_seed is not finite.
-        ShapeError: q_seed is not (n,).
+        InputValueError: `curve` does not support `redundancy` or `fixed`, `time_scaling` is longer
+            than the curve, or `q_seed` is not finite.
+        ShapeError: `q_seed` is not (n,).
     """
 
     robot: Robot
@@ -94,7 +96,7 @@ class Motion:
         if isinstance(self.curve, TaskLine | TaskCurve | JointLine):
             if self.redundancy != "fixed":
                 raise InputValueError(
-                    f"Motion: {self.redundancy} requires a curve of the tool pose"
+                    f"Motion: expected a curve of the tool pose for redundancy {self.redundancy}"
                 )
             if self.fixed is not None:
                 raise InputValueError("Motion: fixed requires a curve of the tool pose")
@@ -103,8 +105,8 @@ class Motion:
         finite(f"Motion of {self.robot.name}: q_seed", self.q_seed, (self.robot.n,))
         if self.time_scaling.length > self.curve.length * (1 + _ROUNDING):
             raise InputValueError(
-                f"Motion: the time scaling has length {self.time_scaling.length:g}, but the curve "
-                f"has length {self.curve.length:g}"
+                "Motion: the time scaling and the curve have different lengths: "
+                f"{self.time_scaling.length:g} and {self.curve.length:g}"
             )
 
     @property
@@ -116,11 +118,11 @@ class Motion:
         """Sample the motion at equal time steps, including start and end.
 
         Args:
-            frequency: Samples per second.
+            frequency: Number of samples per second, above 0.
 
         Raises:
-            OutOfReachError: The curve leaves the workspace, the branch or the limits. The message
-                states the position on the curve and the reason.
+            OutOfReachError: The curve leaves the workspace, the inverse kinematics branch or the
+                coordinate limits. The message states the position on the curve and the reason.
         """
         return self.at(_times(self.duration, frequency))
 
@@ -239,8 +241,8 @@ class Motion:
             )
             if not found.valid:
                 raise OutOfReachError(
-                    f"{self.robot.name}: at {self._part(s[k])} the motion stops: with "
-                    f"{', '.join(fixed)} fixed, the tool misses the curve by {found.residual:.3g} m"
+                    f"{self.robot.name}: at {self._part(s[k])} the motion stops: the tool "
+                    f"misses the curve by {found.residual:.3g} m with {', '.join(fixed)} fixed"
                 )
             q[k] = q_seed = found.q
         return q

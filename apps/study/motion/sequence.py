@@ -28,8 +28,9 @@ from chasles.summaries import summary_repr
 
 from ..arguments import above_0, finite
 from ..planning.plan import Plan
-from .curves import JointLine, PoseCurve, Space, TaskCurve, TaskLine, joint_line
+from .curves import JointLine, PoseCurve, Space, joint_line
 from .motion import Motion, Redundancy
+from .task_curves import TaskCurve, TaskLine
 from .time_scaling import Profile, TimeScaling, time_scaling
 from .trajectory import Trajectory, concatenate
 
@@ -63,11 +64,11 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class MotionSequence:
-    """Stages of a robot's motion. Every method returns a new sequence with additional stages.
+    """A sequence of motions and pauses (stages). The methods that add stages return a new sequence.
 
     Attributes:
         robot: The robot.
-        q_start: (n,) coordinates at the start [rad or m].
+        q_start: (n,) actuated coordinates at the start [rad or m].
     """
 
     robot: Robot
@@ -112,14 +113,14 @@ class MotionSequence:
         """Add a motion on a straight line in the coordinates.
 
         Args:
-            q_goal: (n,) coordinates at the end [rad or m]. For space "chain", q_goal contains
-                joints of the main chain.
-            profile: As in `time_scaling`.
+            q_goal: (n,) coordinates at the end [rad or m]. For space "chain", joint positions of
+                the main chain.
+            profile: "constant", "cubic", "quintic", "trapezoidal" or "s_curve", as in
+                `time_scaling`.
             space: "coordinates", or "chain" for a straight line in the joints of the main chain.
             name: The name of the stage.
-            limits: The arguments duration, speed, acceleration and jerk of `time_scaling`. These
-                arguments refer to a path coordinate that increases from 0 at the start of the line
-                to 1 at the end.
+            limits: The arguments duration, speed, acceleration and jerk of `time_scaling`, for a
+                path of length 1 from start to end of the line.
         """
         begin = self.q_end
         if space == "chain" and self.robot.loops:
@@ -153,25 +154,28 @@ class MotionSequence:
         name: str = "",
         **limits: float,
     ) -> Self:
-        """Add a motion on a curve or on a planned path. A curve starts at the current tool pose.
+        """Add a motion on a curve or on a planned path that starts at the current configuration.
 
         Each segment of a planned path is a stage that starts and ends at rest.
 
         Args:
-            curve: The curve of the tool, or a plan in the coordinates.
-            profile: As in `time_scaling`.
-            fixed: Joints with constant values, as in `Motion`. Named joints keep their values at
-                the start of the stage.
+            curve: A curve of tool poses or task coordinates, or a `Plan` in the actuated
+                coordinates.
+            profile: "constant", "cubic", "quintic", "trapezoidal" or "s_curve", as in
+                `time_scaling`.
+            fixed: Joints with constant values, as in `Motion`. Joints without a value keep their
+                values at the start of the stage.
             redundancy: "fixed" or "minimum_norm", as in `Motion`.
             name: The name of the stage.
-            limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve. For a
-                plan, duration is the time of the whole path. For a plan, speed, acceleration and
-                jerk refer to the path length in the coordinates.
+            limits: The arguments duration, speed, acceleration and jerk of `time_scaling`, for the
+                length along the curve. For a plan, duration is the time of the whole path, and the
+                other arguments refer to the path length in the coordinates.
 
         Raises:
-            InputValueError: The curve or the plan does not start at q_end, the plan has no path, or
-                `redundancy` has the unsupported value "global".
-            OutOfReachError: The curve leaves the workspace, the branch or the limits.
+            InputValueError: The curve or plan does not start at the end of the previous stage, the
+                plan has no path, or `redundancy` is "global".
+            OutOfReachError: The curve leaves the workspace, the inverse kinematics branch or the
+                coordinate limits.
         """
         if redundancy == "global":
             raise InputValueError(
@@ -195,7 +199,9 @@ class MotionSequence:
             raise InputValueError(f"follow: the plan has no path: {plan.reason}")
         off = np.abs(plan.q[0] - self.q_end).max()
         if not off <= _SAME:
-            raise InputValueError(f"follow: the plan starts {off:.3g} rad or m from q_end")
+            raise InputValueError(
+                f"follow: the plan must start at q_end; it differs by {off:.3g} rad or m"
+            )
         longer = self
         for k, (a, b) in enumerate(pairwise(plan.q), 1):
             length = float(np.linalg.norm(b - a))
@@ -211,19 +217,20 @@ class MotionSequence:
         off = self.robot.fk(self.q_end) - there
         if not np.abs(off).max() <= _SAME:
             raise InputValueError(
-                f"follow: the curve starts {np.linalg.norm(off[:3, 3]):.3g} m from the tool, and "
-                f"the rotations differ by {np.abs(off[:3, :3]).max():.3g}"
+                "follow: the curve must start at the tool pose; positions differ by "
+                f"{np.linalg.norm(off[:3, 3]):.3g} m, rotations by {np.abs(off[:3, :3]).max():.3g}"
             )
 
     def sample(self, frequency: float = 100.0) -> Trajectory:
-        """Sample all stages. The result's field `stage` has the stage index of each sample.
+        """Sample all stages. The field `stage` of the result is the stage index of each sample.
 
         Args:
-            frequency: Samples per second.
+            frequency: Number of samples per second, above 0.
 
         Raises:
             InputValueError: No stage was added to the sequence.
-            OutOfReachError: A curve leaves the workspace, the branch or the limits.
+            OutOfReachError: A curve leaves the workspace, the inverse kinematics branch or the
+                coordinate limits.
         """
         if not self._stages:
             raise InputValueError(
@@ -232,7 +239,7 @@ class MotionSequence:
         return concatenate([stage.motion.sample(frequency) for stage in self._stages])
 
     def jumps(self) -> list[tuple[int, str, float, float]]:
-        """List the jumps of derivatives as (stage, derivative, time [s], jump size)."""
+        """List jumps in the time scalings as (stage, derivative, time [s], jump size)."""
         found, begin = [], 0.0
         for index, stage in enumerate(self._stages):
             timed = stage.motion.time_scaling

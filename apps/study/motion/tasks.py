@@ -25,8 +25,8 @@ from chasles import InputValueError, Robot
 from chasles.fixed import Fixed, fixed_coordinates
 from chasles.tolerances import RANK
 
-from .curves import Task
 from .redundancy import parametrized
+from .task_curves import Task
 
 FloatArray = NDArray[np.float64]
 
@@ -61,8 +61,8 @@ def task_rates(
     fixed = [robot.coordinate_names.index(name) for name in names]
     if robot.n - len(fixed) != by_s.shape[1]:
         raise InputValueError(
-            f"{robot.name}: task {task} has {by_s.shape[1]} coordinates, which do not determine "
-            f"the rates of {robot.n - len(fixed)} joints"
+            f"{robot.name}: task {task}: the task does not determine the joint rates; got "
+            f"{by_s.shape[1]} coordinates for {robot.n - len(fixed)} joints"
         )
     T, J = robot.fk_jacobian_mixed(q)
     J[..., fixed] = 0
