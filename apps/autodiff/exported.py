@@ -28,6 +28,6 @@ def exported(robot: Robot, folder: str | os.PathLike[str], ending: str, language
         if content.get("description_sha256") == robot.manifest.description_sha256:
             return path
     raise InputValueError(
-        f"folder {path.parent} has no {language} source of this version of {robot.name}; "
+        f"folder {path.parent}: no current {language} source of {robot.name}; "
         f"run chasles export {language} {robot.name} --to {path.parent.parent}"
     )

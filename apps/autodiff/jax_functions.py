@@ -84,7 +84,7 @@ def _library() -> Path:
             output = getattr(error, "stderr", b"") or b""
             text = output.decode(errors="replace")
             raise ChaslesError(
-                f"JAX needs a C++17 compiler, CXX or c++: {error}\n{text}"
+                f"JAX requires a C++17 compiler (CXX or c++): {error}\n{text}"
             ) from error
         target.replace(path)
     return path

@@ -1,10 +1,10 @@
 """Robot files of calibrated robots.
 
-A serial robot is described by the screw axes of its joints and its home tool pose. Screw axes
-describe every chain exactly. For a robot with loops, the result is the nominal robot file with the
-identified parameters. The compiler infers the nominal robot from the values. The inverse kinematics
-first computes the solutions of the nominal robot. Newton's method then refines each solution for
-the calibrated robot.
+The file of a calibrated serial robot contains the screw axes of the joints and the home tool pose.
+Screw axes describe every serial chain exactly. The file of a calibrated robot with loops is the
+nominal robot file with the identified parameters. The compiler infers the nominal robot from the
+calibrated values. The inverse kinematics of a calibrated robot first computes the solutions of the
+nominal robot. Newton's method then refines these solutions for the calibrated robot.
 """
 
 from __future__ import annotations
@@ -26,12 +26,13 @@ from .shown_numbers import roll_pitch_yaw
 _PITCH = 1e-12
 """Tolerance for rounding errors of axis directions [1] and screw pitches [m/rad]."""
 _METER = 15
-"""Number of decimal places of a length in meters. A length that is 0 by design stays exactly 0."""
+"""Number of decimal places to which lengths [m] are rounded. The rounding keeps a length that is 0
+by design exactly 0."""
 _DEGREE = 13
-"""Number of decimal places of an angle in degrees (2e-15 rad). After rounding, an angle that is 90
-degrees by design is exactly 90 degrees."""
+"""Number of decimal places to which angles [deg] are rounded, equivalent to 2e-15 rad. After this
+rounding, an angle that is 90 degrees by design is exactly 90 degrees."""
 _SPRINGS = "\n[[springs]]"
-"""Heading of the first spring table in a robot file, with the line break before it."""
+"""Heading of the first spring table in a robot file, with the preceding line break."""
 FloatArray = NDArray[np.float64]
 
 
@@ -43,17 +44,17 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
         p: The identified geometry.
         name: Name of the calibrated robot.
         source: Source of the values, as written to the file.
-        nominal: Name or file of the nominal robot. For a robot with loops, the inverse kinematics
-            solves the nominal robot first and then refines each solution. Without a nominal robot,
-            the compiler rounds lengths to a grid.
+        nominal: Name or file of the nominal robot. For a calibrated robot with loops, the inverse
+            kinematics solves the nominal robot first and then refines each solution. If `nominal`
+            is empty, the compiler derives the nominal robot by rounding lengths to a grid.
 
-    The gain and the periodic error of a drive are written as a `[[transmissions]]` table. The
-    compliance of a joint is written as a spring. The functions of the calibrated robot expect true
-    joint coordinates, not encoder readings. `coordinates_from_readings` and
+    The gain and the periodic error of a drive are written as a `[[transmissions]]` table. The robot
+    file represents the compliance of a joint as a spring. The functions of the calibrated robot
+    expect true joint coordinates, not encoder readings. `coordinates_from_readings` and
     `readings_from_coordinates` convert between true coordinates and encoder readings.
 
     Raises:
-        InputValueError: A coordinate moves several joints.
+        InputValueError: A coordinate of a serial robot moves several joints or a screw joint.
     """
     laws = [g.part in ("transmission", "coupling", "compliance") for g in robot.geometry]
     straight = np.where(laws, nominal_of(robot), p)
@@ -67,7 +68,10 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
 
 
 def _chain_text(robot: Robot, p: FloatArray, name: str, source: str) -> tuple[str, str]:
-    """Return the head and the joint tables of a robot file, with nominal transmissions."""
+    """Return the header of a serial robot file, and its tool and joint tables.
+
+    The geometry `p` contains nominal transmissions, couplings and compliances.
+    """
     joints, zero, L = robot.chain_joints, np.zeros(robot.n), np.eye(robot.n)
     if robot.manifest.loops.coupling:
         if len(joints) != robot.n:
@@ -98,7 +102,7 @@ def _chain_text(robot: Robot, p: FloatArray, name: str, source: str) -> tuple[st
 
 
 def couplings_text(robot: Robot, p: FloatArray) -> str:
-    """Return the tables of the couplings and motors of a robot.
+    """Return the `[couplings]` and `[motors]` tables of a robot file.
 
     Args:
         robot: The nominal robot, with parametric functions.
@@ -135,7 +139,7 @@ def _motor(coordinate: Coordinate) -> str:
 
 
 def _screw(coordinate: Coordinate, column: FloatArray, tool: FloatArray) -> list[str]:
-    """Return the robot file fields of a joint axis, given its column of the mixed Jacobian."""
+    """Return the robot file fields of a joint axis from its mixed Jacobian column."""
     v, omega = column[:3], column[3:]
     if coordinate.kind == "prismatic":
         return ['type = "prismatic"', f"axis = {_row(v)}"]
@@ -143,11 +147,11 @@ def _screw(coordinate: Coordinate, column: FloatArray, tool: FloatArray) -> list
         np.linalg.norm(omega), 1, abs_tol=_PITCH
     ):
         raise InputValueError(
-            f"coordinate {coordinate.name!r} moves several joints or a screw joint; write the "
+            f"{coordinate.name!r}: the coordinate moves several joints or a screw joint; write the "
             "identified parameters into the file of the nominal robot"
         )
-    # The twist (v, omega) satisfies v = omega x (tool - point). Here, `point` is the axis point
-    # nearest to the tool origin.
+    # A rotation about the joint axis gives the tool the twist (v, omega) with v = omega x (tool -
+    # point). In this equation, `point` is the axis point nearest to the tool origin.
     return [f"axis = {_row(omega)}", f"point = {_row(tool + np.cross(omega, v))}"]
 
 
@@ -169,7 +173,8 @@ def mechanism_text(robot: Robot, p: FloatArray, name: str, source: str, nominal:
         p: The identified geometry.
         name: Name of the calibrated robot.
         source: Source of the values, as written to the file.
-        nominal: Name or file of the nominal robot, or "" to omit the line.
+        nominal: Name or file of the nominal robot, or "" to omit the line `nominal` of the robot
+            file.
     """
     texts = {
         "name": json.dumps(name),
@@ -186,7 +191,7 @@ def mechanism_text(robot: Robot, p: FloatArray, name: str, source: str, nominal:
 
 
 def _has_turned(robot: Robot, p: FloatArray) -> bool:
-    """Return whether any axis direction differs from the nominal robot."""
+    """Return whether any joint axis direction in `p` differs from the nominal robot."""
     return any(
         item.unit == "rad" and item.part in ("axis", "joint") and value != item.value
         for item, value in zip(robot.geometry, p, strict=True)
@@ -194,12 +199,12 @@ def _has_turned(robot: Robot, p: FloatArray) -> bool:
 
 
 def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
-    """Return a [[transmissions]] table for each drive with an identified error, or "".
+    """Return a `[[transmissions]]` table per drive with identified errors, or "" without errors.
 
     Args:
         robot: The nominal robot, with parametric functions.
         p: The identified geometry.
-        turn: One radian in the angle unit of the file.
+        turn: One radian, expressed in the angle unit of the robot file.
     """
     laws: dict[str, dict[str, float]] = {}
     for item, value in zip(robot.geometry, p, strict=True):
@@ -217,11 +222,11 @@ def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
 def load_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
     """Return two texts of a robot file: the gravity vector, and the masses with joint springs.
 
-    For a robot without masses, the function returns two empty strings. Rigid joints have no
-    springs.
+    For a robot without masses, the function returns two empty strings. If all joints are rigid, the
+    second text contains no springs.
 
     Args:
-        robot: The nominal arm, with parametric functions.
+        robot: The nominal robot, with parametric functions.
         p: The identified geometry.
     """
     compliances = {

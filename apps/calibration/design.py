@@ -1,11 +1,12 @@
 """Select the configurations that determine the parameters best.
 
-B_i is the derivative of the measurements at configuration i with respect to the parameters. Each
-row of B_i is divided by the standard deviation of its measurement. The covariance of the parameters
-is the inverse of A = sum B_i^T B_i. A D-optimal design maximizes det(A), and therefore also the
-observability index O1 = det(A)^(1/2k) / sqrt(count). Here, k is the number of parameters, and count
-is the number of configurations. The search adds configurations one by one. The search then replaces
-selected configurations by candidates until no replacement increases the determinant of A.
+Let B_i be the derivative of the measurements at configuration i with respect to the parameters. The
+rows of B_i are divided by the standard deviations of the measurements. The covariance of the
+identified parameters is the inverse of the information matrix A = sum B_i^T B_i. A D-optimal design
+maximizes the determinant of A. For k parameters and `count` configurations, a D-optimal design also
+maximizes the observability index O1 = det(A)^(1/2k) / sqrt(count). The search for a D-optimal
+design first adds configurations one by one. The search then replaces selected configurations by
+candidates until no replacement increases the determinant of A.
 
 Source:
     V. V. Fedorov, Theory of Optimal Experiments, 1972, for the exchange of configurations; J. H.
@@ -27,7 +28,7 @@ from chasles.arrays import real_array
 from chasles.contract import check_type, requires
 from chasles.summaries import short_repr
 
-from ..study.arguments import finite
+from ..study.arguments import above_0, finite, integer_at_least
 from ..study.results import StudyResult
 from .fitting.problem import in_one_thread, problem_at
 from .measurements.tool_measurements import SMALL, Measurements, Poses, Positions, Start
@@ -37,27 +38,29 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _PRIOR = 1e-6
-"""Prior weight that keeps A invertible while few configurations are selected."""
+"""Weight of a prior that keeps the information matrix A invertible while few configurations are
+selected."""
 _PASSES = 20
-"""Maximum number of passes over the selected configurations."""
+"""Maximum number of passes of the exchange search over the selected configurations."""
 _GAIN = 1e-9
-"""The search exchanges a configuration only if log det(A) increases by at least this value."""
+"""The search exchanges a configuration only if log det(A) of the information matrix A increases by
+more than this value."""
 _NEXT = 10
 
 
 @dataclass(frozen=True, eq=False)
 class Design(StudyResult):
-    """Selected configurations and the expected accuracy of the parameters.
+    """Selected configurations and the expected accuracy of a calibration with them.
 
     Attributes:
-        indices: Indices of the selected configurations in the array of candidates.
-        q: (count, n) coordinates [rad or m].
+        indices: (count,) row indices of the selected configurations in the candidates.
+        q: (count, n) coordinates of the selected configurations [rad or m].
         names: Names of the identifiable parameters and unknowns.
         std: Standard deviation of each parameter and unknown [m, rad, 1].
-        observability: The observability index O1, with variables in units of 1 mm and 1 mrad.
-        tool_error: Root mean square of the tool position errors over all candidates [m]. These
-            errors result from measurement noise.
-        tool_error_with_more: Expected tool error with ten additional configurations [m].
+        observability: The observability index O1, with parameters in units of 1 mm and 1 mrad.
+        tool_error: Root mean square tool position error that measurement noise causes, over all
+            candidates [m].
+        tool_error_with_more: `tool_error` with up to ten further configurations [m].
     """
 
     indices: NDArray[np.intp]
@@ -96,60 +99,69 @@ def optimal_design(
     vary: str | Collection[str] = GEOMETRY,
     is_allowed: Callable[[FloatArray], ArrayLike] | None = None,
 ) -> Design:
-    """Select the candidate configurations that determine the parameters of a robot best.
+    """Select the configurations whose measurements determine the parameters of a robot best.
 
     Args:
         robot: A robot with parametric functions, as returned by `chasles.load(name,
             parametric=True)`.
-        candidates: (M, n) actuated coordinates [rad or m]. Candidates beyond the limits or with NaN
-            are ignored.
+        candidates: (M, n) actuated coordinates of the possible configurations [rad or m]. Rows
+            beyond the limits or with NaN are ignored.
         count: Number of configurations to select, an int.
-        targets: (m, 3) positions of the measured targets in the tool frame [m], or None if poses
-            are measured.
-        sigma: Standard deviation of each measured position coordinate [m]. For poses, sigma is a
-            tuple (position [m], orientation [rad]). None means 1e-3 for each.
-        vary: Names of parameters or parameter groups; only these parameters may differ from their
-            nominal values. The argument `vary` of `identify` lists the groups and explains the
-            default "geometry".
-        is_allowed: Function that takes the candidates (M, n) and returns booleans (M,), for example
-            False for a collision. None allows all candidates within the limits.
+        targets: (m, 3) positions in the tool frame of the targets to measure [m]. None means that
+            tool poses are measured.
+        sigma: Standard deviation of each measured position coordinate [m]. If `targets` is None,
+            `sigma` is a tuple (position [m], orientation [rad]). None means 1e-3 for each value.
+        vary: One or several names of parameters or parameter groups, as in `identify`. All other
+            parameters keep their nominal values.
+        is_allowed: Function that takes `candidates` (M, n) and returns booleans (M,), such as False
+            for a collision. None allows all candidates within the limits.
 
     Returns:
         A `Design`. `indices` (count,) are the indices of the selected configurations in
-        `candidates`. `q` (count, n) contains their coordinates [rad or m]. `names` and `std`
-        contain the names and the expected standard deviations of the identifiable parameters and
-        unknowns [m, rad, 1]. `tool_error` is the expected root mean square tool position error [m].
-        `tool_error_with_more` is the same error with up to ten further configurations.
+        `candidates`. `q` (count, n) contains the coordinates of the selected configurations [rad or
+        m]. `names` and `std` contain the names and expected standard deviations of the identifiable
+        parameters and unknowns [m, rad, 1]. `tool_error` is the expected root mean square tool
+        position error of the calibrated robot [m]. `tool_error_with_more` is the expected tool
+        position error with up to ten further configurations [m].
 
     Raises:
         MissingFunctionError: The robot has no parametric functions.
         InputTypeError: `robot` is not a `Robot`, or `candidates` or `targets` contains values that
             are not real numbers.
-        TypeError: `count` is not an int.
-        ShapeError: `candidates` is not (M, n), or `targets` is not (m, 3).
-        ValueError: `is_allowed` does not return (M,) booleans.
-        InputValueError: Fewer than `count` candidates are allowed, or `count` configurations have
-            too few measured values for the variables. A name is not a parameter or a group. `sigma`
-            is a number for poses, or a tuple for positions. A number in `targets` is not finite.
+        ShapeError: `candidates` is not (M, n), `targets` is not (m, 3), or the result of
+            `is_allowed` is not (M,).
+        InputValueError: `count` is not an integer of at least 1. Fewer than `count` candidates are
+            allowed, or `count` configurations have too few measured values to identify all
+            parameters. `vary` names an unknown parameter or group. `sigma` is a number although
+            `targets` is None, or a tuple although `targets` is an array, or contains a number that
+            is not above 0. `targets` contains a number that is not finite.
     """
     check_type("optimal_design: robot", robot, Robot)
+    count = integer_at_least("optimal_design: count", count, 1)
     at = real_array("optimal_design", "candidates", candidates)
     if at.shape[1:] != (robot.n,):
-        raise ShapeError(f"optimal_design: candidates: expected (M, {robot.n}), got {at.shape}")
+        raise ShapeError(
+            f"optimal_design: candidates: expected shape (M, {robot.n}), got {at.shape}"
+        )
     free = ((at >= robot.lower) & (at <= robot.upper)).all(-1)
     if is_allowed is not None:
-        free &= np.asarray(is_allowed(at), dtype=bool)
+        allowed = np.asarray(is_allowed(at), dtype=bool)
+        if allowed.shape != free.shape:
+            raise ShapeError(
+                f"optimal_design: is_allowed: expected {len(at)} booleans, got {allowed.shape}"
+            )
+        free &= allowed
     index = np.flatnonzero(free)
     if len(index) < count:
         raise InputValueError(
-            f"optimal_design: {len(index)} of {len(at)} candidates are within limits and "
-            f"allowed; expected at least {count}"
+            f"optimal_design: expected at least {count} allowed candidates within limits, got "
+            f"{len(index)} of {len(at)}"
         )
     B, tool, names = _derivatives(robot, at[index], targets, sigma, vary)
     if count * B.shape[1] <= len(names):
         raise InputValueError(
-            f"optimal_design: {count} configurations have {count * B.shape[1]} measured values for "
-            f"{len(names)} variables; select more configurations"
+            f"optimal_design: select more configurations; {count} configurations have "
+            f"{count * B.shape[1]} measured values for {len(names)} variables"
         )
     search = _Exchange(B)
     chosen = search.best(count)
@@ -174,7 +186,10 @@ def _derivatives(
     sigma: float | tuple[float, float] | None,
     vary: str | Collection[str],
 ) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-    """Return (measurement derivatives (M, r, k), tool position derivatives (M, 3, k), names)."""
+    """Return derivatives of measurements (M, r, k) and tool positions (M, 3, k), and names.
+
+    Each of the M candidates has r measured values. The k names are the names of the variables.
+    """
     measurements: Measurements
     if targets is None:
         pair = (SMALL, SMALL) if sigma is None else sigma
@@ -182,7 +197,8 @@ def _derivatives(
             raise InputValueError(
                 "optimal_design: poses need two standard deviations, (meters, radians)"
             )
-        measurements, unknowns = Poses(robot.fk(q), pair), np.zeros(0)
+        position, angle = (above_0("optimal_design: sigma", value) for value in pair)
+        measurements, unknowns = Poses(robot.fk(q), (position, angle)), np.zeros(0)
     else:
         points = np.atleast_2d(finite("optimal_design: targets", targets))
         if points.shape[1:] != (3,):
@@ -190,6 +206,7 @@ def _derivatives(
         one = SMALL if sigma is None else sigma
         if isinstance(one, tuple):
             raise InputValueError("optimal_design: positions need one standard deviation (meters)")
+        one = above_0("optimal_design: sigma", one)
         measurements, unknowns = Positions(np.zeros((len(q), *points.shape)), one), points.ravel()
     problem = problem_at(robot, q, Start(np.eye(4), unknowns, measurements, 0.0), vary)
     B = problem.derivative(problem.x0) * SMALL
@@ -203,7 +220,7 @@ def _derivatives(
 
 
 class _Exchange:
-    """Search for the configurations that maximize det(A)."""
+    """Search for the configurations that maximize the determinant of the information matrix A."""
 
     def __init__(self, B: FloatArray) -> None:
         self.B = B
@@ -216,7 +233,7 @@ class _Exchange:
         return np.asarray(B.T @ B)
 
     def best(self, count: int) -> NDArray[np.intp]:
-        """Return the best configurations found by adding and exchanging configurations."""
+        """Return indices of `count` candidates, found by adding and exchanging candidates."""
         chosen = list(self.extended(np.zeros(0, dtype=np.intp), count))
         for _ in range(_PASSES):
             exchanged = False
@@ -231,15 +248,15 @@ class _Exchange:
         return np.array(chosen, dtype=np.intp)
 
     def extended(self, chosen: NDArray[np.intp], more: int) -> NDArray[np.intp]:
-        """Add the best candidates to the selected configurations."""
+        """Add `more` candidates to the selected configurations, the best candidate in each step."""
         for _ in range(more):
             chosen = np.append(chosen, np.argmax(self._gains(chosen)))
         return chosen
 
     def _gains(self, chosen: NDArray[np.intp]) -> FloatArray:
-        """Return the increase (M,) of log det(A) that each candidate would cause.
+        """Return the increase (M,) of log det(A) that each of the M candidates would cause.
 
-        The increase is -inf for candidates that are already selected.
+        The increase of log det(A) is -inf for candidates that are already selected.
         """
         C = np.linalg.inv(self.information(chosen) + self.prior)
         r = self.B.shape[1]

@@ -18,24 +18,27 @@ from .result import Calibration
 FloatArray = NDArray[np.float64]
 
 UNEXPLAINED = 0.01
-"""Maximum error of a calibrated robot, relative to the spread of its tool positions. An error above
-this limit suggests a different robot or wrong joint values."""
+"""Maximum plausible median error of a calibrated robot, relative to the spread of its tool
+positions. A larger error suggests that the measurements belong to another robot or that joint
+values are wrong."""
 UNSTATED = 2.0
 """Maximum plausible ratio of the actual noise of a device to its stated noise."""
 NOISY = 10.0
 MIN_SPREAD = 1e-6
-"""If the tool positions spread less than this [m], the measured motion is a pure rotation."""
+"""Minimum root mean square spread of the tool positions [m]. A motion with less spread counts as a
+pure rotation of the tool."""
 MANY = 0.2
-"""Maximum fraction of outliers. If a greater part of the measurements are outliers, the whole table
-may be wrong."""
+"""Maximum fraction of outliers among the measured points. A larger fraction of outliers suggests
+that the whole measurement table is wrong."""
 STILL = math.radians(5)
-"""Minimum range of a revolute joint [rad] for which the joint's parameters are identifiable. The
-range of a prismatic joint is relative to the spread of the tool positions."""
+"""Minimum range of motion of a revolute joint [rad] for which the joint's parameters are
+identifiable. For a prismatic joint, the minimum range is this value times the spread of the tool
+positions, with the spread limited to 1 m."""
 _ALIKE = 4
-"""Decimal places to which repeated configurations agree [rad, m]."""
+"""Number of decimal places to which the coordinates [rad, m] of repeated configurations agree."""
 FAR_OFF = 0.1, 0.01
-"""Maximum plausible change of a parameter [rad, m]. The part of a change that noise may cause is
-subtracted before the comparison."""
+"""Maximum plausible change of a parameter from its nominal value, for angles [rad] and lengths [m].
+The part of a parameter change that noise may cause is subtracted before the comparison."""
 
 
 def diagnose(found: Calibration) -> tuple[str, ...]:
@@ -157,7 +160,7 @@ def _poor_fit(found: Calibration) -> Iterator[str]:
 
 
 def is_unexplained(found: Calibration) -> bool:
-    """Return whether the residual is large relative to the noise and to the tool motion."""
+    """Return whether the calibrated robot's errors are large for the noise and the tool motion."""
     moved = spread(found.robot.fk_p(found.q, nominal(found.robot)))
     excess = found.noise / largest_noise(found.residual_dof)
     return moved >= MIN_SPREAD and left(found) > UNEXPLAINED * moved and excess > UNSTATED

@@ -1,8 +1,8 @@
 """Identification of a robot's parameters from measurements of its tool.
 
-For the nominal robot, frames and unknowns are computed in closed form (`measurements/frames.py`).
-Wrong input raises an error (`input_checks.py`). The least-squares fit starts from the closed-form
-values (`fitting/`).
+The modules in `measurements/` first estimate the frames and unknowns with the nominal robot. The
+module `input_checks.py` raises an error if the input is wrong. The least-squares fit in `fitting/`
+starts from the estimated frames and unknowns.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import Robot, ShapeError
+from chasles import InputValueError, Robot, ShapeError
 from chasles.contract import check_type
 
 from ..study.arguments import finite
@@ -39,64 +39,71 @@ def identify(
     T_W_base: ArrayLike | None = None,
     weights: ArrayLike | None = None,
 ) -> Calibration:
-    """Identify the parameters of a robot that fit the measurements best.
+    """Identify the geometry parameters with which a robot fits measurements of its tool best.
 
     Args:
         robot: A robot with parametric functions, as returned by `chasles.load(name,
             parametric=True)`.
         q: (N, n) actuated coordinates at which the tool was measured [rad or m].
-        measurements: `Positions`, `StationPositions`, `Poses`, `CirclePoints`, `Distances`,
-            `PlaneContacts` or `SphereContacts` at the N configurations. Positions are in the frame
-            W of the measuring device [m].
-        vary: One or several names of parameters or parameter groups. Only these parameters may
-            differ from their nominal values. The groups are "parameter", "joint", "offset", "axis",
-            "transmission", "coupling", "compliance", "loop", "base" and "tool". The reference page
-            "Calibration tables" describes the groups. "parameter" means the named parameters of the
-            description, such as the radius of a delta robot. A named parameter changes every value
-            that depends on it. The default "geometry" stands for "axis", which contains all
-            lengths, angles and offsets. For robots with loops, "geometry" also includes "loop". If
-            poses are measured, corrections of the tool frame are added. For serial robots,
-            "geometry" and the tool corrections are a complete and minimal set of parameters.
-            Corrections of the base frame are added if `parameter_std` is set, if "axis" is not
-            varied, or if the robot has loops.
-        parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1]. The
-            keys are names, groups or units ("m", "rad", "1") of parameters. A name takes precedence
-            over a group, and a group over a unit. A parameter without a key may differ from its
-            nominal value freely. None means no standard deviations. Parameters with a standard
-            deviation stay near nominal if they have little effect on the measurements.
-        robust: Whether to exclude outliers from the fit. The result lists the excluded rows.
-        T_W_base: (4, 4) pose of the base frame in the device frame W, with its position in [m].
-            None means that the pose is identified.
-        weights: (N,) weights of the configurations, above 0. A weight of 4 halves the standard
-            deviations of the measurements at its configuration. None means equal weights of 1.
+        measurements: The field `measurements` of a table from `read_measurements`, or a
+            `Positions`, `StationPositions`, `Poses`, `CirclePoints`, `Distances`, `PlaneContacts`
+            or `SphereContacts` object. Entry k of its arrays belongs to row k of `q`. Positions [m]
+            and poses are in the frame W of the measuring device; `StationPositions` are in the
+            frames of the stations.
+        vary: One or several names of parameters or parameter groups. All other parameters keep
+            their nominal values. `robot.geometry` lists the names and groups (`part`). "axis"
+            contains the positions and tilts of the joint axes. "offset" contains the zeros of the
+            joint coordinates. "parameter" contains the named parameters of the robot file, such as
+            the radius of a delta robot. The other groups are "joint", "transmission", "coupling",
+            "compliance", "loop", "base" and "tool". The reference page "Calibration tables"
+            describes all groups. The default "geometry" means "axis", and also "loop" for robots
+            with loops. If poses are measured, the group "tool" is added. For serial robots, "axis"
+            and "tool" are a complete and minimal set of parameters. The group "base" is added if
+            `parameter_std` is set, if "axis" is not varied, or if the robot has loops.
+        parameter_std: Standard deviations of parameters about their nominal values, in the units of
+            the parameters (such as m or rad). A key is a name, a group (`part`) or a unit from
+            `robot.geometry`. If several keys match a parameter, a name takes precedence over a
+            group, and a group over a unit. A parameter that matches no key is identified from the
+            measurements alone. None means no standard deviations. A parameter with a standard
+            deviation stays near its nominal value if the measurements hardly depend on it.
+        robust: Whether to exclude outliers from the fit. `Calibration.outliers` lists the excluded
+            measurements.
+        T_W_base: (4, 4) known pose of the robot's base frame in the device frame W, positions in
+            [m]. None means that the pose is identified.
+        weights: (N,) weights of the configurations, above 0. With weight 4, the standard deviations
+            of the measurements at a configuration are halved. None means 1 for all configurations.
 
     Returns:
-        A `Calibration`. `names` and `values` (k,) contain the identified parameters and the
-        unknowns of the measurements [m, rad, 1]. `covariance` (k, k) is the covariance of the
-        values. `p` contains all parameters of the calibrated robot. `poses(q)` returns the tool
-        poses of the calibrated robot in W. `errors` (M,) contains the remaining errors in standard
-        deviations. `unidentifiable` lists the parameters that the measurements do not determine.
+        A `Calibration`. `names` and `values` (k,) [m, rad, 1] contain the identified parameters,
+        followed by the unknowns of the measurements, such as target positions on the tool.
+        `covariance` (k, k) is the covariance of `values`. `p` contains all geometry parameters of
+        the calibrated robot. `poses(q)` returns the tool poses of the calibrated robot in W.
+        `errors` (M,) contains the remaining error of each measured value, divided by its standard
+        deviation. `unidentifiable` lists the parameters that the measurements do not determine.
         `print` shows a report.
 
     Raises:
         MissingFunctionError: The robot has no parametric functions.
         InputTypeError: `robot` is not a `Robot`, or `q`, `T_W_base` or `weights` contains values
             that are not real numbers.
-        ShapeError: `q` is not (N, n), `T_W_base` is not (4, 4), or `weights` is not (N,).
-        InputValueError: `q` contains a number that is not finite, or a name is not a parameter, a
-            group or a unit. The measurements are fewer than the variables. The measurements fit
-            much better with other units, joint signs or columns; the message states the probable
-            mistake. A circle of `CirclePoints` has too few visible positions, or the tool rotates
-            too little. Too few measurements agree with one another. A number in `T_W_base` or
-            `weights` is not finite.
-        ValueError: `q` and the measurements have different numbers of configurations. For
-            `Positions`, this may be an IndexError instead.
+        ShapeError: `q` is not (N, n), `T_W_base` is not (4, 4), or `weights` is not (N,). `q` and
+            `measurements` have different numbers of configurations.
+        InputValueError: `q`, `T_W_base` or `weights` contains a number that is not finite, or a
+            weight is not above 0. `vary` names an unknown parameter or group. `parameter_std` has
+            an unknown key or a negative value. There are fewer measured values than values to
+            identify, or too few measured values agree with one another. The measurements fit much
+            better with other units, joint signs or columns. For such measurements, the message
+            states the probable mistake. In `CirclePoints`, a circle has no target that is visible
+            in four configurations. The tool does not rotate about one axis by 0.2 rad or more along
+            a circle.
     """
     check_type("identify: robot", robot, Robot)
     start = located(robot, q, measurements, T_W_base)
     at = finite("identify: q", q)
     problem = problem_at(robot, at, start, vary, parameter_std)
     counts = np.ones(len(at)) if weights is None else finite("identify: weights", weights)
+    if (counts <= 0).any():
+        raise InputValueError(f"identify: weights: expected numbers above 0, got {counts.min():g}")
     before = problem.weighted(counts).errors(problem.x0)
     if robot.kind != "serial":
         problem = problem_nearby(problem, start, vary, parameter_std, robust=robust)
@@ -118,12 +125,18 @@ def located(
         T_W_base: (4, 4) the base frame in the device frame W, or None to estimate this frame.
 
     Raises:
-        ShapeError: The shape of q does not match the robot.
-        InputValueError: Units, signs or columns are wrong.
+        ShapeError: The shape of q does not match the robot, or q and `measurements` have different
+            numbers of configurations.
+        InputValueError: The units, joint signs or columns of the input are wrong.
     """
     at = finite("identify: q", q)
     if at.shape[1:] != (robot.n,):
         raise ShapeError(f"identify: q must have shape (N, {robot.n}), got {at.shape}")
+    if len(at) != len(measurements):
+        raise ShapeError(
+            f"identify: q has {len(at)} configurations, but the measurements have "
+            f"{len(measurements)}; expected one row of q for each configuration"
+        )
     start = _without_outliers(measurements._start(T := robot.fk_p(at, nominal(robot))), T)
     check_input(robot, at, nominal(robot), measurements, start.misfit)
     if T_W_base is None:
@@ -135,7 +148,7 @@ def located(
 def _without_outliers(start: Start, T: FloatArray) -> Start:
     """Estimate the start values again from the measurements that are not outliers.
 
-    Outliers would shift the frame of all rows.
+    Outliers would shift the estimated frame for all measurements.
     """
     measured = start.measurements
     sizes = measured._lengths(measured._errors(start.T_W_base @ T, start.unknowns))

@@ -1,12 +1,12 @@
-"""Checks for one or two mistakes in the input, such as wrong units.
+"""Checks for one or two mistakes in the input of a calibration, such as wrong units.
 
 The nominal robot normally fits the measurements to a few percent of their spread. The calibrated
-robot fits far better than the nominal robot. If the misfit of the nominal robot exceeds a few
-percent, the checks repeat the fit with corrected input. The checks try other units, joint signs and
-zeros, and swapped joint columns. One check assumes that a joint column contains the sum or
-difference of the joint's own angle and the angle of an earlier joint. Controllers of arms with
-parallel links report such angles. The checks also try shifted rows, a left-handed frame and other
-orientation conventions.
+robot fits the measurements far better than the nominal robot. If the misfit of the nominal robot
+exceeds a few percent of the spread, the checks repeat the fit with corrected input. The checks try
+other units, other joint signs, other joint zeros, and swapped joint columns. One check assumes that
+a joint column contains the sum or difference of the joint's own angle and the angle of an earlier
+joint. Controllers of arms with parallel links report such sums of joint angles. The checks also try
+shifted rows, a left-handed frame and other orientation conventions.
 """
 
 from __future__ import annotations
@@ -31,14 +31,17 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 DOUBTFUL = 0.05
-"""The checks start if the nominal robot's error exceeds this fraction of the tool position
-spread."""
+"""The input is checked for mistakes if the nominal robot's misfit exceeds this fraction of the tool
+position spread."""
 BETTER = 10.0
-"""Factor by which a correction must reduce the nominal robot's errors."""
+"""An input mistake is reported if its correction reduces the nominal robot's misfit by more than
+this factor."""
 MUCH_BETTER = 3.0
-"""Factor by which a correction must reduce the calibrated robot's errors."""
+"""An input mistake is reported if its correction reduces the calibrated robot's median error by
+more than this factor."""
 _TRIED = 3
-"""Number of input mistakes that are tested, the most likely mistakes first."""
+"""Number of the most likely input mistakes that are examined further, by a full calibration or in
+combination with a second mistake."""
 _LENGTHS = {
     "positions are in millimeters": 1e-3,
     "positions are in meters, not in millimeters": 1e3,
@@ -52,25 +55,27 @@ _SLIDES = {
     "prismatic coordinates are in meters, not in millimeters": 1e3,
 }
 _NEIGHBOURS = 2
-"""Maximum index difference j - i for one check of the joint columns. This check tests whether the
-encoder of joint j also measures the motion of joint i."""
+"""Maximum index difference j - i of joints i and j for the check whether the encoder of joint j
+also measures joint i."""
 _MIN_SURPLUS = 9
 """Minimum number of redundant equations for the checks of joints, rows and conventions. With fewer
 redundant equations, wrong input may fit by chance."""
 _ALIKE = 1.5
 """Two input mistakes count as equally likely if the ratio of their misfits is at most this value.
-The error message then names the mistake that is more common in practice. For example, a wrong sign
-of the wrist pitch has the same effect as a roll zero offset of 180 deg."""
+For equally likely mistakes, the error message names the mistake that is more common in practice.
+For example, a wrong sign of the wrist pitch has the same effect as a roll zero offset of 180 deg.
+"""
 
 
 class Mistake(NamedTuple):
-    """A possible mistake, with the corrected input.
+    """A possible mistake in the input of a calibration, together with the corrected input.
 
     Attributes:
         words: The mistake, as the end of the sentence "the measurements fit better if ...".
         q: (N, n) corrected coordinates.
         measurements: The corrected measurements.
-        factor: Factor that converts the lengths to the correct unit of length.
+        factor: Factor that converts the measured lengths to the correct unit, 1 if their unit is
+            correct.
     """
 
     words: str
@@ -82,8 +87,8 @@ class Mistake(NamedTuple):
         """Return the misfit of the corrected input [m], for comparison with other corrections.
 
         A correction that multiplies all lengths by a factor below 1 also reduces the misfit by this
-        factor. Therefore, the misfit is divided by this factor. For a factor above 1, the misfit is
-        returned unchanged.
+        factor. To compensate, the function divides the misfit by such a length factor below 1. If
+        the length factor is 1 or more, the function returns the misfit unchanged.
         """
         return misfit / min(self.factor, 1.0)
 
@@ -107,7 +112,7 @@ def mistakes(robot: Robot, q: FloatArray, measured: Measurements) -> Iterator[Mi
 def _table_mistakes(
     robot: Robot, q: FloatArray, measured: Measurements, turning: BoolArray
 ) -> Iterator[Mistake]:
-    """Yield mistakes in units, joints, rows and conventions."""
+    """Yield possible mistakes in coordinate units, joints, rows and orientation conventions."""
     for kind, units in ((turning, _ANGLES), (~turning, _SLIDES)):
         for words, factor in units.items():
             if kind.any():

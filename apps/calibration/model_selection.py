@@ -1,8 +1,8 @@
-"""Model selection by cross-validation: which parameters to identify.
+"""Select by cross-validation which parameters of a robot to identify.
 
-More parameters fit the measurements better, but may predict other measurements less accurately.
-Each model is identified several times. Each identification omits one group of the configurations.
-The models are ranked by their errors at the omitted configurations.
+A model with more parameters fits the measurements better, but may predict other measurements less
+accurately. The parameters of each model are identified several times, each time without one group
+of the configurations. The models are ranked by their errors at the omitted configurations.
 
 Source:
     T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning, 2009, 7.10, for
@@ -17,10 +17,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import Robot
+from chasles import InputValueError, Robot
 from chasles.contract import check_type
 
-from ..study.arguments import finite
+from ..study.arguments import finite, integer_at_least
 from .fitting.problem import Fit, Problem, in_one_thread, problem_at
 from .identify import located
 from .input_checks import check_result
@@ -31,20 +31,22 @@ from .result import Calibration
 FloatArray = NDArray[np.float64]
 
 FOLDS = 6
-"""Default number of groups into which the configurations are divided."""
+"""Default number of groups into which the measured configurations are divided for cross-validation.
+"""
 EQUAL = 1.05
-"""Two models are equally good if the ratio of their median errors is at most this value. The median
-error of a hundred targets has a sampling uncertainty of about 5 %."""
+"""Two calibration models are equally good if the ratio of their median errors is at most this
+value. The median error of a hundred targets has a sampling uncertainty of about 5 %."""
 
 
 @dataclass(frozen=True)
 class CalibrationModel:
-    """A set of parameters to identify.
+    """Parameters to identify, and their standard deviations.
 
     Attributes:
         name: Name of the model, for reports.
-        vary: Names or groups of parameters, as in ``identify``.
-        parameter_std: Standard deviations of the parameters about the nominal values.
+        vary: Names of parameters or parameter groups, as in `identify`.
+        parameter_std: Standard deviations of parameters about their nominal values, as in
+            `identify`.
     """
 
     name: str
@@ -61,20 +63,21 @@ CALIBRATION_MODELS = (
         {"offset": 2e-2, "axis": 1e-3, "transmission": 3e-4},
     ),
 )
-"""Models to compare, the simplest first. The standard deviations of the models [m, rad, 1] suit
-industrial arms. They are about 1 degree for encoder zeros, 1 mm and 1 mrad for the dimensions and
-assembly of links, and 0.3 mrad for drives."""
+"""Default calibration models to compare, the simplest first. The standard deviations of the
+parameters in these models [m, rad, 1] suit industrial arms. The standard deviations are about 1
+degree for encoder zeros, 1 mm and 1 mrad for the dimensions and assembly of links, and 0.3 mrad for
+drives."""
 
 
 @dataclass(frozen=True, eq=False)
 class ModelSelection:
-    """The selected calibration model.
+    """The calibration model that `select_model` selected.
 
     Attributes:
         model: The selected model.
-        calibration: The calibration of this model with all measurements.
-        errors: Median validation error of each model [m], keyed by name. For poses, the error is
-            the position error.
+        calibration: The calibration with this model and all measurements.
+        errors: Median cross-validation error of each model [m], keyed by the name of the model. For
+            pose measurements, the error of a model is the position error.
     """
 
     model: CalibrationModel
@@ -93,39 +96,45 @@ def select_model(
 ) -> ModelSelection:
     """Select the calibration model with the smallest cross-validation error.
 
-    The configurations are divided into six groups. Each group is compared with a fit to the other
-    groups. Median errors within 5 % of the smallest one count as equal. Among models with equal
-    errors, the simplest model is selected.
+    The configurations are divided into six groups. For each model and group, the parameters are
+    identified from the other five groups and tested with this group. Median errors that exceed the
+    smallest median error by at most 5 % count as equal. Among models with equal errors, the
+    simplest model is selected.
 
     Args:
         robot: A robot with parametric functions, as returned by `chasles.load(name,
             parametric=True)`.
         q: (N, n) actuated coordinates at which the tool was measured [rad or m].
-        measurements: `Positions`, `StationPositions`, `Poses`, `CirclePoints`, `Distances`,
-            `PlaneContacts` or `SphereContacts` at the N configurations. Positions are in the frame
-            W of the measuring device [m].
-        models: `CalibrationModel` objects to compare, the simplest first. Each contains a name, the
-            parameters to vary, and their standard deviations.
+        measurements: The field `measurements` of a table from `read_measurements`, or a
+            `Positions`, `StationPositions`, `Poses`, `CirclePoints`, `Distances`, `PlaneContacts`
+            or `SphereContacts` object. Entry k of its arrays belongs to row k of `q`. Positions [m]
+            and poses are in the frame W of the measuring device; `StationPositions` are in the
+            frames of the stations.
+        models: `CalibrationModel` objects to compare, the simplest first. Each model contains a
+            name, and the arguments `vary` and `parameter_std` of `identify`. The default is
+            `CALIBRATION_MODELS`.
         robust: Whether to exclude outliers from the fit.
 
     Returns:
         A `ModelSelection`. `model` is the selected `CalibrationModel`. `calibration` is the
-        `Calibration` of this model with all measurements. `errors` is a dictionary of the median
-        validation errors [m], keyed by the names of the models.
+        `Calibration` of this model from all measurements. `errors` is a dictionary of the median
+        cross-validation errors [m], keyed by the name of the model.
 
     Raises:
         MissingFunctionError: The robot has no parametric functions.
         InputTypeError: `robot` is not a `Robot`, or `q` contains values that are not real numbers.
-        ShapeError: `q` is not (N, n).
-        InputValueError: `q` contains a number that is not finite, or a name is not a parameter, a
-            group or a unit. The measurements are fewer than the variables. The measurements fit
-            much better with other units, joint signs or columns; the message states the probable
-            mistake. A circle of `CirclePoints` has too few visible positions, or the tool rotates
-            too little.
-        ValueError: `models` is empty, or `q` and the measurements have different numbers of
-            configurations. For `Positions`, this may be an IndexError instead.
+        ShapeError: `q` is not (N, n), or `q` and `measurements` have different numbers of
+            configurations.
+        InputValueError: `models` is empty. `q` contains a number that is not finite. A model names
+            an unknown parameter or group. There are fewer measured values than values to identify.
+            The measurements fit much better with other units, joint signs or columns; the message
+            states the probable mistake. In `CirclePoints`, a circle has no target that is visible
+            in four configurations. The tool does not rotate about one axis by 0.2 rad or more along
+            a circle.
     """
     check_type("select_model: robot", robot, Robot)
+    if not models:
+        raise InputValueError("select_model: models: expected at least one calibration model")
     at, start = finite("select_model: q", q), located(robot, q, measurements)
     found, errors = {}, {}
     for model in models:
@@ -151,47 +160,50 @@ def cross_validate(
     parameter_std: Mapping[str, float] | None = None,
     robust: bool = True,
 ) -> FloatArray:
-    """Return the cross-validation errors of a calibration.
+    """Cross-validate a calibration: test each measurement with a fit that does not use it.
 
-    The configurations are divided into groups. The errors of each group are the errors of a fit to
-    the other groups.
+    The configurations are divided into groups. For each group, the parameters are identified from
+    the other groups, and the errors of the group are computed with these parameters.
 
     Args:
         robot: A robot with parametric functions, as returned by `chasles.load(name,
             parametric=True)`.
         q: (N, n) actuated coordinates at which the tool was measured [rad or m].
-        measurements: `Positions`, `StationPositions`, `Poses`, `CirclePoints`, `Distances`,
-            `PlaneContacts` or `SphereContacts` at the N configurations. Positions are in the frame
-            W of the measuring device [m].
-        folds: Number of groups, an int of at least 2. With k groups, a group contains every k-th
+        measurements: The field `measurements` of a table from `read_measurements`, or a
+            `Positions`, `StationPositions`, `Poses`, `CirclePoints`, `Distances`, `PlaneContacts`
+            or `SphereContacts` object. Entry k of its arrays belongs to row k of `q`. Positions [m]
+            and poses are in the frame W of the measuring device; `StationPositions` are in the
+            frames of the stations.
+        folds: Number of groups, an int of at least 2. Each group contains every `folds`-th
             configuration.
-        vary: Names of parameters or parameter groups; only these parameters may differ from their
-            nominal values. The argument `vary` of `identify` lists the groups and explains the
-            default "geometry".
-        parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1]. The
-            keys are names, groups or units ("m", "rad", "1") of parameters. A name takes precedence
-            over a group, and a group over a unit. A parameter without a key may differ from its
-            nominal value freely. None means no standard deviations.
+        vary: One or several names of parameters or parameter groups, as in `identify`. All other
+            parameters keep their nominal values.
+        parameter_std: Standard deviations of parameters about their nominal values, in the units of
+            the parameters (such as m or rad). A key is a name, a group (`part`) or a unit from
+            `robot.geometry`. If several keys match a parameter, a name takes precedence over a
+            group, and a group over a unit. A parameter that matches no key is identified from the
+            measurements alone. If `parameter_std` is None, no parameter has a standard deviation.
         robust: Whether to exclude outliers from the fit.
 
     Returns:
-        (M,) errors of the measured values, in standard deviations. The order is the order of
-        `Calibration.errors`, with x, y and z of each visible target for `Positions`.
+        (M,) error of each measured value, divided by its standard deviation. The order is the order
+        of `Calibration.errors`. For `Positions`, each visible target has three errors x, y and z.
 
     Raises:
         MissingFunctionError: The robot has no parametric functions.
         InputTypeError: `robot` is not a `Robot`, or `q` contains values that are not real numbers.
-        TypeError: `folds` is not an int.
-        ShapeError: `q` is not (N, n).
-        InputValueError: `q` contains a number that is not finite, or a name is not a parameter, a
-            group or a unit. The measurements are fewer than the variables. The measurements fit
-            much better with other units, joint signs or columns; the message states the probable
-            mistake. A circle of `CirclePoints` has too few visible positions, or the tool rotates
-            too little. `folds` is 1.
-        ValueError: `q` and the measurements have different numbers of configurations. For
-            `Positions`, this may be an IndexError instead.
+        ShapeError: `q` is not (N, n), or `q` and `measurements` have different numbers of
+            configurations.
+        InputValueError: `q` contains a number that is not finite. `vary` names an unknown parameter
+            or group, or `parameter_std` has an unknown key or a negative value. There are fewer
+            measured values than values to identify. The measurements fit much better with other
+            units, joint signs or columns; the message states the probable mistake. In
+            `CirclePoints`, a circle has no target that is visible in four configurations. The tool
+            does not rotate about one axis by 0.2 rad or more along a circle. `folds` is not an
+            integer of at least 2.
     """
     check_type("cross_validate: robot", robot, Robot)
+    folds = integer_at_least("cross_validate: folds", folds, 2)
     start = located(robot, q, measurements)
     problem = problem_at(robot, finite("cross_validate: q", q), start, vary, parameter_std)
     fitted = problem.solved(problem.x0, robust=robust)
@@ -201,9 +213,9 @@ def cross_validate(
 def _validation_errors(
     problem: Problem, fitted: Calibration, folds: int, *, robust: bool
 ) -> FloatArray:
-    """Return the cross-validation error of each measurement row.
+    """Return the cross-validation error of each measured value, in standard deviations.
 
-    Each fit starts from the parameters of the fit with all rows.
+    Each fit without one group starts from the parameters of the fit to all measurements.
     """
     every, measured = np.arange(len(problem.q)), problem.measurements
     part, errors = measured.configurations[measured.rows] % folds, np.empty(len(measured.rows))

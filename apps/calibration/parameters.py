@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot
 
+from ..study.arguments import number
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 
 def nominal(robot: Robot) -> FloatArray:
-    """Return the (p,) geometry of the nominal robot [m, rad, 1]."""
+    """Return the nominal values (p,) of the geometry parameters of a robot [m, rad, 1]."""
     return np.array([parameter.value for parameter in robot.geometry])
 
 
@@ -23,12 +25,12 @@ FRAMES = frozenset({"base", "tool"})
 GEOMETRY = "geometry"
 """Name of the group that contains all lengths, angles and offsets of a robot."""
 _WHOLE = frozenset({"axis", "loop"})
-"""Groups that "geometry" includes. The group "axis" contains offsets, and "loop" contains rod
-lengths."""
+"""Parameter groups that the name "geometry" includes. The group "axis" contains offsets, and the
+group "loop" contains rod lengths."""
 
 
 def parts(robot: Robot, words: Collection[str]) -> set[str]:
-    """Replace "geometry" by the groups that it includes.
+    """Return the given names, with "geometry" replaced by the parameter groups that it includes.
 
     Args:
         robot: A robot with parametric functions.
@@ -48,7 +50,7 @@ def chosen(robot: Robot, words: Collection[str]) -> IntArray:
         words: One or several names of parameters or groups, or "geometry".
 
     Raises:
-        InputValueError: A name is unknown.
+        InputValueError: A name is neither a parameter nor a group of the robot.
     """
     words = parts(robot, words)
     known = {word for item in robot.geometry for word in (item.name, item.part)}
@@ -59,22 +61,28 @@ def chosen(robot: Robot, words: Collection[str]) -> IntArray:
 
 
 def deviations(robot: Robot, parameter_std: Mapping[str, float]) -> FloatArray:
-    """Return the (p,) standard deviation of each parameter, or 0 if none is stated.
+    """Return the standard deviation of each parameter (p,), or 0 for a parameter without one.
 
     Args:
         robot: A robot with parametric functions.
-        parameter_std: Standard deviations by name, group or unit. A name takes precedence over a
-            group, and a group over a unit.
+        parameter_std: Standard deviations, keyed by parameter name, group or unit. A key with a
+            parameter name takes precedence over a group, and a group over a unit.
 
     Raises:
-        InputValueError: A key is not a parameter, a group or a unit.
+        InputValueError: A key of `parameter_std` is not the name, group or unit of a parameter, or
+            a standard deviation is negative or not finite.
     """
     words = {word for item in robot.geometry for word in (item.name, item.part, item.unit)}
     if unknown := sorted(parameter_std.keys() - words):
         raise InputValueError(
-            f"robot {robot.name} has no parameter, group or unit {', '.join(unknown)}; "
-            "robot.geometry lists all"
+            f"robot {robot.name}: unknown parameter, group or unit {', '.join(unknown)}; "
+            "see robot.geometry"
         )
+    for key, std in parameter_std.items():
+        if not 0 <= number(f"parameter_std: {key}", std) < np.inf:
+            raise InputValueError(
+                f"parameter_std: {key}: expected a finite value of at least 0, got {std:g}"
+            )
     return np.array(
         [
             next((parameter_std[w] for w in (g.name, g.part, g.unit) if w in parameter_std), 0.0)

@@ -1,4 +1,4 @@
-"""The result of an identification, its report and its files."""
+"""Result of a calibration, with its text report, plots and files."""
 
 from __future__ import annotations
 
@@ -31,29 +31,37 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Calibration(StudyResult):
-    """Identified parameters and the uncertainty of each.
+    """Identified parameters of a robot, with their uncertainty.
 
     Attributes:
-        names: Names of the variables. The identified parameters come first, then the unknowns.
-        values: (k,) values of the variables [m, rad, 1].
-        deviations: (k,) differences from the nominal parameters, or the values of unknowns.
-        covariance: (k, k) covariance of the values.
-        parameter_std: Stated standard deviation of each value about its nominal value, or 0 for a
-            free value.
-        p: All geometry parameters of the calibrated robot.
+        names: (k,) names of the identified parameters, followed by the unknowns of the
+            measurements.
+        values: (k,) identified values, in the order of `names` [m, rad, 1].
+        deviations: (k,) differences from the nominal values of the parameters. For unknowns, the
+            identified values.
+        covariance: (k, k) covariance of `values`.
+        parameter_std: (k,) standard deviation about the nominal value that `identify` was given, or
+            0 if there was none.
+        p: All geometry parameters of the calibrated robot, in the order of `robot.geometry`.
         unidentifiable: Parameters that the measurements do not determine.
-        T_W_base: (4, 4) the base frame in the frame of the measuring device.
-        nominal_errors: (M,) errors of the nominal robot, in standard deviations.
-        errors: (M,) errors of the calibrated robot, in standard deviations.
-        used: (rows,) whether a row was used. Unused rows are outliers.
-        noise: Factor by which the errors exceed the stated standard deviations of the measurements.
+        T_W_base: (4, 4) pose of the base frame in the frame W of the measuring device.
+        nominal_errors: (M,) error of each measured value with the nominal robot, divided by its
+            standard deviation.
+        errors: (M,) error of each measured value with the calibrated robot, divided by its standard
+            deviation.
+        used: (rows,) mask of the measurement rows that the fit used. Rows that the fit did not use
+            are outliers.
+        noise: Estimated standard deviations of the measurements, divided by their stated standard
+            deviations.
         residual_dof: Number of measured values minus number of fitted variables.
-        unknowns: The values of all unknowns of the measurements, such as targets on the tool [m].
+        unknowns: Values of all unknowns of the measurements, such as target positions in the tool
+            frame [m].
         measurements: The measurements, with their estimated frames.
-        q: (N, n) coordinates at which the tool was measured [rad or m].
+        q: (N, n) actuated coordinates at which the tool was measured [rad or m].
         robot: The nominal robot.
-        warnings: Warnings, one sentence each, for example about swapped targets.
-        model_errors: Name and median validation error [m] of each model that `select_model` tried.
+        warnings: Sentences about suspicious data, such as swapped targets.
+        model_errors: Name and median cross-validation error [m] of each model that `select_model`
+            compared. After `identify`, `model_errors` is empty.
     """
 
     names: tuple[str, ...]
@@ -88,7 +96,7 @@ class Calibration(StudyResult):
     )
 
     def __repr__(self) -> str:
-        """Return a short summary with the main values."""
+        """Return a short summary of the calibration with its main values."""
         return summary_repr(
             self,
             self.robot.name,
@@ -118,23 +126,23 @@ class Calibration(StudyResult):
         return tuple(np.array(self.measurements.labels)[~self.used].tolist())
 
     def poses(self, q: ArrayLike) -> FloatArray:
-        """Poses (..., 4, 4) of the calibrated robot's tool in the measuring device's frame."""
+        """Return tool poses (..., 4, 4) of the calibrated robot in the device frame W."""
         return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.p))
 
     def validation_errors(self, q: ArrayLike, measurements: Measurements) -> FloatArray:
-        """Return the errors of measurements that were not used, in standard deviations.
+        """Return the errors of additional measurements, divided by their standard deviations.
 
         Args:
-            q: (N, n) coordinates [rad or m].
-            measurements: The measurements at the configurations q. The device and the targets must
-                have the same poses as for the calibration.
+            q: (N, n) actuated coordinates of these measurements [rad or m].
+            measurements: Measurements at the configurations `q`. The device and the targets must
+                have the same poses as during the calibration.
         """
         frames = measurements._placed_as(self.measurements)
         return frames._errors(self.poses(q), self.unknowns)
 
     @property
     def std(self) -> FloatArray:
-        """Standard deviation of each identified value."""
+        """(k,) standard deviation of each value in `values`."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     @property
@@ -145,7 +153,7 @@ class Calibration(StudyResult):
 
     @property
     def frames(self) -> tuple[tuple[str, FloatArray], ...]:
-        """Name and poses (4, 4) of the identified base and tool frames."""
+        """Names and poses (4, 4) of the identified base and tool frames."""
         found = [("base frame in the frame of the measurements", self.T_W_base)]
         own = self.p.copy()
         own[[item.part == "tool" for item in self.robot.geometry]] = 0.0
@@ -162,7 +170,7 @@ class Calibration(StudyResult):
         return _report(self)
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the errors [mm] over the configurations, before and after the calibration.
+        """Plot the errors of all configurations before and after the calibration [mm].
 
         Args:
             ax: matplotlib axes, or None for a new figure 8 cm wide.
@@ -176,7 +184,7 @@ class Calibration(StudyResult):
         return plot_residuals(self, ax)
 
     def plot_parameters(self, ax: Any = None) -> Any:
-        """Plot the most significant parameter changes with their 95 % intervals [mm, mrad].
+        """Plot the most significant parameter changes with 95 % confidence intervals [mm, mrad].
 
         Args:
             ax: matplotlib axes, or None for a new figure 8 cm wide.
@@ -197,19 +205,20 @@ class Calibration(StudyResult):
         source: str = "",
         nominal: str | None = None,
     ) -> None:
-        """Write a file in the format of its suffix.
+        """Write the calibration to a file in the format that the suffix of its name selects.
 
         A .toml file is the robot file of the calibrated robot. An .html or .tex file is a one-page
-        report. A .csv file is the parameter table. An .npz file contains all data for `load`.
+        report. A .csv file is a table of the parameters. An .npz file contains all data, and
+        `Calibration.load` reads it.
 
         Args:
             path: The file. Plots of a .tex report are PDF files next to the report.
             name: Name of the calibrated robot in a .toml file, or None for the stem of the path.
-            source: Text for the field `source` of a .toml file. If the text is empty, the file
-                repeats the source of the nominal robot.
-            nominal: Name or file of the nominal robot in a .toml file. For a robot with loops,
-                the inverse kinematics refines the solutions of the nominal robot. Without a
-                nominal robot, the compiler rounds lengths.
+            source: Text for the field `source` of a .toml file. If `source` is empty, the .toml
+                file repeats the source of the nominal robot.
+            nominal: Name or file of the nominal robot in a .toml file. For a robot with loops, the
+                inverse kinematics solves this nominal robot and then refines each solution. If
+                `nominal` is None, the compiler infers a nominal robot by rounding lengths.
 
         Raises:
             InputValueError: The suffix of the path is not supported, or a .toml file is requested
@@ -243,7 +252,7 @@ class Calibration(StudyResult):
         by_suffix(path, writers)(Path(path))
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write one row per parameter: nominal value, change, value, confidence interval."""
+        """Write nominal value, change, value and confidence interval of each parameter as CSV."""
         head = ("nominal", "change", "value", "lower", "upper")
         nominal = self.values - self.deviations
         rows = np.column_stack([nominal, self.deviations, self.values, self.confidence_intervals])
@@ -255,7 +264,7 @@ class Calibration(StudyResult):
                 writer.writerow([own, units.get(own, "m"), *map(repr, row)])
 
     def to_npz(self, path: str | os.PathLike[str]) -> None:
-        """Write all data to a compressed .npz file."""
+        """Write all data of the calibration to a compressed .npz file."""
         # The file contains the name of the robot instead of the robot itself.
         StudyResult.to_npz(replace(self, robot=cast(Any, self.robot.name)), path)
 
@@ -283,7 +292,7 @@ class Calibration(StudyResult):
 
     @property
     def correlations(self) -> FloatArray:
-        """(k, k) correlation matrix of the values."""
+        """(k, k) correlation matrix of the identified values."""
         return np.asarray(self.covariance / np.outer(self.std, self.std))
 
 

@@ -1,4 +1,4 @@
-"""Formatting of values in reports: units, and poses as positions with roll, pitch and yaw."""
+"""Format values for reports: display units, and poses as positions with roll, pitch and yaw."""
 
 from __future__ import annotations
 

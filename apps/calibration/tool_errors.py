@@ -1,8 +1,8 @@
 """Tool errors caused by manufacturing tolerances: first-order analysis and Monte Carlo analysis.
 
-J_p is the identification Jacobian. S is the diagonal matrix of the parameters' standard deviations.
-To first order, the covariance of the small tool displacement (v, omega) is J_p S^2 J_p^T. The Monte
-Carlo analysis compares the exact tool poses of random arms with the nominal pose.
+To first order, a small tool displacement (v, omega) has the covariance J_p S^2 J_p^T. J_p is the
+identification Jacobian, and S is the diagonal matrix of the parameters' standard deviations. The
+Monte Carlo analysis compares the exact tool poses of random arms with the nominal pose.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ QUANTILES = (0.5, 0.95, 0.99, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class FirstOrderErrors(StudyResult):
-    """First-order tool errors.
+    """Tool errors due to parameter errors, to first order.
 
     Attributes:
-        covariance: (..., 6, 6) covariance of the small tool displacement (v, omega), in base axes
-            [m, rad].
-        names: The parameters with a standard deviation, the largest effect first.
+        covariance: (..., 6, 6) covariance of the tool error: a translation of the tool origin [m],
+            then a rotation vector [rad], in the axes of the base frame.
+        names: (k,) names of the parameters with a standard deviation, the largest effect first.
         effects: (k,) root mean square tool displacement [m] over all configurations, caused by each
             parameter alone.
     """
@@ -75,10 +75,10 @@ class FirstOrderErrors(StudyResult):
 
 @dataclass(frozen=True, eq=False)
 class MonteCarloErrors(StudyResult):
-    """Tool errors of arms with random manufacturing errors.
+    """Tool errors of robots with random parameter errors.
 
     Attributes:
-        displacement: (samples, 3) tool displacement in the base frame [m].
+        displacement: (samples, 3) random minus nominal tool position, in the base frame [m].
         position: (samples,) length of the tool displacement [m].
         orientation: (samples,) angle between the nominal and the random tool orientation [rad].
     """
@@ -90,11 +90,11 @@ class MonteCarloErrors(StudyResult):
     __repr__ = short_repr
 
     def quantiles(self, of: tuple[float, ...] = QUANTILES) -> FloatArray:
-        """Return (k, 2) quantiles of the position error [m] and the orientation error [rad]."""
+        """Return quantiles (k, 2) of the position error [m] and the orientation error [rad]."""
         return np.stack([np.quantile(self.position, of), np.quantile(self.orientation, of)], -1)
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the fraction of random arms with a position error [mm] below each value.
+        """Plot the cumulative distribution of the position error [mm].
 
         Args:
             ax: matplotlib axes, or None for a new figure 8 cm wide.
@@ -111,30 +111,32 @@ class MonteCarloErrors(StudyResult):
 def first_order_errors(
     robot: Robot, q: ArrayLike, parameter_std: Mapping[str, float]
 ) -> FirstOrderErrors:
-    """Propagate standard deviations of parameters to the tool pose, to first order.
+    """Propagate standard deviations of robot parameters to the tool pose, to first order.
 
     Args:
         robot: A robot with parametric functions, as returned by `chasles.load(name,
             parametric=True)`.
         q: (..., n) actuated coordinates [rad or m].
-        parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1]. The
-            keys are names, groups or units ("m", "rad", "1") of parameters. A name takes precedence
-            over a group, and a group over a unit. A parameter without a key has no error.
+        parameter_std: Standard deviations of parameters about their nominal values, in the units of
+            the parameters (such as m or rad). A key is a name, a group (`part`) or a unit from
+            `robot.geometry`. If several keys match a parameter, a name takes precedence over a
+            group, and a group over a unit. A parameter that matches no key has no error.
 
     Returns:
-        A `FirstOrderErrors`. `covariance` (..., 6, 6) is the covariance of the small tool
-        displacement (v, omega) in the axes of the base frame [m, rad]. `position` (...,) [m] and
-        `orientation` (...,) [rad] are root mean square errors of the tool. `names` lists the
-        parameters with a standard deviation, the largest effect first. `effects` contains the root
-        mean square tool displacement [m] due to each of these parameters alone. At a configuration
-        with open loops or with a NaN, the covariance is NaN, and all `effects` are NaN.
+        A `FirstOrderErrors`. `covariance` (..., 6, 6) is the covariance of the tool error: a
+        translation of the tool origin [m], then a rotation vector [rad], both in the axes of the
+        base frame. `position` (...,) [m] and `orientation` (...,) [rad] are root mean square errors
+        of the tool. `names` lists the parameters with a standard deviation, the largest effect
+        first. `effects` contains the root mean square tool displacement [m] due to each of these
+        parameters alone, over all configurations. At a configuration with a NaN, or with loops that
+        do not close, the covariance is NaN. If the covariance of any configuration is NaN, all
+        `effects` are NaN.
 
     Raises:
         MissingFunctionError: The robot has no parametric functions.
         InputTypeError: `robot` is not a `Robot`, or `q` contains values that are not real numbers.
         ShapeError: `q` is not (..., n).
-        InputValueError: A key of `parameter_std` is not a parameter, a group or a unit of the
-            robot.
+        InputValueError: A key of `parameter_std` is not a name, group or unit in `robot.geometry`.
     """
     check_type("first_order_errors: robot", robot, Robot)
     sigma = deviations(robot, parameter_std)
@@ -157,35 +159,36 @@ def monte_carlo(
     *,
     rng: int | np.random.Generator | None = 0,
 ) -> MonteCarloErrors:
-    """Return the tool errors of random robots with normally distributed parameters.
+    """Return the tool errors of random robots whose parameters are normally distributed.
 
     Args:
         robot: A robot with parametric functions, as returned by `chasles.load(name,
             parametric=True)`.
-        q: (n,) actuated coordinates [rad or m] for all random robots, or (samples, n) coordinates
-            of each random robot.
-        parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1]. The
-            keys are names, groups or units ("m", "rad", "1") of parameters. A name takes precedence
-            over a group, and a group over a unit. A parameter without a key has no error.
+        q: (n,) actuated coordinates [rad or m] of all random robots, or (samples, n) with one row
+            per random robot.
+        parameter_std: Standard deviations of parameters about their nominal values, in the units of
+            the parameters (such as m or rad). A key is a name, a group (`part`) or a unit from
+            `robot.geometry`. If several keys match a parameter, a name takes precedence over a
+            group, and a group over a unit. A parameter that matches no key has no error.
         samples: Number of random robots, at least 1.
         rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh random
             numbers.
 
     Returns:
-        A `MonteCarloErrors`. `displacement` (samples, 3) is the tool displacement in the base frame
-        [m]. `position` (samples,) is the length of the displacement [m]. `orientation` (samples,)
-        is the angle between the nominal and the random tool orientation [rad]. `quantiles()`
-        returns quantiles of the position errors and the orientation errors. The errors of a random
-        robot with open loops are NaN.
+        A `MonteCarloErrors`. `displacement` (samples, 3) is the tool position of each random robot
+        minus the nominal position, in the base frame [m]. `position` (samples,) is the length of
+        the displacement [m]. `orientation` (samples,) is the angle between the nominal and the
+        random tool orientation [rad]. `quantiles()` returns quantiles of `position` and
+        `orientation`. If the loops of a random robot do not close, its errors are NaN.
 
     Raises:
         MissingFunctionError: The robot has no parametric functions.
         InputTypeError: `robot` is not a `Robot`, `q` or `samples` contains values that are not real
             numbers, or `rng` has an unsupported type.
         ShapeError: `q` is neither (n,) nor (samples, n), or `samples` has one or more dimensions.
-        InputValueError: A key of `parameter_std` is not a parameter, a group or a unit of the
-            robot. `q` contains a number that is not finite. `samples` is less than 1 or has a
-            fractional part, or the seed is negative.
+        InputValueError: A key of `parameter_std` is not a name, group or unit in `robot.geometry`.
+            `q` contains a number that is not finite. `samples` is less than 1 or has a fractional
+            part, or the seed `rng` is negative.
     """
     check_type("monte_carlo: robot", robot, Robot)
     sigma, center = deviations(robot, parameter_std), nominal(robot)
@@ -205,7 +208,8 @@ def monte_carlo(
         here = at if at.ndim == 1 else at[part]
         T, true = robot.fk_p(here, p[:count], threads="all"), robot.fk_p(here, center)
         displacement[part] = T[:, :3, 3] - true[..., :3, 3]
-        # The distance of two rotations R and R' is |R - R'| = 2 sqrt(2) sin(angle / 2).
+        # Two rotations R and R' that differ by an angle have the distance |R - R'| = 2 sqrt(2)
+        # sin(angle / 2).
         apart = np.linalg.norm((T - true)[:, :3, :3], axis=(-2, -1))
         angle[part] = 2 * np.arcsin(np.minimum(apart / math.sqrt(8), 1))
     return MonteCarloErrors(displacement, np.linalg.norm(displacement, axis=-1), angle)

@@ -52,7 +52,7 @@ def write_portable(manifest: Manifest, folder: Path) -> Path:
         for path in files:
             path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise CacheError(f"{target}: cannot be written ({error})") from error
+        raise CacheError(f"{target}: the folder cannot be written ({error})") from error
     write_files(files)
     return target
 

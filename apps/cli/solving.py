@@ -289,7 +289,7 @@ def _all(
     if task not in arm.manifest.inverses:
         raise InputValueError(_no_closed_form(arm, task))
     if fixed and task != "pose":
-        raise InputValueError(f"--fixed with --task {task} also requires --nearest or --numeric")
+        raise InputValueError(f"--fixed also requires --nearest or --numeric for --task {task}")
     if task == "pose" and arm.manifest.redundancy and not fixed:
         raise InputValueError(_infinitely_many(arm))
     inverse = arm.manifest.inverses[task]

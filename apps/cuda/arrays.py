@@ -37,7 +37,7 @@ def view(array: Any) -> View:
         array.block_until_ready()
     memory = getattr(array, "__cuda_array_interface__", None)
     if memory is None:
-        raise InputValueError(f"{type(array).__name__} is not an array in the memory of a GPU")
+        raise InputValueError(f"expected an array in GPU memory, got {type(array).__name__}")
     shape, strides = tuple(memory["shape"]), memory.get("strides")
     if strides is not None and tuple(strides) != _dense(shape, int(memory["typestr"][2:])):
         raise InputValueError("an array must be C-contiguous")

@@ -47,7 +47,7 @@ def compiled(
     """
     space = re.search(rf"^namespace ({robot}_?)$", source.text, re.MULTILINE)
     if space is None or f" {name}_kernel(" not in source.text:
-        raise InputValueError(f"the export of robot {robot} has no kernel {name}")
+        raise InputValueError(f"robot {robot}: the export has no kernel {name}")
     headers = [text.encode() for text in source.headers.values()]
     included = [file.encode() for file in source.headers]
     program = _done(

@@ -50,27 +50,28 @@ def animate(
     """Write an animation of a robot that moves and traces its tool path.
 
     Args:
-        robot: The robot.
-        trajectory: A `Trajectory`, a `Motion` or a `MotionSequence` is shown in real time.
-            Configurations (k, n) [rad or m] are shown one per frame. With None, one coordinate
-            after another moves within its limits from the configuration that `draw` selects. A
-            single coordinate moves through a full turn, or through its range.
+        robot: The robot, from `chasles.load`.
+        trajectory: A `Trajectory`, `Motion` or `MotionSequence`, shown in real time. Or (k, n)
+            coordinates q [rad or m], shown one per frame. With None, the robot starts at the
+            default configuration of `draw`, and moves one coordinate after another within its
+            limits. The coordinate of a robot with n = 1 moves through a full turn or its range.
         file: The file to write, .gif or .mp4. An .mp4 file needs ffmpeg, from the system or from
             `pip install 'chasles[film]'`.
-        views: One or more views, as for `draw`. By default, a planar robot is shown in its plane.
-            Spatial robots are shown in the axonometric view.
-        fps: Frames per second.
+        views: One or more of the views of `draw`. The default is "plane" for planar robots and
+            "axonometric" for other robots.
+        fps: Frames per second, at most 1000.
 
     Returns:
-        The path of the file.
+        The path of the written file.
 
     Raises:
-        InputValueError: The suffix is not supported, or the trajectory belongs to a different
-            robot.
-        NotInstalledError: The program ffmpeg is needed but not installed.
+        InputValueError: The suffix, a view or fps is invalid, or the trajectory belongs to a
+            different robot.
+        ShapeError: The coordinates do not have the shape (k, n).
+        NotInstalledError: Matplotlib or Pillow (`pip install 'chasles[draw]'`), or the program
+            ffmpeg for an .mp4 file, is not installed.
         ChaslesError: The program ffmpeg fails.
-        OutOfReachError: Loops do not close at a configuration.
-        NotInstalledError: Matplotlib or Pillow is not installed: `pip install 'chasles[draw]'`.
+        OutOfReachError: The loops of the robot do not close at a configuration of the trajectory.
     """
     check_type("animate: robot", robot, Robot)
     target = as_path("animate: file", file)
@@ -79,7 +80,7 @@ def animate(
             f"animate: fps: expected more than 0 and at most {_MAX_FPS}, got {fps!r}"
         )
     if target.suffix not in (".gif", ".mp4"):
-        raise InputValueError(f"animate: file: got {target.name!r}, expected .gif or .mp4")
+        raise InputValueError(f"animate: file: expected .gif or .mp4, got {target.name!r}")
     ffmpeg = _ffmpeg(target) if target.suffix == ".mp4" else ""
     if trajectory is None:
         rows = _sweep(skeleton(robot), fps)
@@ -151,7 +152,7 @@ def _pictures(
     poses = bodies.poses(rows)
     for k in np.flatnonzero(~np.isfinite(poses).all(axis=(1, 2, 3)))[:1]:
         bodies.poses(rows[k])
-        raise InputValueError(f"animate: trajectory: configuration {k} has no finite pose")
+        raise InputValueError(f"animate: trajectory: q[{k}]: the pose is not finite")
     every = [_scenes(bodies, poses[: k + 1], poses, views) for k in range(len(rows))]
     boxes = [_around([moment[j] for moment in every]) for j in range(len(every[0]))]
     places: list[Places] = [{} for _ in boxes]

@@ -83,34 +83,34 @@ def draw(
 ) -> Any:
     """Draw a robot: links, joint symbols, cylinders, rods, ground and frames.
 
-    Actuated joints are orange and labeled with their coordinate. Passive joints are white. A planar
-    robot is drawn in its plane, with its lengths in meters. Other robots are drawn in front, side,
-    top and axonometric views. The figure is 8 cm wide. No window opens.
+    Actuated joints are orange and labeled with their coordinate. Passive joints are white. The
+    drawing of a planar robot states its lengths in meters. The figure is 8 cm wide. No window
+    opens.
 
     Args:
-        robot: The robot.
-        q: (n,) actuated coordinates [rad or m]. None selects the reference configuration of a robot
-            with loops. For an arm, None selects a configuration in which all joints are clearly
-            visible.
-        ghosts: Additional configurations in pale colors: True draws at most three other solutions
-            for the tool pose, namely the solutions nearest to q. "modes" draws at most three other
-            assembly modes at q. A `Solutions` object for one pose, or an array (g, n) of
-            coordinates, specifies the configurations to draw. If the links of two solutions
-            coincide, the legend says that the solutions coincide.
-        path: The tool path of a `Trajectory`, `Motion`, `Plan` or of configurations (k, n) is
-            drawn.
+        robot: The robot, from `chasles.load`.
+        q: (n,) actuated coordinates [rad or m]. The default is the reference configuration of a
+            robot with loops, or a configuration of an arm in which all joints are clearly visible.
+        ghosts: Additional configurations in pale colors. True draws the (at most three) other
+            inverse solutions for the tool pose that are nearest to q. "modes" draws at most three
+            other assembly modes at q. A `Solutions` object for one pose, or an array (g, n) of
+            coordinates, draws these configurations. The legend states which solutions have
+            coinciding links.
+        path: A `Trajectory`, a `Motion`, a `Plan` or an array (k, n) of coordinates, whose tool
+            path is drawn.
         views: One or more of "front", "side", "top", "axonometric" and, for planar robots, "plane".
-        ax: matplotlib axes for a single view, or None for a new figure. If axes are passed, the
-            default view is "plane" for planar robots and "axonometric" for other robots.
-        file: The file to write: .pdf, .svg or .png.
+            The default is "plane" for planar robots. Other robots are drawn in the other four
+            views, or only in "axonometric" if `ax` is passed.
+        ax: Matplotlib axes for a single view, or None for a new figure.
+        file: The file to write (.pdf, .svg or .png), or None. Not with `ax`.
 
     Returns:
-        The figure, or `ax` if axes are passed.
+        The matplotlib figure, or `ax` if axes are passed.
 
     Raises:
-        OutOfReachError: Loops do not close at q.
-        InputValueError: A view is unknown, axes are passed for several views, a motion belongs to a
-            different robot, or `ghosts` is not possible for this robot.
+        OutOfReachError: The loops of the robot do not close at q.
+        InputValueError: A view or file suffix is unknown, axes are passed for several views, a
+            motion belongs to a different robot, or the robot has no such `ghosts`.
         ShapeError: `q`, `ghosts` or `path` has the wrong number of coordinates.
         NotInstalledError: Matplotlib is not installed: `pip install 'chasles[draw]'`.
     """
@@ -123,6 +123,8 @@ def draw(
     found = views_of(bodies, poses, None if views is None else tuple(views))
     if views is None and ax is not None and len(found) > 1:
         found = [AXONOMETRIC]
+    if ax is not None and file is not None:
+        raise InputValueError("draw: ax and file: expected one of them; save the figure of ax")
     if ax is not None and len(found) != 1:
         raise InputValueError(f"draw: ax: expected one view, got {len(found)} views")
     shown = scenes(bodies, poses, pale, tool_path, found)
@@ -134,7 +136,9 @@ def draw(
     if file is not None:
         suffix = as_path("draw: file", file).suffix
         if suffix.lower() in (".gif", ".mp4"):
-            raise InputValueError(f"draw: file: {os.fspath(file)!r} is an animation; call animate")
+            raise InputValueError(
+                f"draw: file: expected a picture, got {os.fspath(file)!r}; call animate"
+            )
         if suffix[1:].lower() not in figure.canvas.get_supported_filetypes():
             expected = "expected a file that ends in .pdf, .svg or .png"
             raise InputValueError(f"draw: file: {expected}, got {os.fspath(file)!r}")
@@ -192,7 +196,9 @@ def _ghosts(bodies: Skeleton, q: FloatArray, ghosts: Any) -> tuple[FloatArray, t
         return _modes(bodies, q, ghosts), ()
     if ghosts is True:
         if "ik" not in robot.functions:
-            raise InputValueError(f"draw: ghosts: robot {robot.name} has no closed-form inverse")
+            raise InputValueError(
+                f"draw: ghosts: expected a robot with a closed-form inverse, got {robot.name}"
+            )
         ghosts = _nearest(other_inverses(robot, q), q)
     if isinstance(ghosts, Solutions):
         pale = bodies.poses(ghosts.valid_q())
@@ -202,9 +208,12 @@ def _ghosts(bodies: Skeleton, q: FloatArray, ghosts: Any) -> tuple[FloatArray, t
 
 def _modes(bodies: Skeleton, q: FloatArray, word: str) -> FloatArray:
     if word != "modes":
-        raise InputValueError(f'draw: ghosts: got {word!r}, expected "modes"')
+        raise InputValueError(f'draw: ghosts: expected "modes", got {word!r}')
     if not has_modes(bodies.robot):
-        raise InputValueError(f"draw: ghosts: {bodies.robot.name} has no assembly mode function")
+        raise InputValueError(
+            "draw: ghosts: expected a robot with an assembly mode function, got "
+            f"{bodies.robot.name}"
+        )
     z = bodies.robot.configuration(q)
     modes = others(assembly_modes(bodies, q, z), z, bodies)
     return bodies.poses_from_configuration(modes.z[:MAX_GHOSTS])

@@ -20,20 +20,20 @@ __all__ = ["Body", "BodyJoint", "Shape", "Skeleton", "Span", "skeleton"]
 
 
 def skeleton(robot: Robot) -> Skeleton:
-    """Return the rigid bodies of a robot with their shapes.
+    """Return the rigid bodies of a robot with their shapes, for drawings and viewers.
 
     Args:
-        robot: The robot, as `load` returns it.
+        robot: The robot, from `chasles.load`.
 
     Raises:
-        ManifestError: An earlier version of chasles derived the robot. Derive it again.
+        ManifestError: The robot was derived by an earlier version of chasles. Derive it again.
     """
     check_type("skeleton: robot", robot, Robot)
     facts: SkeletonFacts | None = robot.manifest.skeleton
     if facts is None:
         raise ManifestError(
-            f"{robot.folder}: skeleton: missing, expected the bodies of {robot.name}; derive the "
-            "robot again with this version"
+            f"{robot.folder}: {robot.name}: the manifest has no skeleton; derive the robot again "
+            "with this version"
         )
     actuators = {item.index: k for k, item in enumerate(robot.manifest.loops.actuated_in_z)}
     if not robot.configuration_variables:
@@ -45,19 +45,20 @@ def skeleton(robot: Robot) -> Skeleton:
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """The bodies of a robot: ground, one body per joint, then rods and cylinder halves.
+    """The rigid bodies of a robot, from `skeleton`.
 
     Attributes:
         robot: The robot.
-        bodies: The bodies. The frame of the ground is the base frame. Parents precede children.
-        tip: Index of the body with the tip.
-        tip_placement: (4, 4) pose of the tip in the frame of the body with the tip.
-        size: Diagonal of the bounding box at the reference configuration, or at zero coordinates
-            [m].
-        q_drawn: (n,) default configuration of drawings. For a robot with loops, q_drawn is the
-            reference configuration.
-        closures: The joints that close loops, except the struts.
-        actuators: Mapping from the index of an actuated coordinate in z to its index in q.
+        bodies: The ground, one body per joint, then rods and cylinder halves. The frame of the
+            ground is the base frame. Parents precede children.
+        tip: Index of the body that carries the tool frame.
+        tip_placement: (4, 4) pose of the tool frame in the frame of this body [m].
+        size: Diagonal of the robot's bounding box [m], at the reference configuration of a robot
+            with loops, otherwise at q = 0.
+        q_drawn: (n,) configuration that `draw` shows by default [rad or m].
+        closures: The joints that close loops, without rods and cylinders.
+        actuators: Mapping from the index of an actuated coordinate in z to its index in q. z is
+            the vector of `robot.configuration_variables`, or q for a serial robot.
     """
 
     robot: Robot
@@ -81,15 +82,16 @@ class Skeleton:
 
         Args:
             q: (..., n) actuated coordinates [rad or m].
-            z_seed: (..., n_z) nearby configurations that select the branch of loops solved by
-                iteration. None selects the branch of the reference configuration.
+            z_seed: (..., n_z) nearby configurations of a robot whose loops are solved by iteration,
+                in the order of `robot.configuration_variables`. They select the branch. The default
+                is the branch of the reference configuration.
 
         Returns:
-            (..., bodies, 4, 4) body poses. `poses(q)[..., tip, :, :] @ tip_placement` is
-            `robot.fk(q)`. Body poses are NaN if loops do not close.
+            (..., bodies, 4, 4) body poses. `poses(q)[..., tip, :, :] @ tip_placement` equals
+            `robot.fk(q)`. In a batch, the poses are NaN where loops do not close.
 
         Raises:
-            OutOfReachError: q is a single configuration at which loops do not close.
+            OutOfReachError: q is a single configuration (n,) at which loops do not close.
         """
         if not self.robot.configuration_variables:
             return self.poses_from_configuration(q)
@@ -98,15 +100,15 @@ class Skeleton:
         return self.poses_from_configuration(self.robot.configuration_near(q, z_seed))
 
     def poses_from_configuration(self, z: ArrayLike) -> FloatArray:
-        """Return the pose of every body in the base frame at a configuration.
+        """Return the pose of every body in the base frame at configurations z.
 
         Args:
-            z: (..., n_z) configurations, in the order of `robot.configuration_variables`. For a
-                serial robot, z contains the (..., n) coordinates [rad or m].
+            z: (..., n_z) configurations in the order of `robot.configuration_variables`
+                [rad or m]. For a serial robot, z is q.
 
         Returns:
-            (..., bodies, 4, 4) body poses. Even if loops are open, each strut lies between its two
-            end points.
+            (..., bodies, 4, 4) body poses. z does not need to close the loops. Each rod or cylinder
+            then still points from its first end point to its second.
         """
         local = self._motions.poses(np.asarray(z, dtype=np.float64))
         found = np.empty((*local.shape[:-3], len(self.bodies), 4, 4))
@@ -118,12 +120,12 @@ class Skeleton:
         return found
 
     def tip_poses(self, poses: FloatArray) -> FloatArray:
-        """Return the tip pose (..., 4, 4) for poses of the bodies (..., bodies, 4, 4)."""
+        """Return the tool poses (..., 4, 4) that belong to body poses (..., bodies, 4, 4)."""
         tips: FloatArray = poses[..., self.tip, :, :] @ self.tip_placement
         return tips
 
     def actuator(self, joint: BodyJoint | None) -> int | None:
-        """Return the index in q of the coordinate that moves a joint, or None if passive."""
+        """Return the index in q of the coordinate of an actuated joint, or None if passive."""
         k = None if joint is None else self.actuators.get(joint.coordinate)
         is_serial = not self.robot.configuration_variables
         if joint is None or k is None or not is_serial:

@@ -86,7 +86,7 @@ def views_of(skeleton: Skeleton, poses: FloatArray, names: tuple[str, ...] | Non
         return [plane] if plane else list(SPATIAL)
     for name in names:
         if name not in known:
-            raise InputValueError(f"views: got {name!r}, expected some of {', '.join(known)}")
+            raise InputValueError(f"views: expected some of {', '.join(known)}, got {name!r}")
     return [known[name] for name in names]
 
 

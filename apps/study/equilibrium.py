@@ -35,15 +35,15 @@ along the first set of axes, and moments about the second set."""
 
 @dataclass(frozen=True)
 class PointMass:
-    """A point mass on a link or on a section of a strut.
+    """A point mass on a link or on a strut section (a rod, or the barrel or piston of a cylinder).
 
     Attributes:
-        link: Name of a link or strut section, such as `boom_cylinder_barrel`.
-            `chasles.drawing.skeleton(robot)` lists the names.
+        link: Name of the link or strut section, such as `boom_cylinder_barrel`. The list
+            `chasles.drawing.skeleton(robot).bodies` contains all names.
         mass: Mass [kg].
-        at: (3,) center of mass in the frame of the body [m]. The z axis of a strut section points
-            from the first end of the strut to the second. The center of mass of a strut section is
-            on the z axis of the section.
+        at: (3,) center of mass in the frame of the link or section [m]. The z axis of a strut
+            section points from the first end of the strut to the second. On a strut section, x and
+            y are 0.
     """
 
     link: str
@@ -201,8 +201,8 @@ class Equilibrium:
         cylinders = [name for name in coupled if name in self.struts]
         if cylinders:
             raise InputValueError(
-                f"{self.robot.name}: cylinder {cylinders[0]!r} is coupled to others; expected "
-                "couplings of tree joints only, because the force of a coupled cylinder is unknown"
+                f"{self.robot.name}: the force of a coupled cylinder is unknown; expected "
+                f"couplings of tree joints only, got cylinder {cylinders[0]!r}"
             )
         return f"coupling of {', '.join(coupled)}"
 

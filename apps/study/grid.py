@@ -65,7 +65,7 @@ _MAX_CELLS = 10**9
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """A box divided into equal cells.
+    """A box divided into equal cubic cells.
 
     Attributes:
         lower: (3,) lower corner [m].
@@ -82,7 +82,7 @@ class Grid:
 
     @classmethod
     def from_bounds(cls, lower: ArrayLike, upper: ArrayLike, resolution: int) -> Self:
-        """Return the grid that covers a box.
+        """Return a grid that covers a box with a margin.
 
         The margin on each side is half a cell to one cell.
 
@@ -93,8 +93,8 @@ class Grid:
 
         Raises:
             ShapeError: A corner does not have the shape (3,).
-            InputValueError: The box has no extent, the corners are not finite or not in order, or
-                there are more than 1e9 cells.
+            InputValueError: The corners are equal, not finite or not in ascending order, or the
+                grid would have more than 1e9 cells.
         """
         lower = finite("Grid.from_bounds: lower", lower, (3,))
         upper = finite("Grid.from_bounds: upper", upper, (3,))
@@ -111,8 +111,8 @@ class Grid:
         nx, ny, nz = (int(n) for n in shape)
         if nx * ny * nz > _MAX_CELLS:
             raise InputValueError(
-                f"resolution = {resolution} divides the box into {nx} x {ny} x {nz} cells, more "
-                f"than {_MAX_CELLS:,}: choose a smaller resolution"
+                f"resolution = {resolution}: the grid is too fine; expected at most "
+                f"{_MAX_CELLS:,} cells, got {nx} x {ny} x {nz}; choose a smaller resolution"
             )
         return cls(middle - side * shape / 2, side, (nx, ny, nz))
 
@@ -171,7 +171,7 @@ largest extent."""
 
 
 class SizeEstimate(NamedTuple):
-    """A volume, an area or a length, depending on the dimension of the body.
+    """A volume, an area or a length, depending on the dimension of the workspace.
 
     Attributes:
         value: The estimate.

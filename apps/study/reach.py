@@ -39,17 +39,17 @@ because one byte stores the number."""
 
 @dataclass(frozen=True, eq=False)
 class Reach(StudyResult):
-    """The poses that a robot reaches within its limits.
+    """The tool poses that a robot reaches within its limits, from `reach`.
 
     Attributes:
         robot: The robot's name.
         coordinate_names: The names of the robot's coordinates.
-        n_solutions: (m, k) number of solutions within limits, for m positions and k orientations.
-            Solutions that differ only by full turns of a joint count as one solution.
+        n_solutions: (m, k) number of `ik` solutions within limits, for m positions and k
+            orientations. Solutions that differ only by full turns of a joint count as one.
         limiting_coordinate: (m, k) index of the coordinate that is beyond its limit, in the
             solution that exceeds the limits the least. The index is -1 for a reached pose, and -2
             for a pose that is out of reach even without limits.
-        grid: The grid whose cell centers are the positions, or None if the targets are not a grid.
+        grid: The grid whose cell centers are the positions, or None if `reach` got no grid.
     """
 
     _parts = (Grid,)
@@ -77,7 +77,7 @@ class Reach(StudyResult):
 
     @property
     def reached(self) -> BoolArray:
-        """(m, k) whether there is a solution within limits."""
+        """(m, k) mask, True if a solution is within limits."""
         return self.n_solutions > 0
 
     @property
@@ -96,7 +96,7 @@ class Reach(StudyResult):
         """Return the fraction (nx, ny, nz) of the orientations that are reached in each cell.
 
         Raises:
-            InputValueError: The targets are not a grid.
+            InputValueError: The argument `targets` of `reach` was not a `Grid`.
         """
         if self.grid is None:
             raise InputValueError("Reach.fraction_grid: the targets are not a Grid")
@@ -113,7 +113,7 @@ class Reach(StudyResult):
             The axes.
 
         Raises:
-            InputValueError: The targets are not a grid.
+            InputValueError: The argument `targets` of `reach` was not a `Grid`.
         """
         from .pictures import plot_reach  # noqa: PLC0415
 
@@ -130,19 +130,18 @@ def reach(
     client: Any = None,
     progress: bool | None = None,
 ) -> Reach:
-    """Return which tool poses `ik` reaches within the coordinate limits.
+    """Test which tool poses a robot reaches within its coordinate limits.
 
     Args:
         robot: A robot with `ik`.
-        targets: A `Grid` whose cell centers are positions of the tool origin. Alternatively an
-            array of positions of the tool origin (m, 3) [m], or of tool poses (m, 4, 4). All
-            targets are in the base frame.
-        orientations: (k, 3, 3) rotation matrices of the tool in the base frame, tested at every
-            position. None means `uniform_orientations(20)`. With tool poses as targets,
+        targets: Positions (m, 3) of the tool origin [m], or tool poses (m, 4, 4), in the base
+            frame. A `Grid` means the positions of its cell centers.
+        orientations: (k, 3, 3) rotation matrices of the tool in the base frame to test at every
+            position. None means `uniform_orientations(20)`. If `targets` contains poses,
             `orientations` must be None.
-        redundancy_samples: Number of values of each redundancy parameter of `ik`, at least 1. The
-            values are evenly spaced within the limits, or over one turn. Robots without redundancy
-            ignore this argument.
+        redundancy_samples: Number of values to test for each redundancy parameter of `ik`
+            (`robot.redundancy`), at least 1. The values are evenly spaced within the parameter's
+            limits, or over one turn. Ignored if the robot has no redundancy parameter.
         threads: Number of threads in this process or in each worker, or "all" for one thread per
             core.
         client: A `dask.distributed.Client`. The client distributes the poses to its workers. None
@@ -151,22 +150,23 @@ def reach(
             standard error is a terminal.
 
     Returns:
-        A `Reach` with arrays (m, k). For tool poses as targets, k is 1. For a grid, m counts the
-        cells in the order x, y, z, where z changes fastest. `reached` is True if a solution is
-        within the limits. `n_solutions` counts these solutions, up to 255. `limiting_coordinate` is
-        the index of the coordinate beyond its limit. The index is -1 for a reached pose, and -2 for
-        a pose out of reach even without limits. `fraction` (m,) is the fraction of the orientations
-        that are reached.
+        A `Reach` with arrays (m, k). If `targets` contains poses, k is 1. For a grid, m is the
+        number of cells, and z changes fastest. `reached` is True if `ik` has a solution within the
+        limits. `n_solutions` counts these solutions, up to 255. `limiting_coordinate` is the index
+        of the coordinate that exceeds its limit, -1 for a reached pose, and -2 for a pose that is
+        out of reach even without limits. `fraction` (m,) is the fraction of the orientations that
+        are reached at each position.
 
     Raises:
         MissingFunctionError: The robot has no `ik`. The message lists the robot's other inverse
             kinematics functions.
-        InputTypeError: `robot` is not a `Robot`, or targets or orientations contain values that are
-            not real numbers.
-        ShapeError: Targets or orientations have the wrong shape.
-        InputValueError: A number is not finite, a pose is not rigid, or an orientation is not a
-            rotation matrix. `orientations` is passed with tool poses. A redundancy parameter is a
-            length without limits. `threads` is neither a positive integer nor "all".
+        InputTypeError: `robot` is not a `Robot`, or `targets` or `orientations` contains values
+            that are not real numbers.
+        ShapeError: `targets` is neither (m, 3) nor (m, 4, 4), or `orientations` is not (k, 3, 3).
+        InputValueError: A number is not finite, a pose is not a rigid transformation, or an
+            orientation is not a rotation matrix. `targets` contains poses, and `orientations` is
+            not None. A redundancy parameter of the robot is a length and has no limits. `threads`
+            is neither a positive integer nor "all".
     """
     check_type("reach: robot", robot, Robot)
     poses, rotations = _poses_and_rotations(targets, orientations)
@@ -193,12 +193,13 @@ def base_placement(
     client: Any = None,
     progress: bool | None = None,
 ) -> FloatArray:
-    """Return the fraction of required poses that a robot reaches from each base pose.
+    """Return the fraction of required tool poses that a robot reaches from each base pose.
 
     Args:
-        robot: A robot with `ik`. Each redundancy parameter of `ik` takes 16 values.
+        robot: A robot with `ik`. For each redundancy parameter (`robot.redundancy`), 16 values are
+            tested.
         T_w_ee: (k, 4, 4) required tool poses in the world frame, with positions in [m].
-        T_w_0: (m, 4, 4) base poses in the world frame, with positions in [m].
+        T_w_0: (m, 4, 4) base poses to compare, in the world frame, with positions in [m].
         threads: Number of threads in this process or in each worker, or "all" for one thread per
             core.
         client: A `dask.distributed.Client`. The client distributes the poses to its workers. None
@@ -207,8 +208,8 @@ def base_placement(
             standard error is a terminal.
 
     Returns:
-        (m,) fractions of the required poses with a solution within the coordinate limits, from 0 to
-        1. An unreachable pose lowers the fraction and raises no error.
+        (m,) fractions of the required poses that `ik` reaches within the coordinate limits, from 0
+        to 1.
 
     Raises:
         MissingFunctionError: The robot has no `ik`. The message lists the robot's other inverse
@@ -216,8 +217,9 @@ def base_placement(
         InputTypeError: `robot` is not a `Robot`, or a pose contains values that are not real
             numbers.
         ShapeError: `T_w_ee` is not (k, 4, 4), or `T_w_0` is not (m, 4, 4).
-        InputValueError: A number is not finite, or a pose is not rigid. A redundancy parameter is a
-            length without limits. `threads` is neither a positive integer nor "all".
+        InputValueError: A number is not finite, or a pose is not a rigid transformation. A
+            redundancy parameter of the robot is a length and has no limits. `threads` is neither a
+            positive integer nor "all".
     """
     check_type("base_placement: robot", robot, Robot)
     tools, bases = finite("T_w_ee", T_w_ee), finite("T_w_0", T_w_0)
@@ -232,14 +234,14 @@ def base_placement(
 
 
 def uniform_orientations(count: int) -> FloatArray:
-    """Return evenly distributed orientations, with z directions on a golden-angle spiral.
+    """Return evenly distributed rotation matrices, with z axes on a golden-angle spiral.
 
     Args:
         count: Number of orientations, at least 1.
 
     Returns:
-        (count, 3, 3) rotation matrices. Column 3 of each matrix is the z direction of the tool.
-        Equal counts give equal orientations.
+        (count, 3, 3) rotation matrices. The last column of each matrix is the z axis of the tool.
+        The result depends only on `count`.
 
     Raises:
         InputTypeError: `count` is not a real number.
@@ -300,8 +302,8 @@ def _redundancy_values(robot: Robot, count: int) -> FloatArray:
             values.append(np.arange(count) * (_TURN / count) - math.pi)
         else:
             raise InputValueError(
-                f"{robot.name}: the redundancy parameter {item.name} ({item.meaning}) of ik has no "
-                "limits"
+                f"{robot.name}: expected limits of all redundancy parameters of ik, got none for "
+                f"{item.name} ({item.meaning})"
             )
     if not values:
         return np.empty((1, 0))

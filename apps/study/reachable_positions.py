@@ -41,13 +41,13 @@ _FITS = 12
 
 @dataclass(frozen=True, eq=False)
 class ReachablePositions(StudyResult):
-    """The reachable tool positions at a constant orientation.
+    """The tool positions that a robot reaches at one tool orientation.
 
     Attributes:
         robot: The robot's name.
-        R_0_ee: (3, 3) the orientation.
-        grid: The cells.
-        inside: (nx, ny, nz) whether the center of each cell is reached.
+        R_0_ee: (3, 3) rotation matrix of the tool in the base frame.
+        grid: The cells, in the base frame.
+        inside: (nx, ny, nz) mask of the cells whose centers are reached.
     """
 
     _parts = (Grid,)
@@ -105,23 +105,23 @@ def reachable_positions(
     resolution: int = 256,
     q_seed: ArrayLike | None = None,
 ) -> ReachablePositions:
-    """Return the tool positions that are reachable at one orientation, within limits.
+    """Return the tool positions that a robot reaches within its limits at one tool orientation.
 
     Args:
-        robot: A robot with `ik`, such as a platform on six legs or a delta robot. Each redundancy
-            parameter of `ik` takes 16 values.
-        R_0_ee: (3, 3) rotation matrix of the tool in the base frame. None means the orientation at
-            `q_seed`.
-        resolution: Number of cells along each side of a cube around the reachable positions: 32
+        robot: A robot with `ik`, such as a Stewart-Gough platform or a delta robot. For each
+            redundancy parameter (`robot.redundancy`), 16 values are tested.
+        R_0_ee: (3, 3) rotation matrix of the tool in the base frame. None means the tool
+            orientation at `q_seed`.
+        resolution: Number of cells along each side of a cube around the reachable positions, 32
             times a power of two.
-        q_seed: (n,) coordinates [rad or m]. The tool position at these coordinates must be
-            reachable or close to a reachable position. None means the reference configuration of
-            the robot.
+        q_seed: (n,) actuated coordinates [rad or m] with a tool position at or near the positions
+            to find. None means the reference configuration of the robot.
 
     Returns:
         A `ReachablePositions`. `inside` (nx, ny, nz) is True for each cell whose center is
-        reachable. `grid` contains the cells in the base frame [m]. `size` is the volume [m^3] with
-        an error bound. `bounds` (2, 3) contains the smallest and largest x, y and z [m].
+        reachable. `grid` describes the cells in the base frame [m]. `size` is the volume [m^3] with
+        an error bound. `bounds` (2, 3) contains the smallest and largest x, y and z of the
+        reachable cells [m].
 
     Raises:
         MissingFunctionError: The robot has no `ik`. The message lists the robot's other inverse
@@ -131,15 +131,15 @@ def reachable_positions(
         ShapeError: `R_0_ee` is not (3, 3), or `q_seed` is not (n,).
         InputValueError: `resolution` is not 32 times a power of two. A number is not finite, or
             `R_0_ee` is not a rotation matrix. `q_seed` is None, and the robot has no reference
-            configuration. A redundancy parameter is a length without limits.
-        OutOfReachError: No cell near the tool position at `q_seed` is reachable, or the loops do
-            not close at `q_seed`.
+            configuration. A redundancy parameter of the robot is a length and has no limits.
+        OutOfReachError: No position near the tool position at `q_seed` is reachable, or the loops
+            of the robot do not close at `q_seed`.
     """
     check_type("reachable_positions: robot", robot, Robot)
     levels = int(resolution // _COARSE).bit_length() - 1
     if resolution != _COARSE * 2 ** max(levels, 0):
         raise InputValueError(
-            f"reachable_positions: expected resolution {_COARSE} times a power of two, got "
+            f"reachable_positions: resolution must be a power of two times {_COARSE}, got "
             f"{resolution}"
         )
     R, start = _start(robot, R_0_ee, q_seed)
@@ -160,7 +160,8 @@ def _start(
     """Return (orientation, start position). The start position is on or near a reached position."""
     if q_seed is None and robot.reference is None:
         raise InputValueError(
-            f"reachable_positions: {robot.name} has no reference configuration; expected q_seed"
+            "reachable_positions: expected q_seed for a robot without a reference configuration, "
+            f"{robot.name}"
         )
     q = robot.reference.q if q_seed is None and robot.reference else q_seed
     T = robot.fk(finite("reachable_positions: q_seed", np.asarray(q), (robot.n,)))
@@ -187,7 +188,7 @@ def _fitted(robot: Robot, R: FloatArray, start: FloatArray) -> tuple[FloatArray,
             return lower, side, inside
         middle = lower + side * (least + most + 1) / 2
         size = side * ((most - least).max() + 3)
-    raise OutOfReachError(f"{robot.name}: no box around the reached positions near {start} found")
+    raise OutOfReachError(f"{robot.name}: found no box around the reached positions near {start}")
 
 
 def _reached(robot: Robot, R: FloatArray, positions: FloatArray) -> BoolArray:

@@ -138,7 +138,7 @@ def _array(name: str, found: np.ndarray[Any, Any] | bytes) -> np.ndarray[Any, An
     NumPy returns bytes for a member that is not an array.
     """
     if isinstance(found, bytes):
-        raise ValueError(f"entry {name} is not an array")
+        raise ValueError(f"expected an array as entry {name}")
     return found
 
 

@@ -139,7 +139,8 @@ def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Sample
         side = _side(count, robot.n)
         if side < 2:  # noqa: PLR2004 - a grid has both limits of each coordinate
             raise InputValueError(
-                f"samples = {count}: a grid of {robot.n} coordinates has {2**robot.n} or more nodes"
+                f"samples = {count}: too few nodes for a grid; expected at least {2**robot.n} for "
+                f"{robot.n} coordinates"
             )
         count = side**robot.n
     return Samples(lower, upper, count, sampling, key)
@@ -157,8 +158,8 @@ def box_of(robot: Robot) -> tuple[FloatArray, FloatArray]:
             continue
         if coordinate.unit != "rad":
             raise InputValueError(
-                f"{robot.name}: prismatic coordinate {coordinate.name} has no limits, so the "
-                "workspace is unbounded; state limits in the robot file"
+                f"{robot.name}: prismatic coordinate {coordinate.name}: the workspace is unbounded "
+                "without limits; state limits in the robot file"
             )
         lower[i], upper[i] = _one_turn(lower[i], upper[i])
     return lower, upper

@@ -35,25 +35,27 @@ If the squared strut force is larger than 1e-6, equilibrium does not determine t
 
 @dataclass(frozen=True, eq=False)
 class StaticLoads(StudyResult):
-    """The forces in a robot at rest.
+    """Forces and moments in a robot at rest.
 
     Attributes:
         robot: The robot's name.
-        q: (..., n) coordinates.
-        actuator_forces: (..., n) forces [N] and torques [N m] of the actuators, positive in the
+        q: (..., n) actuated coordinates [rad or m].
+        actuator_forces: (..., n) forces [N] and torques [N m] that hold the robot, positive in the
             direction of the coordinate.
-        joint_names: Names of the joints of the tree.
-        joint_wrenches: (..., m, 6) force and moment [N, N m] from each joint on its link. The point
-            is the origin of the joint's frame, and the axes are the base axes. The component along
-            the joint axis is the force or torque of the actuator.
+        joint_names: (m,) names of the joints, without the closures.
+        joint_wrenches: (..., m, 6) force and moment [N, N m] from each joint on the link that it
+            moves. The moment is about the origin of the joint frame. The vectors are in the axes of
+            the base frame. The component along the joint axis is the force or torque of the
+            actuator.
         strut_names: Names of the rods and cylinders.
         strut_forces: (..., s) axial forces [N], positive if the strut pushes its ends apart. The
             force of a cylinder acts between barrel and piston. The force of a rod is the mean of
             the forces at its two ends.
-        closure_names: Names of the closures: joints that close a loop between two links.
+        closure_names: Names of the closures. A closure is a joint that closes a kinematic loop
+            between two links.
         closure_wrenches: (..., c, 6) force and moment [N, N m] that the first link of a closure
             exerts on the second link. The moment is about the origin of the closure frame on the
-            second link. The forces and moments are expressed in the axes of the base frame.
+            second link. The vectors are in the axes of the base frame.
     """
 
     robot: str
@@ -78,17 +80,17 @@ class StaticLoads(StudyResult):
 
     @property
     def joints(self) -> dict[str, FloatArray]:
-        """(..., 6) wrench of each joint, keyed by name."""
+        """(..., 6) force and moment [N, N m] of each joint, keyed by the name of the joint."""
         return dict(zip(self.joint_names, np.moveaxis(self.joint_wrenches, -2, 0), strict=True))
 
     @property
     def struts(self) -> dict[str, FloatArray]:
-        """(...) axial force of each strut, keyed by name."""
+        """(...,) axial force [N] of each strut, keyed by the name of the strut."""
         return dict(zip(self.strut_names, np.moveaxis(self.strut_forces, -1, 0), strict=True))
 
     @property
     def closures(self) -> dict[str, FloatArray]:
-        """(..., 6) wrench of each closure, keyed by name.
+        """(..., 6) force and moment [N, N m] of each closure, keyed by the name of the closure.
 
         A closure is a joint that closes a loop.
         """
@@ -103,36 +105,39 @@ def gravity_forces(
     *,
     gravity: ArrayLike | None = None,
 ) -> FloatArray:
-    """Return the generalized forces that the weights exert on the actuator coordinates.
+    """Return the generalized forces of gravity on the actuated coordinates.
 
-    At any velocity of the joints, the power of the returned forces equals the power of the weights.
-    A positive force drives its coordinate in the positive direction. To hold the robot, the
-    actuators apply the negative of the returned forces.
+    A positive force acts in the positive direction of its coordinate. To hold the robot at rest,
+    the actuators apply the negative of the returned forces.
 
     Args:
         robot: The robot.
         q: (..., n) actuated coordinates [rad or m].
-        masses: `PointMass` objects. Each contains the name of a link, a mass [kg] and a center of
-            mass in the frame of the link [m]. None means the masses of the robot file.
+        masses: `PointMass` objects. Each contains the name of a body, a mass [kg] and a center of
+            mass in the frame of the body [m]. Bodies are links, and strut sections such as the
+            barrel of a cylinder. None means the masses of the robot file.
         gravity: (3,) gravitational acceleration in the base frame [m/s^2]. None means the vector of
             the robot file, which is (0, 0, -9.81) by default.
 
     Returns:
         (..., n) torques [N m] of the revolute coordinates and forces [N] of the prismatic
-        coordinates. In a batch, the forces are NaN at each configuration with open loops. They are
-        also NaN where the actuators cannot hold the weights. At a NaN in `q`, the forces are NaN,
-        also for a single configuration.
+        coordinates. If `q` contains several configurations, the forces are NaN at each
+        configuration at which the loops do not close or the actuators cannot hold the robot. A NaN
+        in `q` always gives NaN instead of an error.
 
     Raises:
-        OutOfReachError: `q` is a single configuration, and its loops do not close.
+        OutOfReachError: `q` is a single configuration (n,) at which the loops of the robot do not
+            close.
         InputTypeError: `robot` is not a `Robot`, or an argument contains values that are not real
             numbers.
         ShapeError: `q` is not (..., n), `gravity` is not (3,), or a center of mass is not (3,).
-        InputValueError: `masses` is None, and the robot file has no masses. A mass has an unknown
-            link or a negative or infinite value. A mass of a strut section is not on the z axis of
-            the section. A number in `gravity` is not finite. The actuators cannot hold the weights
-            in a single configuration. A cylinder is coupled to other joints.
-        ManifestError: An earlier version of chasles derived the robot. Derive the robot again.
+        InputValueError: `masses` is None, and the robot file has no masses. A `PointMass` names an
+            unknown body, or contains a negative or infinite mass. The center of mass of a strut
+            section is not on the z axis of the section's frame. `gravity` contains a number that is
+            not finite. `q` is a single configuration at which the actuators cannot hold the robot.
+            The robot file couples a cylinder to another coordinate.
+        ManifestError: An earlier version of chasles generated the robot's code. Derive the robot
+            again.
     """
     check_type("gravity_forces: robot", robot, Robot)
     if masses is None and not robot.manifest.load.masses:
@@ -150,48 +155,53 @@ def static_loads(
     wrench: ArrayLike | None = None,
     gravity: ArrayLike | None = None,
 ) -> StaticLoads:
-    """Return the loads of all joints, struts and loop-closing joints of a robot at rest.
+    """Return the forces and moments in all joints and struts of a robot at rest.
 
-    Bodies are rigid, and joints are without friction. A loop is planar if all its axes are
-    parallel. The joint that closes a planar loop transmits forces only in the plane of the loop.
-    The other joints of the loop carry the force components normal to the plane.
+    Bodies are rigid, and joints have no friction. Struts are rods and cylinders. A closure is a
+    joint that closes a kinematic loop. If all axes of a loop are parallel, its closure transmits
+    forces only in the plane normal to the axes. The other joints of this loop carry the forces
+    along the axes.
 
     Args:
         robot: The robot.
         q: (..., n) actuated coordinates [rad or m].
-        masses: `PointMass` objects. Each contains the name of a link, a mass [kg] and a center of
-            mass in the frame of the link [m]. None means the masses of the robot file. If the file
-            has no masses, only `wrench` acts on the robot.
-        wrench: (..., 6) force [N] and torque [N m] on the tool, about the tip, in the axes of the
-            base frame. None means no force and no torque.
+        masses: `PointMass` objects. Each contains the name of a body, a mass [kg] and a center of
+            mass in the frame of the body [m]. Bodies are links, and strut sections such as the
+            barrel of a cylinder. None means the masses of the robot file. If the file has no
+            masses, only `wrench` acts on the robot.
+        wrench: (..., 6) external force [N] and moment [N m] on the tool, in the axes of the base
+            frame. The moment is about the tool origin. None means no external force and moment.
         gravity: (3,) gravitational acceleration in the base frame [m/s^2]. None means the vector of
             the robot file, which is (0, 0, -9.81) by default.
 
     Returns:
-        A `StaticLoads`. `actuator_forces` (..., n) contains torques [N m] and forces [N], positive
-        in the direction of the coordinate. `joints`, `struts` and `closures` are dictionaries,
-        keyed by name. `joints` contains the force and moment (..., 6) [N, N m] on each link, about
-        the origin of its joint frame. `struts` contains axial forces (...,) [N], positive in
-        compression. `closures` contains the force and moment (..., 6) [N, N m] of each loop-closing
-        joint on its second link. All vectors are in the axes of the base frame. In a batch, the
-        loads are NaN at each configuration with open loops. They are also NaN where equilibrium
-        does not determine the loads. At a NaN in `q` or `wrench`, the loads are NaN, also for a
-        single configuration.
+        A `StaticLoads`. `actuator_forces` (..., n) contains the torques [N m] and forces [N] that
+        hold the robot, positive in the direction of the coordinate. `joints`, `struts` and
+        `closures` are dictionaries, keyed by the name of the joint, strut or closure. `joints`
+        contains the force and moment (..., 6) [N, N m] from each joint on the link that it moves,
+        about the origin of the joint frame. `struts` contains axial forces (...,) [N], positive in
+        compression. `closures` contains the force and moment (..., 6) [N, N m] from the first link
+        of each closure on the second link. All vectors are in the axes of the base frame. If `q` or
+        `wrench` contains several rows, the loads of a row are NaN if the loops do not close, or if
+        equilibrium does not determine the loads. A NaN in `q` or `wrench` always gives NaN instead
+        of an error.
 
     Raises:
-        OutOfReachError: `q` is a single configuration, and its loops do not close.
+        OutOfReachError: `q` is a single configuration (n,) at which the loops of the robot do not
+            close.
         InputTypeError: `robot` is not a `Robot`, or an argument contains values that are not real
             numbers.
         ShapeError: `q` is not (..., n), `wrench` is not (..., 6), `gravity` is not (3,), or a
             center of mass is not (3,).
         ValueError: The leading dimensions of `q` and `wrench` cannot be broadcast together.
-        InputValueError: A mass has an unknown link or a negative or infinite value. A mass of a
-            strut section is not on the z axis of the section. A number in `gravity` is not finite.
-            A cylinder is coupled to other joints. A single configuration is not in equilibrium; the
-            message names the coordinates that the load moves. The loads are statically
-            indeterminate in a single configuration or in all configurations; the message names the
-            struts and loop-closing joints.
-        ManifestError: An earlier version of chasles derived the robot. Derive the robot again.
+        InputValueError: A `PointMass` names an unknown body, or contains a negative or infinite
+            mass. The center of mass of a strut section is not on the z axis of the section's frame.
+            `gravity` contains a number that is not finite. The robot file couples a cylinder to
+            another coordinate. `q` is a single configuration at which the actuators cannot hold the
+            robot; the message names the coordinates that the load moves. The loads are statically
+            indeterminate at all configurations of `q`; the message names the struts and closures.
+        ManifestError: An earlier version of chasles generated the robot's code. Derive the robot
+            again.
     """
     check_type("static_loads: robot", robot, Robot)
     found = _Solved("static_loads", robot, q, masses, wrench, gravity)
@@ -254,8 +264,8 @@ class _Solved:
         if len(moved) and not self.shape and moved.any():
             names = [e.coordinate_name(e.free_rows[k]) for k in np.flatnonzero(moved[0])]
             raise InputValueError(
-                f"{self.caller}: not in equilibrium: the load moves {', '.join(names)}, which no "
-                "actuator can balance in this configuration"
+                f"{self.caller}: not in equilibrium: no actuator can balance the load in this "
+                f"configuration; the load moves {', '.join(names)}"
             )
 
     def refuse_prestress(self) -> None:
@@ -265,8 +275,8 @@ class _Solved:
         if len(free) and free.any(-1).all():
             names = dict.fromkeys(self.equations.unknowns[k] for k in np.flatnonzero(free[0]))
             raise InputValueError(
-                f"{self.caller}: statically indeterminate: {', '.join(names)} can have forces "
-                "without a load, so equilibrium does not determine the loads"
+                f"{self.caller}: statically indeterminate: equilibrium does not determine the "
+                f"loads; even without a load, forces are possible at {', '.join(names)}"
             )
 
     def actuator_forces(self) -> FloatArray:
@@ -320,7 +330,7 @@ def _check_mass(caller: str, bodies: Skeleton, mass: PointMass) -> None:
     names = [body.name for body in bodies.bodies]
     if mass.link not in names:
         raise InputValueError(
-            f"{caller}: masses: {mass.link!r} is not a body of {bodies.robot.name}; its bodies are "
+            f"{caller}: masses: unknown body {mass.link!r}; bodies of {bodies.robot.name}: "
             f"{', '.join(names)}"
         )
     at = finite(f"{caller}: masses: {mass.link}: at", mass.at, (3,))
@@ -330,8 +340,8 @@ def _check_mass(caller: str, bodies: Skeleton, mass: PointMass) -> None:
         )
     if bodies.bodies[names.index(mass.link)].span and at[:2].any():
         raise InputValueError(
-            f"{caller}: masses: the mass of strut section {mass.link} must be on its z axis, got "
-            f"at = {tuple(map(float, at))}"
+            f"{caller}: masses: {mass.link}: the mass of a strut section must be on its z axis, "
+            f"got at = {tuple(map(float, at))}"
         )
 
 

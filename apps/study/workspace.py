@@ -49,28 +49,27 @@ number of longitude sectors."""
 
 @dataclass(frozen=True, eq=False)
 class Workspace(StudyResult):
-    """The positions that a tool reaches.
+    """The tool positions that a robot reaches within its limits, from sampled configurations.
 
     Attributes:
         robot: The robot's name.
-        grid: The cells.
+        grid: The cells, in the base frame.
         hits: (nx, ny, nz) number of configurations with the tool origin in each cell.
-        manipulability: (nx, ny, nz) best manipulability of the configurations in each cell. The
-            manipulability is the minimum singular value of the Jacobian
-            (`Manipulability.min_singular_value`). Cells without hits have the value 0. None if
-            manipulability is not requested.
-        limit_margin: (nx, ny, nz) largest limit margin of the configurations in each cell. The
-            limit margin is the distance to the nearest limit, relative to the coordinate's range
-            (at most 1/2). Cells without hits have the value 0. None if the limit margin is not
-            requested.
+        manipulability: (nx, ny, nz) largest manipulability among the configurations in each cell,
+            or 0 without hits. The manipulability is the minimum singular value of the Jacobian
+            (`Manipulability.min_singular_value`). None if `quality` does not contain
+            "manipulability".
+        limit_margin: (nx, ny, nz) largest limit margin among the configurations in each cell, or 0
+            without hits. The limit margin is the distance to the nearest limit, relative to the
+            coordinate's range (at most 1/2). None if `quality` does not contain "limit_margin".
         directions: (nx, ny, nz) number of direction sectors that the tool's z axis reaches. The
             sphere of directions is divided into 64 equal sectors. None if `quality` does not
             contain "directions".
         bounds: (2, 3) smallest and largest coordinates of the tool origin [m], found by
             optimization.
-        samples: Number of configurations.
-        n_open: Number of configurations at which loops do not close.
-        sampling: Sampling method of the configurations.
+        samples: Number of sampled configurations.
+        n_open: Number of sampled configurations at which loops do not close.
+        sampling: Sampling method: "sobol", "uniform" or "grid".
         rng: Seed that reproduces the configurations.
         path_length: Length [m] of the tool path of a robot with one coordinate, with an error
             estimate. The path length is None for a robot with two or more coordinates.
@@ -113,7 +112,7 @@ class Workspace(StudyResult):
         return self.path_length or size_of(self.grid, self.hits)
 
     def section(self, axis: Literal["x", "y", "z"], at: float) -> NDArray[np.uint32]:
-        """Return the hits in each cell of the layer at a given coordinate along an axis.
+        """Return the hits in the layer of cells normal to an axis at a given coordinate.
 
         Args:
             axis: The axis normal to the section.
@@ -130,15 +129,15 @@ class Workspace(StudyResult):
         layer = int(np.floor((finite("section: at", at) - self.grid.lower[k]) / self.grid.side))
         if not 0 <= layer < self.grid.shape[k]:
             raise InputValueError(
-                f"{axis} = {at:g} m is outside the workspace: expected {self.grid.lower[k]:.4g} "
-                f"to {self.grid.upper[k]:.4g} m"
+                f"{axis} = {at:g} m: the layer is outside the workspace; expected "
+                f"{self.grid.lower[k]:.4g} to {self.grid.upper[k]:.4g} m"
             )
         return np.asarray(np.take(self.hits, layer, axis=k))
 
     def projection(self, axis: Literal["x", "y", "z"]) -> NDArray[np.uint64]:
-        """Return the hits (n, m) summed along an axis.
+        """Return the hits (n, m) summed along an axis, which is "x", "y" or "z".
 
-        The other two of the axes x, y and z keep their order.
+        Rows and columns are the two other axes, in the order x, y, z.
 
         Raises:
             InputValueError: The axis is unknown.
@@ -172,19 +171,19 @@ def workspace(
     client: Any = None,
     progress: bool | None = None,
 ) -> Workspace:
-    """Return the workspace of a robot within its limits.
+    """Sample the tool positions that a robot reaches within its limits.
 
     Args:
-        robot: The robot. A revolute coordinate without limits moves over one turn.
-        samples: Number of configurations, an int or a float such as 1e7. "grid" rounds it down to a
-            power k^n.
+        robot: A robot. A revolute coordinate without limits is sampled over one turn.
+        samples: Number of sampled configurations, an int or a float such as 1e7. Sampling "grid"
+            rounds the number down to k^n with an integer k, for n coordinates.
         sampling: "sobol" for low-discrepancy points, "uniform" for independent random points, or
             "grid" for the nodes of a grid that includes the limits.
-        resolution: Number of cells along the longest side, at least 2.
-        quality: Quality measures to compute for each cell: any of "manipulability", "limit_margin"
-            and "directions". `Workspace` has an attribute for each measure.
-        rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh entropy.
-            The same seed gives identical results for any number of threads and workers.
+        resolution: Number of grid cells along the longest side of the workspace, at least 2.
+        quality: Measures to compute for each cell: any of "manipulability", "limit_margin" and
+            "directions". The attributes of `Workspace` with these names contain the results.
+        rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh random
+            numbers. The same seed gives identical results for any number of threads and workers.
         threads: Number of threads in this process or in each worker, or "all" for one thread per
             core.
         client: A `dask.distributed.Client`. The client distributes the configurations to its
@@ -194,27 +193,27 @@ def workspace(
 
     Returns:
         A `Workspace`. `hits` (nx, ny, nz) is the number of configurations with the tool origin in
-        each cell. `grid` contains the cells in the base frame [m]. `bounds` (2, 3) contains the
+        each cell. `grid` describes the cells in the base frame [m]. `bounds` (2, 3) contains the
         smallest and largest x, y and z of the tool origin [m]. `size` is the volume [m^3], area
-        [m^2] or length [m], with an error estimate. `hits` omits configurations with open loops;
-        `n_open` is their number.
+        [m^2] or length [m], with an error estimate. `n_open` is the number of configurations whose
+        loops do not close; `hits` does not count these.
 
     Raises:
         InputTypeError: `robot` is not a `Robot`, `samples` or `resolution` is not a real number, or
             `rng` has an unsupported type.
         ShapeError: `samples` or `resolution` is an array with one or more dimensions.
-        InputValueError: A prismatic coordinate has no limits, or all sampled configurations have
-            open loops. The tool origin does not move. `sampling`, `quality` or `threads` has an
-            unsupported value. `samples`, `resolution` or `rng` is too small or has a fractional
-            part. The grid would have more than 1e9 cells.
+        InputValueError: A prismatic coordinate of the robot has no limits, or the loops close at no
+            sampled configuration. The tool origin does not move. `sampling`, `quality` or `threads`
+            has an unsupported value. `samples`, `resolution` or `rng` is too small or has a
+            fractional part. The grid would have more than 1e9 cells.
         NotInstalledError: SciPy is not installed. `pip install 'chasles[study]'` installs it.
     """
     check_type("workspace: robot", robot, Robot)
     unknown = set(quality) - set(get_args(Quality))
     if unknown or integer_at_least("workspace: resolution", resolution, 1) < 2:  # noqa: PLR2004 - a side has two ends
         raise InputValueError(
-            f"workspace: expected quality from {', '.join(get_args(Quality))} and resolution >= "
-            f"2, got {', '.join(map(str, quality)) or 'no quality'} and {resolution}"
+            f"workspace: expected resolution >= 2 and quality from {', '.join(get_args(Quality))}, "
+            f"got {resolution} and {', '.join(map(str, quality)) or 'no quality'}"
         )
     points = samples_of(robot, samples, sampling, key_of("workspace", rng))
     bounds = bounds_of(robot, points)
@@ -352,7 +351,8 @@ def bounds_of(robot: Robot, points: Samples) -> FloatArray:
     closed = np.isfinite(p).all(-1)
     if not closed.any():
         raise InputValueError(
-            f"{robot.name}: the loops close at none of {len(q)} samples; check the limits"
+            f"{robot.name}: the loops do not close at any sample; check the limits (samples: "
+            f"{len(q)})"
         )
     q, p = q[closed], p[closed]
     ends = np.empty((2, 3))

@@ -47,17 +47,18 @@ _OPEN = "A loop does not close at these coordinates."
 
 
 class LiveView:
-    """A local web page that shows a robot until the view is closed.
+    """A local web page that shows a robot and lets the user move it.
 
-    The page has sliders in degrees or millimeters, and a draggable frame at the tool. Ghosts show
-    the branches of the inverse, and points show the workspace. A time slider shows a trajectory.
+    The page has a slider for each coordinate (degrees or millimeters), and a frame at the tool to
+    drag. Pale robots (ghosts) show the other inverse solutions, and points show the workspace. A
+    trajectory has a time slider.
 
     Attributes:
-        address: The address of the page. The token in the address prevents access by other pages in
-            the browser.
-        displayed: The displayed configuration.
-        handle_size: Length of the arrows at the tool [m].
-        is_dragged: Whether a user is dragging the tool.
+        address: The address of the page. A token in the address keeps other pages in the browser
+            from accessing the view.
+        displayed: The displayed configuration, with coordinates `displayed.q` (n,) [rad or m].
+        handle_size: Length of the arrows of the frame at the tool [m].
+        is_dragged: Whether the user is dragging the tool.
     """
 
     address: str
@@ -73,20 +74,21 @@ class LiveView:
         urdf: str | os.PathLike[str] | None = None,
         trajectory: Trajectory | None = None,
     ) -> None:
-        """Start the server. The server accepts local connections only.
+        """Start the server, which accepts local connections only.
 
         Args:
-            robot: The robot.
+            robot: The robot, from `chasles.load`.
             port: The port to listen on, or None for any free port.
-            urdf: The URDF file of the robot, for its meshes.
-            trajectory: A trajectory to play.
+            urdf: The URDF file of the robot, whose meshes are shown, or None.
+            trajectory: A trajectory to play, or None.
 
         Warns:
             UserWarning: Mesh files were not found.
 
         Raises:
-            InputValueError: viser is not installed, or the port is not free.
-            ManifestError: An earlier version of chasles derived the robot. Derive it again.
+            NotInstalledError: viser is not installed: `pip install 'chasles[view]'`.
+            InputValueError: The port is not free.
+            ManifestError: The robot was derived by an earlier version of chasles. Derive it again.
         """
         check_type("LiveView: robot", robot, Robot)
         viser = _viser()
@@ -112,30 +114,37 @@ class LiveView:
         self._show()
 
     def close(self) -> None:
-        """Stop the server."""
+        """Stop the server and end the view."""
         with silent():
             self._server.stop()
 
     def wait(self) -> NoReturn:
-        """Play the trajectory, if any, until the process is interrupted."""
+        """Keep the view open until the process is interrupted, and play the trajectory, if any."""
         while True:
             time.sleep(_RATE)
             self.step()
 
     def step(self) -> None:
-        """Show the trajectory at the current time. The trajectory repeats."""
+        """Show the trajectory, which repeats, at the current time. `wait` calls this method."""
         if self._trajectory is None or not self._playing.value:
             return
         self._time.value = (time.monotonic() - self._begin) % self._duration
         self._show_time(self._time.value)
 
     def set_q(self, q: ArrayLike) -> None:
-        """Show coordinates (n,) [rad or m]. If a loop does not close, the robot does not move."""
+        """Move the robot to coordinates q (n,) [rad or m].
+
+        If a loop does not close at q, the robot stops at the last closed configuration.
+        """
         with self._lock:
             self._take(self._display.at(real_array("LiveView.set_q", "q", q), self.displayed))
 
     def set_target(self, T: ArrayLike) -> None:
-        """Move the robot to a target pose (4, 4) of its tool in the base frame."""
+        """Move the robot to a tool pose T (4, 4) in the base frame [m].
+
+        The robot moves to the inverse solution nearest to the displayed one. If T is out of reach,
+        a nearby configuration with the smallest pose error is shown.
+        """
         with self._lock:
             self._take(
                 self._display.reaching(real_array("LiveView.set_target", "T", T), self.displayed)

@@ -167,8 +167,8 @@ def drawing(file: Path) -> Drawing:
         is_file[fname] = path.is_file()
         if is_file[fname] and not is_inside(path, folder):
             raise InputValueError(
-                f"{file}: expected meshes inside {folder}, got {fname!r}; copy the mesh there, or "
-                f"put a {PACKAGE_FILE} into a folder that contains both"
+                f"{file}: expected meshes inside {folder}, got {fname!r}; copy the mesh into this "
+                f"folder, or mark a common parent folder with {PACKAGE_FILE}"
             )
         return str(path)
 

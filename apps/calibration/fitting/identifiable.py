@@ -1,4 +1,4 @@
-"""Identifiable parameters, selected by pivoted QR of the scaled derivative.
+"""Select the identifiable parameters by pivoted QR of the scaled measurement derivative.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -17,30 +17,32 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 SEPARABLE = 1e-4
-"""Minimum relative pivot of an identifiable column. A column with a smaller pivot would amplify
-noise more than ten thousand times."""
+"""Minimum pivot of an identifiable parameter's derivative column, relative to the largest pivot. A
+parameter with a smaller pivot would amplify noise more than ten thousand times."""
 VISIBLE = 1e-3
-"""Minimum pivot of an identifiable column. The unit is one standard deviation of the measurements
-per 1 mm or 1 mrad of the parameter."""
+"""Minimum pivot of an identifiable parameter's derivative column, in standard deviations of the
+measurements per 1 mm or 1 mrad of the parameter."""
 SHOWN = 0.01
-"""Smallest coefficient that is shown in a combination of parameters."""
+"""Minimum absolute coefficient of a parameter that is listed in the explanation of an
+unidentifiable parameter."""
 
 
 @dataclass(frozen=True)
 class Unidentifiable:
-    """A parameter or unknown whose effect can be reproduced by other parameters.
+    """A parameter or unknown whose effect on the measurements other parameters can reproduce.
 
     Attributes:
         name: Name of the parameter or unknown that cannot be identified. An unidentifiable
             parameter keeps its nominal value. An unidentifiable unknown keeps its start value.
-        combination: Names and coefficients of the parameters that have the same effect.
+        combination: Names and coefficients of the parameters whose combination has the same effect
+            on the measurements.
     """
 
     name: str
     combination: tuple[tuple[str, float], ...]
 
     def __str__(self) -> str:
-        """Return the reason why the parameter is not identified, as a sentence."""
+        """Return a sentence that explains why the parameter or unknown is not identified."""
         if not self.combination:
             return f"{self.name} has no effect on the measurements"
         sum_ = " ".join(f"{c:+.3g} {name}" for name, c in self.combination)
@@ -50,18 +52,20 @@ class Unidentifiable:
 def identifiable(
     kept: FloatArray, columns: FloatArray, names: tuple[str, ...], kept_names: tuple[str, ...]
 ) -> tuple[NDArray[np.intp], tuple[Unidentifiable, ...]]:
-    """Select the identifiable columns of a derivative.
+    """Select the identifiable variables from the columns of the measurement derivative.
 
     Args:
-        kept: (M, u) derivatives with respect to the variables that are always identified. An entry
-            is the change of a measurement error, in standard deviations, per 1 mm or 1 mrad.
-        columns: (M, p) derivatives with respect to the other parameters.
-        names: Names of the candidates.
+        kept: (M, u) derivatives of the measurement errors with respect to the variables that are
+            always identified. An entry is the change of a measurement error, in standard
+            deviations, per 1 mm or 1 mrad of a variable.
+        columns: (M, p) derivatives of the measurement errors with respect to the candidate
+            variables.
+        names: Names of the candidate variables.
         kept_names: Names of the variables that are always identified.
 
     Returns:
-        A tuple (sorted indices of the identifiable candidates, one explanation per other
-        candidate).
+        A tuple of the sorted indices of the identifiable candidates, and one `Unidentifiable` for
+        each other candidate.
     """
     basis = np.linalg.qr(kept)[0] if kept.shape[1] else kept
     size = np.linalg.norm(columns, axis=0)

@@ -2,9 +2,10 @@
 
     (J^T W J + mu I) step = -J^T v
 
-in scaled variables. W and v contain the weights of a robust loss. A robust loss reduces the
-influence of large errors. Normal equations cost a fifth of a singular value decomposition. Normal
-equations are less accurate, but the next step of the iteration corrects the inaccuracy.
+These damped normal equations give each step in scaled variables. W contains the weights of the
+errors in a robust loss, and v contains the weighted errors. A robust loss reduces the influence of
+large errors. Normal equations cost a fifth of a singular value decomposition. Normal equations are
+less accurate, but the next step of the iteration corrects the inaccuracy.
 
 Source:
     K. Madsen, H. B. Nielsen, O. Tingleff, Methods for non-linear least squares problems, 2004, 3.2,
@@ -24,20 +25,20 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _FIRST = 1e-10
-"""Initial damping relative to the largest curvature. The damping is small because start values are
-near the solution."""
+"""Initial damping of the iteration, relative to the largest curvature at the start values. The
+initial damping is small because the start values are near the solution."""
 _MIN_WEIGHT = 1e-10
-"""Minimum weight of an error in the matrix of the normal equations. The weight is the curvature of
-Cauchy's loss, relative to the curvature at zero error."""
+"""Minimum weight of an error in the matrix of the normal equations. The weight of an error is the
+curvature of Cauchy's loss at this error, relative to the curvature at zero error."""
 _MIN_FACTOR = 0.1
-"""Minimum factor by which an accepted step changes the damping."""
+"""Smallest factor by which an accepted step multiplies the damping."""
 _MAX_DAMPING = 1e12
-"""Maximum damping relative to the initial damping. If the damping exceeds this value, steps change
-the sum of squares only by rounding errors."""
+"""Maximum damping of the iteration, relative to the largest curvature at the start values. With
+more damping, steps change the sum of squares only by rounding errors."""
 
 
 class Errors(NamedTuple):
-    """The errors (M,) and a function for their derivative (M, k)."""
+    """The errors (M,) of a least-squares problem, and a function for their derivative (M, k)."""
 
     values: FloatArray
     derivative: Callable[[], FloatArray]
@@ -52,14 +53,14 @@ def least_squares(
     step: float,
     evaluations: int,
 ) -> FloatArray:
-    """Return the (k,) variables that minimize the sum of squares, or a robust loss.
+    """Return the (k,) variables that minimize the sum of squared errors, or a robust loss.
 
     Args:
-        errors: The errors as a function of the variables.
+        errors: Function that returns the `Errors` for given variables (k,).
         x: (k,) start values of the iteration.
-        scale: One scale for all variables, or (k,) scales.
-        loss_from: Size of the errors in Cauchy's loss log(1 + (e / size)^2), or 0 for the sum of
-            squares.
+        scale: One scale for all variables, or (k,) scales with one scale per variable.
+        loss_from: Error size s in Cauchy's loss log(1 + (e / s)^2) of an error e, or 0 for the sum
+            of squares.
         step: The iteration stops if the relative change of the variables or the relative decrease
             of the cost is at most this value.
         evaluations: Maximum number of evaluations of the errors.
@@ -106,9 +107,9 @@ def _equations(
 
 
 def _solved(H: FloatArray, damping: float, g: FloatArray) -> FloatArray:
-    """Return the damped step.
+    """Return the step that solves the damped normal equations.
 
-    H may be indefinite because of rounding.
+    Rounding errors can make the matrix H of the normal equations indefinite.
     """
     damped = H + damping * np.eye(len(H))
     try:

@@ -1,21 +1,24 @@
-"""Noise of measurements and detection of outliers, with linearized errors.
+"""Estimate the noise of measurements and detect outliers, with linearized errors.
 
-Near the solution, a change dx of the scaled variables changes the errors from e to e + J dx.
-Parameters with known standard deviations contribute additional errors d + D dx. With the noise s,
-the matrix H combines the measurement errors and the parameter errors:
+Near the solution of a fit, a change dx of the scaled variables changes the measurement errors from
+e to e + J dx. Parameters with known standard deviations contribute additional errors d + D dx. For
+the noise s, the matrix H of the normal equations combines the measurement errors and the parameter
+errors:
 
     H = J^T J + s^2 D^T D
 
-The inverse of H gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). Each
-measurement error also shifts the fit, so the variance of a residual is only 1 - h times the
-variance of the error. The sum of 1 - h is the number of residual degrees of freedom.
+The inverse of H gives the covariance s^2 H^-1 of the variables and the leverages h = diag(J H^-1
+J^T) of the errors. Each measurement error also shifts the fit. For an error with leverage h, the
+variance of the residual is therefore only 1 - h times the variance of the error. The sum of 1 - h
+over all errors is the number of residual degrees of freedom.
 
-Without known standard deviations, s^2 = sum e^2 / (M - k) for M errors and k variables. With known
-standard deviations, s maximizes the marginal likelihood of the measurements. An error along a
-singular vector of J D^-1 has the variance lambda + s^2, where lambda is the squared singular value.
-If there are few measurements, s is uncertain. A wide prior of log s about the stated noise
-regularizes the estimate. With thirty residual degrees of freedom, the measurements affect the
-estimate more than the prior.
+If no parameter has a known standard deviation, M errors and k variables give the squared noise s^2
+= sum e^2 / (M - k). If parameters have known standard deviations, the noise s maximizes the
+marginal likelihood of the measurements. An error along a singular vector of J D^-1 has the variance
+lambda + s^2, where lambda is the squared singular value. Few measurements leave the noise s
+uncertain. Therefore, a wide prior of log s about the stated noise regularizes the noise estimate.
+With thirty residual degrees of freedom, the measurements affect the noise estimate more than the
+prior.
 
 Source:
     D. J. C. MacKay, Bayesian interpolation, Neural Computation 4 (1992), for the noise estimate if
@@ -38,27 +41,27 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 OUTLYING = 5.0
-"""Outlier limit for a large number of residual degrees of freedom. The unit is one robust standard
-deviation."""
-CONSISTENT = 1.4826
-"""Ratio of standard deviation to median absolute deviation of a normal distribution."""
-MIN_NOISE = 1e-3
-"""Minimum noise relative to the stated standard deviations. The noise of real measuring devices is
-larger."""
-_MIN_DEVIATION = 0.01
-"""Minimum robust standard deviation of a row, as a fraction of its stated standard deviation. If
-measurements are exact, residuals below this value come from rounding and do not indicate outliers.
+"""Outlier limit for a large number of residual degrees of freedom, in robust standard deviations.
 """
+CONSISTENT = 1.4826
+"""Ratio of the standard deviation to the median absolute deviation of a normal distribution."""
+MIN_NOISE = 1e-3
+"""Minimum noise relative to the stated standard deviations, smaller than the noise of real
+measuring devices."""
+_MIN_DEVIATION = 0.01
+"""Minimum robust standard deviation of the errors, as a fraction of the stated standard deviation.
+If measurements are exact, residuals below this fraction come from rounding and do not indicate
+outliers."""
 CHANCE = float(scipy.special.ndtr(-OUTLYING))
-"""Probability that the error of a correct measurement is beyond the outlier limit. Only one side of
-the distribution is counted."""
+"""Probability that the error of a correct measurement is beyond the outlier limit on one side of
+the distribution."""
 _EFFICIENCY = 0.37
 """Statistical efficiency of the median absolute deviation for a normal distribution."""
 _ESTIMATED = 0.1
-"""An error is tested as an outlier only if its relative variance exceeds this value. Let h be the
-leverage of an error that the fit uses. The relative variance of this error is 1 - h."""
+"""An error is tested as an outlier only if its relative variance exceeds this value. The relative
+variance of an error with leverage h is 1 - h if the fit uses the error."""
 _STRAY = math.log(10)
-"""Prior standard deviation of log s: a factor of ten in the noise s."""
+"""Prior standard deviation of log s, equivalent to a factor of ten in the noise s."""
 _LOG_NOISE = np.linspace(math.log(MIN_NOISE), math.log(1e6), 200)
 """Search grid for the logarithm of the noise, log s."""
 _FULL = 1e-13
@@ -67,7 +70,7 @@ below this value, the measurements do not determine all variables."""
 
 
 class Undetermined(Exception):
-    """Measurements and parameter_std do not determine all variables."""
+    """The measurements and the parameters' standard deviations do not determine all variables."""
 
 
 @dataclass(frozen=True)
@@ -75,11 +78,12 @@ class Linearized:
     """Linearized errors and parameter deviations near a solution.
 
     Attributes:
-        e: (M,) errors, in standard deviations.
-        J: (M, k) derivative of e with respect to the scaled variables.
-        d: (t,) deviations of parameters from nominal, relative to parameter_std.
-        D: (t, k) derivative of d with respect to the scaled variables. Each row has one nonzero
-            entry.
+        e: (M,) measurement errors, in standard deviations.
+        J: (M, k) derivative of the measurement errors with respect to the scaled variables.
+        d: (t,) deviations of parameters from their nominal values, divided by their standard
+            deviations.
+        D: (t, k) derivative of the parameter deviations d with respect to the scaled variables,
+            with one nonzero entry per row.
     """
 
     e: FloatArray
@@ -88,10 +92,10 @@ class Linearized:
     D: FloatArray
 
     def inverse_root(self, noise: float) -> FloatArray:
-        """Return the (k, k) matrix A with A A^T = H^-1.
+        """Return the (k, k) matrix A with A A^T = H^-1, where H is the normal equations' matrix.
 
         Raises:
-            Undetermined: H is singular.
+            Undetermined: The matrix H of the normal equations is singular.
         """
         R = scipy.linalg.qr(np.concatenate([self.J, noise * self.D]), mode="r")[0]
         R = R[: self.J.shape[1]]
@@ -112,8 +116,8 @@ class Linearized:
     def noise(self) -> float:
         """Return the noise as a multiple of the stated standard deviations.
 
-        The noise is 0 if `D` has no rows and the number of errors is at most the number of
-        variables.
+        The noise is 0 if no parameter has a known standard deviation and the errors are at most as
+        many as the variables.
         """
         if len(self.D):
             return self._most_probable_noise()
@@ -121,17 +125,16 @@ class Linearized:
         return float(np.sqrt(self.e @ self.e / surplus)) if surplus > 0 else 0.0
 
     def contradicting(self, every: Linearized, used: BoolArray, noise: float) -> BoolArray:
-        """Return a mask (M,) that is true if an error is an outlier.
+        """Return a mask (M,) that is true for each error that is an outlier.
 
         Args:
             every: The M linearized errors to test.
-            used: (M,) mask that is true if the fit uses the error.
+            used: (M,) mask that is true for each error that the fit uses.
             noise: The previous estimate of the noise.
         """
         h = _leverages(every.J, self.inverse_root(noise))
-        # Let h be the leverage of an error. If the fit uses the error, the variance of the error
-        # after the fit is 1 - h times the noise variance. Otherwise, the variance is 1 + h times
-        # the noise variance.
+        # After the fit, a used error with leverage h has 1 - h times the noise variance. An error
+        # with leverage h that the fit does not use has 1 + h times the noise variance.
         kept = np.where(used, np.maximum(1 - h, 0), 1 + h)
         compared = kept > _ESTIMATED
         sizes = np.abs(every.e) / np.sqrt(np.where(compared, kept, 1))
@@ -141,8 +144,7 @@ class Linearized:
     def _most_probable_noise(self) -> float:
         """Return the noise with the maximum marginal likelihood."""
         has_prior = self.D.any(0)
-        # The projection removes the part of the errors that free variables (without a prior) can
-        # fit.
+        # The projection removes the part of the errors that variables without a prior can fit.
         per_tolerance = self.J[:, has_prior] / self.D[:, has_prior].sum(0)
         y = self.e - per_tolerance @ self.d
         Q = np.linalg.qr(self.J[:, ~has_prior])[0]
@@ -154,7 +156,7 @@ class Linearized:
         rest = float(max(y @ y - along @ along, 0.0))
 
         def improbable(log_noise: float | FloatArray) -> FloatArray:
-            """Return the negative log density of the measurements and the noise."""
+            """Return the negative logarithm of the joint density of measurements and noise."""
             s2 = np.exp(2 * np.asarray(log_noise))[..., None]
             variance = sizes[:count] ** 2 + s2
             found = (np.log(variance) + along**2 / variance).sum(-1) / 2
@@ -172,7 +174,7 @@ def _leverages(J: FloatArray, inverse_root: FloatArray) -> FloatArray:
 
 
 def robust_deviation(errors: FloatArray) -> float:
-    """Return the standard deviation of errors, estimated robustly from their median."""
+    """Return a robust standard deviation of errors, computed from their median absolute value."""
     return (
         max(float(CONSISTENT * np.median(np.abs(errors))), _MIN_DEVIATION) if len(errors) else 0.0
     )

@@ -2,10 +2,11 @@
 
 The identified parameters and unknowns minimize the sum of squared errors. Each error is divided by
 its standard deviation. The Levenberg-Marquardt iteration uses the exact derivative from the
-generated identification Jacobian. Variables are scaled by 1 mm and 1 mrad.
+generated identification Jacobian. Lengths are scaled by 1 mm, and angles by 1 mrad.
 
 Let s be the noise relative to the stated standard deviations. Let t_k be the standard deviation of
-parameter k about its nominal value. The most probable parameters p minimize the following sum:
+parameter k about its nominal value. For the errors e_i, the most probable parameters p minimize the
+following sum:
 
     sum_i e_i^2 + sum_k (s (p_k - nominal_k) / t_k)^2
 
@@ -46,28 +47,29 @@ Inputs = ParamSpec("Inputs")
 Output = TypeVar("Output")
 
 _ROUNDS = 12
-"""Maximum number of updates of outliers and noise."""
+"""Maximum number of repeated fits, each with updated outliers and noise."""
 _STEP = 1e-12
-"""The iteration stops below this relative change of the sum of squares and the variables."""
+"""Relative change of the variables and of the sum of squares at which the fit stops."""
 _EVALUATIONS = 100
-"""Maximum number of evaluations per solution. For exact data, the iteration does not converge
-before rounding errors dominate. About twenty suffice."""
+"""Maximum number of error evaluations per fit. For exact data, the fit does not converge before
+rounding errors dominate. About twenty error evaluations suffice."""
 _NEARNESS = 0.3
-"""Penalty [standard deviations] for a deviation of 1 mm or 1 mrad from the nominal design. The
-penalty selects one solution if parameters have the same effect."""
+"""Penalty, in standard deviations, for a deviation of a parameter by 1 mm or 1 mrad from the
+nominal design. This penalty selects one solution if several parameters have the same effect on the
+measurements."""
 _PLACED = 1e-3
-"""Penalty [standard deviations] for a deviation of 1 mm or 1 mrad of a frame or target from its
+"""Penalty, in standard deviations, for a deviation of a frame or target by 1 mm or 1 mrad from its
 start value."""
 _FAR = 0.1
-"""Unit of the scaled frame and target variables in the first fit [m or rad]. A tool that hardly
-rotates determines target and base positions only weakly."""
+"""Scale of the frame and target variables in the first fit [m or rad]. This scale is large because
+a tool that hardly rotates determines target and base positions only weakly."""
 _NEARBY = 1e-6
 """The first fit of a robot with loops stops if the relative change of the variables or of the sum
 of squares is at most this value."""
 _MAX_NEARBY = 200
-"""Maximum number of evaluations of the first fit of a robot with loops."""
+"""Maximum number of error evaluations in the first fit of a robot with loops."""
 _SAME_NOISE = 0.01
-"""Below this relative change of the noise, the parameters do not change significantly."""
+"""Relative noise change up to which the parameters do not change significantly."""
 
 
 def in_one_thread(function: Callable[Inputs, Output]) -> Callable[Inputs, Output]:
@@ -94,7 +96,7 @@ def problem_at(
 ) -> Problem:
     """Return the least-squares problem for the parameters that the measurements identify.
 
-    The identifiable parameters are determined at the geometry p.
+    The function determines at the geometry p which parameters are identifiable.
 
     Args:
         robot: A robot with parametric functions.
@@ -102,7 +104,7 @@ def problem_at(
         start: The measurements, with start values of the base frame and the unknowns.
         vary: As in ``identify``.
         parameter_std: As in ``identify``.
-        p: The geometry with all parameters, or None for the nominal geometry.
+        p: Values of all geometry parameters, or None for the nominal geometry.
     """
     p, measurements = nominal(robot) if p is None else p, start.measurements
     candidates = _candidates(robot, vary, measurements, bool(parameter_std))
@@ -158,11 +160,13 @@ def problem_nearby(
 ) -> Problem:
     """Return the calibration problem of a robot with loops, with only the identifiable variables.
 
-    Parameters may be identifiable for a real robot, but not for its nominal design. For example,
-    the rods of a real delta robot are not parallel. A first fit therefore varies all candidates.
+    Some parameters are identifiable for a real robot, but not for its nominal design. For example,
+    the rods of a real delta robot are not exactly parallel. The function therefore first fits all
+    candidate parameters and unknowns, and then determines the identifiable parameters at the fitted
+    geometry.
 
     Args:
-        first: The least-squares problem with the variables that are identifiable at the nominal
+        first: The least-squares problem with the variables that are identifiable for the nominal
             robot.
         start: The measurements, with start values of the base frame and the unknowns.
         vary: As in ``identify``.
@@ -199,10 +203,11 @@ def problem_nearby(
 def _candidates(
     robot: Robot, vary: Collection[str], measurements: Measurements, has_deviations: bool
 ) -> IntArray:
-    """Return the indices of the parameters that may be varied."""
+    """Return the indices of the geometry parameters that a fit may vary."""
     words = parts(robot, vary)
-    # The device frame is never exactly known. If joint axes are varied, their parameters can absorb
-    # the error of the device frame. If no axes are varied, base corrections absorb the error.
+    # The pose of the device frame is never exactly known. If joint axes are varied, their
+    # parameters can absorb the error of the device frame. If no joint axes are varied, corrections
+    # of the base frame absorb the error of the device frame.
     if has_deviations or "axis" not in words or robot.kind != "serial":
         words.add("base")
     if measurements._fixes_tool:
@@ -211,7 +216,7 @@ def _candidates(
 
 
 class Fit(NamedTuple):
-    """Result of a fit: the variables x, the mask of the rows that the fit uses, and the noise."""
+    """Result of a fit: the variables x, a mask of the used measurement rows, and the noise."""
 
     x: FloatArray
     used: BoolArray
@@ -220,21 +225,23 @@ class Fit(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """The least-squares problem. The variables x are the identified parameters, then the unknowns.
+    """Least-squares problem of a calibration.
+
+    The variables x are the identified parameters, followed by the identified unknowns.
 
     Attributes:
         robot: The robot.
-        q: (N, n) coordinates.
+        q: (N, n) actuated coordinates at which the tool was measured.
         measurements: The measurements.
         T_W_base: (4, 4) base frame in the device frame W.
         start_geometry: Initial values of the geometry parameters.
         fixed_unknowns: Values of the unknowns before the identification.
         sought: Indices of the identified parameters in the geometry.
         open_unknowns: Indices of the identified unknowns.
-        x0: Start of x.
-        known: Standard deviations of the identified parameters about their nominal values, or 0 if
-            not stated.
-        unidentifiable: Parameters that the measurements do not distinguish.
+        x0: Start values of the variables x.
+        known: Standard deviations of the identified parameters about their nominal values, 0 for
+            parameters without a stated standard deviation.
+        unidentifiable: Parameters and unknowns that the measurements do not determine.
         weights: (N,) weight of each configuration.
     """
 
@@ -255,7 +262,7 @@ class Problem:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the variables."""
+        """Names of the variables: the identified parameters, then the identified unknowns."""
         own = (self.robot.geometry[k].name for k in self.sought)
         unknowns = self.measurements.unknowns
         return (*own, *(unknowns[k] for k in self.open_unknowns))
@@ -276,20 +283,20 @@ class Problem:
         return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.geometry(x)))
 
     def unknowns(self, x: FloatArray) -> FloatArray:
-        """Return the unknowns of the measurements.
+        """Return the values of all unknowns of the measurements at variables x.
 
-        Fixed unknowns keep their values, and x contains the other unknowns.
+        Unknowns that are not identified keep their values in `fixed_unknowns`.
         """
         found = self.fixed_unknowns.copy()
         found[self.open_unknowns] = x[len(self.sought) :]
         return found
 
     def errors(self, x: FloatArray) -> FloatArray:
-        """Return the (M,) errors at variables x, in standard deviations."""
+        """Return the (M,) measurement errors at variables x, in standard deviations."""
         return self._errors_at(self.poses(self.q, x), x)
 
     def derivative(self, x: FloatArray) -> FloatArray:
-        """Return the (M, k) derivative of the errors with respect to x."""
+        """Return the (M, k) derivative of the measurement errors with respect to variables x."""
         return self._derivative_at(self.poses(self.q, x), x)
 
     def _errors_at(self, T: FloatArray, x: FloatArray) -> FloatArray:
@@ -305,7 +312,7 @@ class Problem:
 
     @functools.cached_property
     def _rows(self) -> IntArray:
-        """For each error, the index of its row."""
+        """Index of the measurement row of each error."""
         return self.measurements.rows
 
     @functools.cached_property
@@ -326,23 +333,23 @@ class Problem:
         return replace(self, weights=weights)
 
     def at(self, index: IntArray) -> Problem:
-        """Return the problem with the measurements at some configurations only."""
+        """Return the problem with only the measurements at the configurations `index`."""
         measurements = self.measurements.at(index)
         return replace(
             self, q=self.q[index], measurements=measurements, weights=self.weights[index]
         )
 
     def prior_jacobian(self) -> FloatArray:
-        """Return the derivative (t, k) of `strays` with respect to the k scaled variables."""
+        """Return the derivative (t, k) of the deviations `strays` by the k scaled variables."""
         rows = np.flatnonzero(self.known)
         found = np.zeros((len(rows), len(self.x0)))
         found[np.arange(len(rows)), rows] = SMALL / self.known[rows]
         return found
 
     def strays(self, x: FloatArray) -> FloatArray:
-        """Return the deviations (t,) from nominal, divided by the parameters' standard deviations.
+        """Return the parameter deviations (t,) from nominal, divided by their standard deviations.
 
-        The t parameters are those with a known standard deviation.
+        The t deviations belong to the parameters with a known standard deviation.
         """
         at = np.flatnonzero(self.known)
         return np.asarray((x[at] - nominal(self.robot)[self.sought[at]]) / self.known[at])
@@ -351,7 +358,7 @@ class Problem:
         """Return the calibration.
 
         Args:
-            x: Start values of the iteration.
+            x: Start values of the variables.
             robust: Whether outliers are excluded.
 
         Raises:
@@ -365,7 +372,7 @@ class Problem:
         """Fit repeatedly until the outliers and the noise no longer change.
 
         Args:
-            fit: Start values of the iteration.
+            fit: Start values of the variables, the mask of used rows, and the noise.
             robust: Whether outliers are excluded.
 
         Raises:
@@ -375,8 +382,8 @@ class Problem:
         count = len(self.x0) + sum(item.name in design for item in self.unidentifiable)
         if len(self._rows) + len(self.prior_jacobian()) <= count:
             raise InputValueError(
-                f"identify: {len(self._rows)} measured values do not determine {count} "
-                "variables; measure more configurations, or vary fewer parameters"
+                "identify: measure more configurations, or vary fewer parameters; got "
+                f"{len(self._rows)} measured values for {count} variables"
             )
         x, used, noise = fit
         for _ in range(_ROUNDS):
@@ -393,7 +400,7 @@ class Problem:
     def solve(
         self, x: FloatArray, used: BoolArray, noise: float, *, robust: bool = False
     ) -> FloatArray:
-        """Return the variables that best fit the rows for which `used` is true.
+        """Return the variables that best fit the measurement rows selected by the mask `used`.
 
         Configurations whose loops do not close at the start values `x` are ignored.
         """
@@ -411,12 +418,12 @@ class Problem:
         return least_squares(errors, x, SMALL, loss_from=size, step=_STEP, evaluations=_EVALUATIONS)
 
     def spread(self, x: FloatArray) -> float:
-        """Return a robust standard deviation of the errors."""
+        """Return a robust standard deviation of the measurement errors at variables x."""
         e = self.errors(x)
         return robust_deviation(e[np.isfinite(e)])
 
     def within(self, fit: Fit) -> BoolArray:
-        """Return a mask of the rows that are not outliers."""
+        """Return a mask of the measurement rows that are not outliers."""
         # Errors are NaN if a loop does not close at the variables x.
         closed = np.isfinite(self.errors(fit.x))
         open_ = np.zeros(len(fit.used), dtype=bool)
@@ -437,12 +444,12 @@ class Problem:
         at = self._linearized(x, used[self._rows])
         if len(at.e) + len(at.D) <= len(x):
             raise self._few_agree(used)
-        # With noise 0 and known standard deviations, the matrix of the normal equations would be
-        # singular.
+        # If parameters have known standard deviations, noise 0 would make the matrix of the normal
+        # equations singular.
         return max(at.noise(), MIN_NOISE) if len(at.D) else at.noise()
 
     def _linearized(self, x: FloatArray, kept: BoolArray) -> Linearized:
-        """Linearize the selected measurement errors and all parameter deviations at x."""
+        """Linearize the selected measurement errors and all parameter deviations at variables x."""
         J = self.derivative(x)[kept] * SMALL
         return Linearized(self.errors(x)[kept], J, self.strays(x), self.prior_jacobian())
 
@@ -486,7 +493,7 @@ class Problem:
         )
 
     def _framed(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return p without base corrections, and the corrected base frame in the device frame."""
+        """Return the geometry p without base corrections, and the corrected base frame in W."""
         still, own = self.q[0], p.copy()
         own[[item.part == "base" for item in self.robot.geometry]] = 0.0
         moved = self.robot.fk_p(still, p) @ se3.inverse(self.robot.fk_p(still, own))

@@ -1,7 +1,8 @@
-"""Infer the columns of a table without a header from their count and values.
+"""Infer the columns of a measurement table without a header from their number and values.
 
-Coordinates are the first or the last columns of the table. The other columns are target positions.
-The mutual distances of the targets must be nearly the same in all rows.
+The first or the last columns of the table contain the coordinates of the robot. Apart from a row
+counter, the other columns contain target positions. The mutual distances of the targets must be
+nearly the same in all rows.
 """
 
 from __future__ import annotations
@@ -31,10 +32,13 @@ rows than this number, an error asks for a header."""
 
 
 def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[str]) -> list[str]:
-    """Infer the header of a table. Append each assumption as text to the list `said`.
+    """Infer the header of a table without a header.
+
+    Append each assumption as text to the list `said`.
 
     Raises:
-        InputValueError: The columns are ambiguous. The message shows an example of a header.
+        InputValueError: The meaning of the columns is ambiguous. The error message shows an example
+            of a header.
     """
     complete = _whole(rows)
     if len(complete) < _MIN:
@@ -86,7 +90,7 @@ def _names(count: int) -> list[str]:
 
 
 def _are_targets(values: FloatArray) -> bool:
-    """Whether the columns are positions of targets with constant mutual distances."""
+    """Return whether the columns are positions of targets with constant mutual distances."""
     if values.shape[1] % len(AXES):
         return False
     points = values.reshape(len(values), -1, len(AXES))

@@ -1,12 +1,14 @@
 """Circle point analysis: positions measured while one joint at a time rotates.
 
-While one joint rotates, a target moves on a circle with center c. The joint angles t_i have an
-unknown common offset. The target positions y_i are:
+While one joint rotates, a target on the tool moves on a circle with center c. The joint angles t_i
+have an unknown common offset. For two perpendicular radius vectors a and b, the target positions
+y_i are:
 
     y_i = c + a cos t_i + b sin t_i
 
-This equation is linear in c, a and b. The joint axis passes through c in the direction a x b. A fit
-of the nominal axes to the measured axes gives the base frame in the device frame.
+The circle equation is linear in the vectors c, a and b. The joint axis passes through the circle
+center c in the direction a x b. A fit of the nominal axes to the measured axes gives the base frame
+in the device frame.
 
 Source:
     B. W. Mooring, Z. S. Roth, M. R. Driels, Fundamentals of Manipulator Calibration, 1991, chapter
@@ -31,17 +33,18 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 MIN_TURN = 0.2
-"""Minimum arc of a circle [rad]."""
+"""Minimum rotation of the tool along a circle [rad]."""
 
 
 @dataclass(frozen=True)
 class MeasuredAxis:
-    """A measured joint axis.
+    """A joint axis in the frame W of the measuring device, fitted to measured positions.
 
     Attributes:
-        direction: (3,) direction of the axis, for positive joint rotation.
+        direction: (3,) unit vector along the joint axis. On average, the tool rotates right-handed
+            about this vector from its first pose on the circle.
         point: (3,) a point on the axis [m].
-        error: Root mean square distance of the positions from their circles [m].
+        error: Root mean square distance of the measured positions from the fitted circles [m].
     """
 
     direction: FloatArray
@@ -51,25 +54,26 @@ class MeasuredAxis:
 
 @dataclass(frozen=True, eq=False)
 class CirclePoints(Positions):
-    """Positions of targets, measured while one joint at a time rotates.
+    """Positions of targets on the tool, measured while one joint at a time rotates.
 
     Attributes:
-        points: (N, m, 3) as in ``Positions``.
+        points: (N, m, 3) positions of m targets in W [m], NaN for invisible targets.
         sigma: Standard deviation of each position coordinate [m].
-        circle: (N,) circle index of each configuration, or a negative number without a circle.
+        circle: (N,) index of the circle to which each configuration belongs, negative for
+            configurations of no circle.
     """
 
     circle: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
 
     def at(self, index: IntArray) -> Self:
-        """Return the measurements at some configurations."""
+        """Return the measurements at the configurations `index`."""
         return replace(self, points=self.points[index], circle=self.circle[index])
 
     def axes(self, T: FloatArray) -> tuple[MeasuredAxis, ...]:
         """Return the axis of each circle in W, fitted to the measured positions.
 
         Args:
-            T: (N, 4, 4) nominal tool poses. The poses determine the joint angles.
+            T: (N, 4, 4) tool poses of the nominal robot in the base frame.
 
         Raises:
             InputValueError: Along one of the circles, the tool rotates by less than 0.2 rad, or
@@ -96,7 +100,7 @@ class CirclePoints(Positions):
 
 
 def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
-    """Return (rotation axis in the base frame, angles relative to the first pose)."""
+    """Return the tool's rotation axis in the base frame, and angles relative to the first pose."""
     apart = T @ se3.inverse(T[0])
     turns = so3.log(apart[:, :3, :3])
     direction = np.linalg.svd(turns)[2][0]
@@ -105,8 +109,9 @@ def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
     angles = turns @ direction
     if np.ptp(angles) < MIN_TURN or np.abs(turns - np.outer(angles, direction)).max() > _STRAY:
         raise InputValueError(
-            f"circle {circle}: the tool does not rotate about one axis by {MIN_TURN} rad or "
-            "more; expected configurations in which only one revolute joint moves"
+            f"circle {circle}: the tool does not rotate enough about one axis; expected "
+            "configurations in which only one revolute joint moves, by at least "
+            f"{MIN_TURN} rad"
         )
     rows = (np.eye(3) - apart[:, :3, :3]).reshape(-1, 3)
     point = np.asarray(np.linalg.lstsq(rows, apart[:, :3, 3].ravel(), rcond=_STRAY)[0])
@@ -114,12 +119,16 @@ def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
 
 
 _STRAY = 1e-6
-"""Tolerance for tool rotation about axes other than the circle axis [rad]. Coordinates may be
-rounded to six digits. Below this relative singular value, a direction is undetermined."""
+"""Tolerance for tool rotation about axes other than the circle axis [rad]. The tolerance permits
+coordinates that are rounded to six digits. Below this relative singular value, the axis position is
+undetermined along a direction."""
 
 
 def _fitted(points: FloatArray, angles: FloatArray) -> MeasuredAxis:
-    """Fit a circle to each target of points (N, m, 3). Return the axis that all circles share."""
+    """Fit a circle to each of m targets in `points` (N, m, 3).
+
+    Return the axis that all circles share.
+    """
     rows = np.column_stack([np.ones(len(angles)), np.cos(angles), np.sin(angles)])
     normal, centers, errors = np.zeros(3), [], []
     for own in np.moveaxis(points, 1, 0):

@@ -1,11 +1,12 @@
 """Scalar measurements: distances from a fixed point, and contacts with a sphere or a plane.
 
-The tool has one target x, for example a ball or a probe tip. Contacts and distances have no device
-frame. The unknown fixed point or plane is in the base frame of the robot.
+The tool carries one target at the position x, for example a ball or a probe tip. Contacts and
+distances are measured without a device frame. The coordinates of the unknown fixed point or plane
+are in the base frame of the robot.
 
-A ball bar between a fixed point c and the target measures the distances d_i = |T_i x - c|. For
-contacts with a sphere, all distances are equal to the radius r. Contacts with a plane satisfy n .
-(T_i x) = h.
+At tool pose T_i, a ball bar between a fixed point c and the target x measures the distance d_i =
+|T_i x - c|. For contacts with a sphere around c, all distances d_i are equal to the sphere radius
+r. Contacts with a plane of normal n and height h satisfy n . (T_i x) = h.
 
 Source:
     J. M. Hollerbach, C. W. Wampler, The calibration index and taxonomy for robot kinematic
@@ -41,7 +42,7 @@ class _OneNumber(Measurements):
 
     Attributes:
         values: (N,) measured values [m].
-        sigma: Standard deviation [m].
+        sigma: Standard deviation of each distance [m].
     """
 
     values: FloatArray
@@ -56,27 +57,27 @@ class _OneNumber(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """For each error, the index of its row.
+        """Index of the measurement row of each error.
 
-        A row contains the error of one measurement.
+        Each row contains the error of one measurement.
         """
         return np.arange(len(self.values))
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Measurement number of each row, counted from 1."""
+        """Label of each measurement row with the measurement number, counted from 1."""
         return tuple(f"measurement {i + 1}" for i in range(len(self.values)))
 
     @property
     def configurations(self) -> IntArray:
-        """Configuration index of each row."""
+        """Index of the configuration of each measurement row."""
         return self.rows
 
     def _lengths(self, errors: FloatArray) -> FloatArray:
         return np.asarray(self.sigma * np.abs(errors))
 
     def at(self, index: IntArray) -> Self:
-        """Return the measurements at some configurations."""
+        """Return the measurements at the configurations `index`."""
         return replace(self, values=self.values[index])
 
     def _scaled(self, factor: float) -> Self:
@@ -89,7 +90,7 @@ class _OneNumber(Measurements):
     def _best(self, T: FloatArray, start: Callable[[FloatArray], FloatArray]) -> Start:
         """Return the best of several fits, each with a different start position of the target.
 
-        Several starts avoid local minima.
+        Several start positions of the target avoid local minima.
 
         Args:
             T: (N, 4, 4) nominal tool poses.
@@ -114,17 +115,17 @@ class _OneNumber(Measurements):
 
 @dataclass(frozen=True, eq=False)
 class Distances(_OneNumber):
-    """Distances of a target on the tool from a fixed point, for example measured by a ball bar.
+    """Distances of a target on the tool from a fixed point, for example from a ball bar.
 
     Attributes:
-        values: (N,) distances [m]. If a probe touches a sphere, the distance is the sum of the
-            sphere radius and the probe radius.
-        sigma: Standard deviation [m].
+        values: (N,) distances between target and fixed point [m]. If a probe touches a sphere, the
+            distance is the sum of the sphere radius and the probe radius.
+        sigma: Standard deviation of each distance [m].
     """
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Names of six unknowns: the target (tool frame), then the fixed point (base frame)."""
+        """Names of the six unknown coordinates: target (tool frame), fixed point (base frame)."""
         return (*_point("target"), *_point("center"))
 
     def _start(self, T: FloatArray) -> Start:
@@ -136,7 +137,8 @@ class Distances(_OneNumber):
         points = points_on_tool(T, target[None])[:, 0]
         p = points - points.mean(0)
         c, rest, across = _sphere(p, (p**2).sum(-1) - self.values**2)
-        # At height 0 above coplanar points, the derivative with respect to the height is 0.
+        # For a center in the plane of coplanar points, the derivative of the distances with respect
+        # to the height of the center is 0.
         c += np.sqrt(max(-rest - c @ c, (_HEIGHT * np.abs(p).max()) ** 2)) * across
         return np.concatenate([target, c + points.mean(0)])
 
@@ -158,12 +160,12 @@ class Distances(_OneNumber):
 class SphereContacts(_OneNumber):
     """Contacts of a target on the tool with a sphere of unknown center and radius.
 
-    Contacts do not determine the scale of the robot, so one length keeps its nominal value. For a
-    known radius, use ``Distances``.
+    Contacts with a sphere of unknown radius do not determine the scale of the robot, so one length
+    keeps its nominal value. For contacts with a sphere of known radius, use ``Distances``.
 
     Attributes:
-        values: (N,) distances from the surface [m], or 0 for a contact.
-        sigma: Standard deviation [m].
+        values: (N,) distances of the target from the sphere surface [m], or 0 for a contact.
+        sigma: Standard deviation of each distance [m].
     """
 
     @property
@@ -176,7 +178,7 @@ class SphereContacts(_OneNumber):
 
     def _linear(self, T: FloatArray, target: FloatArray) -> FloatArray:
         """Fit a sphere to the positions of a target (3,) by linear least squares."""
-        # |p|^2 = 2 p . c + r^2 - |c|^2
+        # Points p on a sphere with center c and radius r satisfy |p|^2 = 2 p . c + r^2 - |c|^2
         points = points_on_tool(T, target[None])[:, 0]
         p = points - points.mean(0)
         c, rest, _ = _sphere(p, (p**2).sum(-1))
@@ -200,8 +202,8 @@ class PlaneContacts(_OneNumber):
     """Contacts of a target on the tool with a plane.
 
     Attributes:
-        values: (N,) distances from the plane [m], or 0 for a contact.
-        sigma: Standard deviation [m].
+        values: (N,) distances of the target from the plane [m], or 0 for a contact.
+        sigma: Standard deviation of each distance [m].
         normal: (3,) normal of the plane, estimated with the nominal robot.
     """
 
@@ -237,13 +239,13 @@ class PlaneContacts(_OneNumber):
         return by_p / self.sigma, by_x / self.sigma
 
     def _across(self) -> FloatArray:
-        """Return two directions (2, 3) perpendicular to the normal."""
+        """Return two unit vectors (2, 3) perpendicular to the normal of the plane."""
         return np.asarray(np.linalg.svd(np.array([self.normal]))[2][1:])
 
     def _direction(self, x: FloatArray) -> FloatArray:
-        """Return the normal vector for the slopes x[3:5].
+        """Return the normal vector of the plane for the slopes x[3:5].
 
-        To first order, its length is 1.
+        To first order in the slopes, the length of the normal vector is 1.
         """
         return np.asarray(np.array(self.normal) + x[3:5] @ self._across())
 
@@ -257,8 +259,8 @@ _TARGETS = np.array([[0, 0, 0], [1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]
 """Start positions of the target in the fits [m]: the tool origin, and the corners of a tetrahedron.
 """
 _HEIGHT = 0.1
-"""If the target positions are coplanar, the start value of the fixed point has at least this
-distance from their plane. The distance is relative to the extent of the positions."""
+"""Minimum distance of the fixed point's start value from the plane of coplanar target positions,
+relative to the extent of the positions."""
 _FLAT = 1e-6
 """Below this relative singular value, points count as coplanar or collinear."""
 
@@ -266,9 +268,10 @@ _FLAT = 1e-6
 def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatArray]:
     """Fit the center of a sphere: solve 2 p . c + b = right for c and b by least squares.
 
-    The points p (N, 3) have mean 0, and c (3,) is the center. If the points are coplanar, the third
-    result is the normal of their plane. Coplanar points do not determine the component of c along
-    the normal. If the points are not coplanar, the third result is 0.
+    The points p (N, 3) have mean 0, and c (3,) is the center. If the points p are coplanar, the
+    third returned value is the normal of their plane. Coplanar points do not determine the
+    component of the sphere center c along this normal. If the points p are not coplanar, the third
+    returned value is 0.
     """
     _, sizes, axes = np.linalg.svd(p, full_matrices=False)
     rows = np.column_stack([2 * p, np.full(len(p), sizes[0])])

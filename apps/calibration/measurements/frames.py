@@ -1,8 +1,9 @@
 """Estimate the frames of measuring devices with the nominal robot, to start an identification.
 
 A laser tracker or a camera measures in its device frame W. The target positions in the tool frame
-are unknown. At the nominal tool poses T_i, the measured target positions are
-y_ij = T_W_base (T_i x_j). The measured poses of a probe are Y_i = T_W_base T_i T_tool_probe.
+are unknown. At the nominal tool poses T_i, a target at x_j in the tool frame has the measured
+positions y_ij = T_W_base (T_i x_j). The measured poses of a probe on the tool are Y_i = T_W_base
+T_i T_tool_probe.
 
 Source:
     S. Umeyama, Least-squares estimation of transformation parameters between two point patterns,
@@ -22,27 +23,30 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _FIRST_ROUNDS = 5
-"""Number of steps from each of the 24 start rotations."""
+"""Number of Levenberg-Marquardt steps from each of the 24 start rotations of the base."""
 _FINISHED = 6
-"""Number of start rotations that are refined further."""
+"""Number of best rotations of the base that are refined further, after the first steps from all
+start rotations."""
 _ROUNDS = 60
-"""Maximum number of refinement steps."""
+"""Maximum number of steps in the refinement of the best rotations of the base."""
 _SETTLED = 1e-6
-"""The iteration stops below this relative decrease of the squared error."""
+"""A rotation counts as refined if a step decreases the squared error by at most this fraction."""
 _DAMPED = 1e-3
-"""Initial damping, relative to the trace of the normal equations."""
+"""Initial Levenberg-Marquardt damping, relative to the trace of the normal equations' matrix."""
 _STUCK = 1e6
-"""The iteration stops at this damping, relative to the trace of the normal equations."""
+"""A rotation counts as refined if its damping exceeds this value, relative to the trace of the
+normal equations' matrix."""
 _FULL = 1e-9
 """Below this relative singular value, an unknown is undetermined."""
 _ACROSS = 0.1
-"""Maximum second singular value of the directions of parallel axes."""
+"""Joint axes count as parallel if the second singular value of the matrix of their directions is
+below this value."""
 _LEVER = 0.1
-"""Minimum distance of points that represent an orientation [m]. At this distance, a rotation by
-0.05 mrad moves a point by 5 um."""
+"""Minimum distance from the origin of the points that represent the orientation of a probe [m]. At
+this distance, a rotation of the probe by 0.05 mrad moves a point by 5 um."""
 _REPEATED = 0.999
-"""Maximum ratio of the second largest to the largest singular value. Up to this ratio, the measured
-orientations alone determine the rotations between the frames."""
+"""Maximum ratio of the second largest to the largest singular value for which measured orientations
+alone determine the rotations between the frames."""
 
 
 class Registration(NamedTuple):
@@ -50,7 +54,7 @@ class Registration(NamedTuple):
 
     Attributes:
         T_W_base: (4, 4) the base frame in the device frame W.
-        points: (m, 3) targets in the tool frame [m].
+        points: (m, 3) positions of the targets in the tool frame [m].
         error: Root mean square distance of the targets from their measured positions [m].
     """
 
@@ -60,7 +64,7 @@ class Registration(NamedTuple):
 
 
 def register_points(T: FloatArray, measured: FloatArray) -> Registration:
-    """Return the base frame and the targets that fit measured positions best.
+    """Return the base frame and target positions that best fit measured target positions.
 
     Args:
         T: (N, 4, 4) nominal tool poses in the base frame.
@@ -74,16 +78,18 @@ def register_points(T: FloatArray, measured: FloatArray) -> Registration:
 
 
 def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the frames T_W_base and T_tool_probe that fit measured poses best.
+    """Return the poses of the base in the device frame and of the probe in the tool frame.
+
+    The two poses are the best fit to measured probe poses.
 
     Args:
         T: (N, 4, 4) nominal tool poses in the base frame.
         measured: (N, 4, 4) probe poses in the device frame.
     """
     R, Y = T[:, :3, :3], measured[:, :3, :3]
-    # R_base_W = R_i R_tool_probe Y_i^T holds for all measurements i. The right singular vector of
-    # `products` for its largest singular value therefore contains the entries of R_tool_probe, up
-    # to a factor.
+    # For each tool orientation R_i and measured probe orientation Y_i, R_base_W = R_i R_tool_probe
+    # Y_i^T. The entries of R_tool_probe are therefore proportional to the right singular vector of
+    # `products` with the largest singular value.
     products = np.einsum("nij,nkl->ikjl", R, Y).reshape(9, 9)
     _, sizes, vectors = np.linalg.svd(products)
     if sizes[1] > _REPEATED * sizes[0]:
@@ -91,7 +97,8 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
     X = vectors[0].reshape(3, 3)
     R_tool_probe = _rotation(X * np.sign(np.linalg.det(X)))
     R_base_W = _rotation(np.einsum("nij,jk,nlk->il", R, R_tool_probe, Y))
-    # For each measurement i, R_base_W y_i - p_i = R_i t_tool_probe - t_base_W.
+    # The tool origin p_i and the measured probe origin y_i satisfy R_base_W y_i - p_i = R_i
+    # t_tool_probe - t_base_W.
     rows = np.concatenate([R, np.broadcast_to(-np.eye(3), R.shape)], -1).reshape(-1, 6)
     right = measured[:, :3, 3] @ R_base_W.T - T[:, :3, 3]
     found = np.linalg.lstsq(rows, right.ravel())[0]
@@ -100,11 +107,11 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
 
 
 def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Estimate the frames from points, for a tool that rotates about at most one axis.
+    """Estimate the base and probe frames from points, for tool rotations about at most one axis.
 
-    Four points represent the probe: its origin and one point on each axis. The axis points
-    have the same distance from the origin. This distance is the spread of the tool positions, but
-    at least `_LEVER`.
+    Four points represent the probe: its origin and one point on each coordinate axis. The distance
+    of each axis point from the probe origin is the spread of the tool positions, but at least
+    `_LEVER`.
     """
     spread = max(float(np.linalg.norm(T[:, :3, 3].std(0))), _LEVER)
     origin, axes = measured[:, None, :3, 3], measured[:, :3, :3].swapaxes(1, 2)
@@ -116,7 +123,7 @@ def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray
 def register_axes(
     nominal: tuple[FloatArray, FloatArray], measured: tuple[FloatArray, FloatArray]
 ) -> FloatArray | None:
-    """Return the base frame that fits the axes best, or None for parallel axes.
+    """Return the base frame that best fits measured joint axes, or None if all axes are parallel.
 
     Args:
         nominal: Directions (k, 3) and points (k, 3) of the nominal axes in the base frame.
@@ -126,24 +133,24 @@ def register_axes(
     if np.linalg.svd(h)[1][1:2].sum() < _ACROSS:
         return None
     R = _rotation(n.T @ h)
-    # The component of R p + t - c perpendicular to the axis is zero for each point p and circle
-    # center c.
+    # For each axis with nominal point p and circle center c, R p + t - c has no component
+    # perpendicular to the axis.
     across = np.eye(3) - n[:, :, None] * n[:, None, :]
     right = np.einsum("kij,kj->ki", across, c - p @ R.T)
     return _pose(R, np.linalg.lstsq(across.reshape(-1, 3), right.ravel())[0])
 
 
 def transformation(points: FloatArray, measured: FloatArray) -> FloatArray:
-    """Return the pose (4, 4) that fits points (N, 3) to measured points (N, 3) best."""
+    """Return the least-squares pose (4, 4) that maps points (N, 3) to measured points (N, 3)."""
     middle, there = points.mean(0), measured.mean(0)
     R = _rotation((measured - there).T @ (points - middle))
     return _pose(R, there - R @ middle)
 
 
 def targets_at(T: FloatArray, measured: FloatArray) -> FloatArray:
-    """Return mean target positions (m, 3) in the tool frame.
+    """Return the mean positions (m, 3) of m targets in the tool frame, from N measurements.
 
-    T (N, 4, 4) are tool poses. The measured positions have the shape (N, m, 3).
+    The tool poses T (N, 4, 4) and the measured target positions (N, m, 3) are in the same frame.
     """
     turned = np.einsum("nji,nmj->nmi", T[:, :3, :3], measured - T[:, None, :3, 3])
     return np.asarray(np.nanmean(turned, axis=0))
@@ -158,16 +165,17 @@ def mean_pose(T: FloatArray, measured: FloatArray) -> FloatArray:
 
 
 class _Registrations:
-    """Registration errors as a function of the rotation R of the base in the device frame.
+    """Target position errors as a function of the rotation R of the base in the device frame.
 
-    Targets x_j and translation c satisfy R_i x_j + c = R^T y_ij - p_i. The nominal poses have
-    orientations R_i and origins p_i.
+    For exact measurements y_ij, the target positions x_j and the translation c satisfy R_i x_j + c
+    = R^T y_ij - p_i. The nominal tool pose i has the orientation R_i and the origin p_i.
     """
 
     def __init__(self, T: FloatArray, measured: FloatArray) -> None:
-        """Eliminate x_j and c for tool poses T (N, 4, 4) and measured positions (N, m, 3).
+        """Eliminate target positions x_j and translation c from the least-squares equations.
 
-        Positions of invisible targets are NaN.
+        The inputs are tool poses T (N, 4, 4) and measured target positions (N, m, 3), which are NaN
+        for invisible targets.
         """
         seen = np.isfinite(measured).all(-1)
         index, target = np.nonzero(seen)
@@ -175,7 +183,8 @@ class _Registrations:
         rows = np.zeros((count, 3, measured.shape[1] + 1, 3))
         rows[np.arange(count), :, target] = T[index, :3, :3]
         rows[:, :, -1] = np.eye(3)
-        # Columns: the entries R_lk in the order of R.ravel(), then the constant -1.
+        # Columns of the right-hand side: coefficients of the entries of R, in the order of
+        # R.ravel(), then of the constant -1.
         right = np.einsum("nl,ka->nalk", measured[seen], np.eye(3)).reshape(-1, 9)
         rows = rows.reshape(3 * count, -1)
         everything = np.column_stack([rows, right, T[index, :3, 3].ravel()])
@@ -196,7 +205,7 @@ class _Registrations:
         return np.asarray(_with_one(R) @ self._left.T)
 
     def refined(self, R: FloatArray, rounds: int) -> FloatArray:
-        """Refine rotations (k, 3, 3) to local minima of the error, by Levenberg-Marquardt."""
+        """Refine rotations R (k, 3, 3) to local minima of the error, by Levenberg-Marquardt."""
         damping, e = np.full(len(R), _DAMPED), self.errors(R)
         for _ in range(rounds):
             J = (R[:, None] @ _GENERATORS).reshape(-1, 3, 9) @ self._left[:, :9].T

@@ -1,19 +1,21 @@
-"""Recognition of column headings: each supported spelling and its standard name.
+"""Recognize the column headings of a measurement table, and assign a standard name to each.
 
-The heading of a joint column is the coordinate name or a common joint name. Examples are q1, J1,
-joint_1, theta_1[deg], A1, Achse 1, rax_1, q[0] and the letters S L U R B T. A column for the
-position x has the heading x, X_mm, px, pos_x, tcp.x or x_measured. If there are several positions,
-their x columns have headings such as X1, x_1, P1_x, target_1_x, SMR1.X, left_x and right_x. The x
-columns of two positions may also have the heading x twice, or the headings x and x.1. Columns of
-quaternions have headings such as qw, quat_w and orientation.w. If no joint column has these names,
-q1 ... q4 or q0 ... q3 are also headings of quaternions. Headings of rotation vectors are rx, rot_x,
-rotvec_x. Roll, pitch and yaw have the headings roll, pitch, yaw; w, p, r (FANUC); or c, b, a
-(KUKA). Columns of matrices have headings such as r11, R_1_1, T[0][0] and m00, or nx, ox and ax. A
-column of target names has the heading target, marker, SMR, point or ball.
+The heading of a joint column is the coordinate name of the robot or a common joint name. Examples
+of joint headings are q1, J1, joint_1, theta_1[deg], A1, Achse 1, rax_1, q[0] and the letters S L U
+R B T. A column for the position x has the heading x, X_mm, px, pos_x, tcp.x or x_measured. If each
+row contains several positions, their x columns have headings such as X1, x_1, P1_x, target_1_x,
+SMR1.X, left_x and right_x. If a row contains two positions, both x columns may also have the
+heading x, or they may have the headings x and x.1. Columns of quaternions have headings such as qw,
+quat_w and orientation.w. If the joint columns have other names, the columns q1 ... q4 or q0 ... q3
+contain a quaternion. Columns of rotation vectors have headings such as rx, rot_x and rotvec_x.
+Roll, pitch and yaw have the headings roll, pitch, yaw; w, p, r (FANUC); or c, b, a (KUKA). Columns
+of rotation matrices have headings such as r11, R_1_1, T[0][0] and m00, or nx, ox and ax. A column
+of target names has the heading target, marker, SMR, point or ball.
 
 Units are written in brackets, after an underscore or a space, or without a separator: "q1 [deg]",
-"q1_deg", "J1deg". Words such as "measured", "actual" or "tracker" are ignored. Columns with
-"commanded", "nominal" or "computed" are used only for coordinates without a measured column.
+"q1_deg", "J1deg". Words such as "measured", "actual" or "tracker" in a heading are ignored. A joint
+column with "commanded", "nominal" or "computed" in its heading is used only if the table has no
+measured joint column.
 """
 
 from __future__ import annotations
@@ -35,7 +37,7 @@ UNITS = {
     "°": ("rad", math.pi / 180),
 }
 _WORDS = {
-    "grad": "deg",  # the German word for degrees, in a German header
+    "grad": "deg",  # German word for degrees, used in German headers
     "degs": "deg",
     "degree": "deg",
     "degrees": "deg",
@@ -96,17 +98,18 @@ _FANUC, _KUKA = ("w", "p", "r"), ("c", "b", "a")
 _POSITIONS = frozenset((*AXES, "px", "py", "pz"))
 _DOTTED = re.compile(r"[a-zA-Z]\.\d+$")
 _COLUMNS = ("n", "o", "a")
-"""First letters of headings for a rotation matrix. In Paul's notation, n, o and a are the column
-vectors of the matrix."""
+"""First letters of rotation matrix headings such as nx, ox and ax. In Paul's notation, the columns
+of a rotation matrix are the vectors n, o and a."""
 
 
 class Column(NamedTuple):
     """A column of a table.
 
     Attributes:
-        heading: The heading without the unit.
-        number: Column index, from 0.
-        unit: A key of `UNITS`, or the text of an unknown unit, or "" if the heading has no unit.
+        heading: Heading of the column, without the unit.
+        number: Index of the column in the table, from 0.
+        unit: Unit of the column: a key of `UNITS`, the text of an unknown unit, or "" for a column
+            without a unit.
     """
 
     heading: str
@@ -169,9 +172,9 @@ def named(header: Sequence[str], own: Sequence[str]) -> NamedColumns:
 
 
 def _heading(cell: str, number: int) -> _Heading | None:
-    """Return the heading in a cell, or None for columns to ignore.
+    """Return the heading in a cell of the table header, or None if its column is ignored.
 
-    Columns with errors and velocities are ignored.
+    Columns of errors, standard deviations, velocities, torques, currents and forces are ignored.
     """
     text, unit = cell.strip().strip("\"'"), ""
     for inside in _BRACKETS.findall(text):
@@ -196,7 +199,7 @@ def _is_named(inside: str) -> bool:
 
 
 def _is_planned_joint(words: Sequence[str]) -> bool:
-    """Return whether a heading is a commanded joint position, such as target_q_0."""
+    """Return whether a heading names a commanded joint position, such as target_q_0."""
     return len(words) > 1 and words[0] == "target" and words[1] in _JOINTS
 
 
@@ -231,7 +234,7 @@ def _joints(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> di
 
 
 def _joint(heading: _Heading) -> int | None:
-    """Return the number in a joint heading, or None for other headings."""
+    """Return the joint number in a heading, or None if the heading does not name a joint."""
     core = _core(heading)
     if heading.planned:
         core = tuple(word for word in core if word != TARGET)
@@ -247,9 +250,10 @@ def _has_coordinates(headings: Sequence[_Heading], own: Sequence[str]) -> bool:
 def _numbered_quaternion(
     rest: Sequence[_Heading], own: Sequence[str], said: list[str]
 ) -> dict[int, str]:
-    """Find a quaternion q1 ... q4 or q0 ... q3.
+    """Find the four columns of a quaternion with the headings q1 ... q4 or q0 ... q3.
 
-    The columns count as a quaternion only if the table also has joint columns with other names.
+    The four columns count as a quaternion only if the table also has joint columns with other
+    names.
     """
     del own
     numbers = {
@@ -266,7 +270,7 @@ def _numbered_quaternion(
 
 
 def _turns(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> dict[int, str]:
-    """Find orientation columns with unambiguous headings."""
+    """Find the columns of a quaternion, a rotation vector, roll-pitch-yaw angles or a matrix."""
     del own
     by_core = {_core(heading): heading.column.number for heading in rest if not heading.planned}
     found: dict[int, str] = {}
@@ -303,7 +307,7 @@ def _all_of(
     names: Sequence[str],
     spellings: Sequence[Collection[tuple[str, ...]]],
 ) -> dict[int, str]:
-    """Return the columns of all names, or no columns if a name is missing."""
+    """Return the standard name of each column, or an empty dict if a name has no column."""
     columns = [next((by_core[s] for s in own if s in by_core), None) for own in spellings]
     if any(column is None for column in columns):
         return {}
@@ -311,7 +315,7 @@ def _all_of(
 
 
 def _matrix(by_core: dict[tuple[str, ...], int]) -> dict[int, str]:
-    """Find the entries of a rotation matrix or a homogeneous matrix."""
+    """Find the columns with the entries of a rotation matrix or a homogeneous matrix."""
     for first in (1, 0):
         spellings = [
             {(word, *digits) for word in _MATRICES for digits in ((f"{i}{j}",), (str(i), str(j)))}
@@ -343,7 +347,7 @@ def _points(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> di
 
 
 def _position(heading: _Heading) -> tuple[str, str] | None:
-    """Return (axis, number) of a position heading such as "x 2". Return None for other headings."""
+    """Return (axis, number) of a position heading such as "x 2", or None for other headings."""
     core = _core(heading)
     axes = [word[-1] for word in core if word in _POSITIONS]
     numbers = [word for word in core if word.isdecimal()]
@@ -356,7 +360,10 @@ def _position(heading: _Heading) -> tuple[str, str] | None:
 def _targets_by_name(
     rest: Sequence[_Heading], own: Sequence[str], said: list[str]
 ) -> dict[int, str]:
-    """Find named targets: left_x, left_y, left_z, right_x ..., in the order of appearance."""
+    """Find the position columns of named targets, such as left_x, left_y and left_z.
+
+    The targets are numbered in the order of appearance.
+    """
     del own
     names: dict[tuple[str, ...], dict[str, int]] = {}
     for heading in rest:
@@ -377,9 +384,9 @@ def _targets_by_name(
 
 
 def _again(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> dict[int, str]:
-    """Find the target columns if the headings x, y, z are repeated.
+    """Find the columns of several targets if the headings x, y and z are repeated.
 
-    Pandas renames repeats to x.1, y.1, z.1.
+    Pandas renames repeated headings x, y and z to x.1, y.1 and z.1.
     """
     del own
     plain: dict[str, list[int]] = {axis: [] for axis in AXES}

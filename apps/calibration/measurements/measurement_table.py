@@ -1,17 +1,19 @@
-"""Measurements from a table: coordinates with target positions or poses, in common formats.
+"""Read a table in a common format: joint coordinates with measured target positions or poses.
 
-Each row contains joint angles in the columns q1 [deg], ..., q6 [deg]. The position of a single
-target is in the columns x [mm], y [mm], z [mm]. The positions of several targets are in the columns
-x1 [mm], y1 [mm], z1 [mm], x2 [mm], ... If the table has a column "target", each row contains one
-target. If the table has a column "station", the device measured from several stations. The
-orientation of a pose is in the columns rx [deg], ry [deg], rz [deg], or qw, qx, qy, qz.
+Each row of the table contains joint angles, for example in the columns q1 [deg], ..., q6 [deg]. The
+position of a single target is in the columns x [mm], y [mm], z [mm]. The positions of several
+targets are in the columns x1 [mm], y1 [mm], z1 [mm], x2 [mm], ... If the table has a column
+"target", each row contains the position of one target. A column "station" names the location of the
+measuring device for each row. The orientation of a pose is in the columns rx [deg], ry [deg], rz
+[deg], or qw, qx, qy, qz.
 
 The columns of the table can be in any order. `headings.py` lists the supported headings.
-`table_text.py` lists the separators. Units are in the headings or in a row below the header. If no
-angle or no position has a unit, the unit is inferred from the values.
-``MeasurementTable.assumptions`` reports the inferred unit. Without a header, the number of
-columns and their values determine the meaning of each column (`bare_table.py`). Empty position
-cells mean that the target was invisible. All other columns of the table are ignored.
+`table_text.py` lists the supported column separators. The units of the columns are in the headings
+or in a row below the header. If all joint angles, all orientation angles or all positions lack a
+unit, their unit is inferred from their values. ``MeasurementTable.assumptions`` reports inferred
+units. In a table without a header, the number of columns and their values determine the meaning of
+each column (`bare_table.py`). Three empty position cells mean that a target was invisible. Table
+columns with other headings are ignored.
 """
 
 from __future__ import annotations
@@ -41,10 +43,10 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 _HALL = 20.0
-"""Maximum coordinate of a target in the frame of the measuring device [m]. If positions without a
-unit exceed 20, their unit is millimeters."""
+"""Maximum target coordinate in the frame of the measuring device [m]. If a target coordinate
+without a unit exceeds 20, all positions are in millimeters."""
 _TITLES = 30
-"""Maximum number of lines before the header."""
+"""Maximum number of table lines above the first line with numbers."""
 _UNSEEN = ("", "nan", "-", "--", "n/a", "na", "none", "null")
 """Cell texts, in lower case, that mark an invisible target."""
 _UNITLESS = ("-", "1")
@@ -53,11 +55,12 @@ _UNITLESS = ("-", "1")
 
 @dataclass(frozen=True, eq=False)
 class MeasurementTable:
-    """A table of measurements.
+    """Joint coordinates and measurements from a table.
 
     Attributes:
-        q: (N, n) coordinates [rad or m].
-        measurements: The measured target positions or poses.
+        q: (N, n) actuated coordinates [rad or m].
+        measurements: The measured positions or poses, for the argument `measurements` of
+            `identify`.
         assumptions: Facts inferred from the values in the table, one sentence each.
     """
 
@@ -69,34 +72,36 @@ class MeasurementTable:
 
 
 def read_measurements(path: str | Path, robot: Robot) -> MeasurementTable:
-    """Read a table of measurements.
+    """Read joint coordinates and measured tool positions or poses from a text file.
 
     Args:
         path: A text file with one row per measurement, usually below a header. The columns are
             separated by commas, semicolons, tabs, bars or spaces. Typical columns are q1 [deg],
-            ..., q6 [deg] for the coordinates, and x [mm], y [mm], z [mm] for a target. Several
-            targets have the columns x1 [mm], y1 [mm], z1 [mm], x2 [mm], and so on. A pose also has
-            an orientation, such as rx [deg], ry [deg], rz [deg], or qw, qx, qy, qz. A column
-            "target" means one row per target, and a column "station" names the location of the
-            device. Empty position cells mark an invisible target. Units of length are m, mm, cm, um
-            and inch; units of angle are rad, mrad and deg. The reference page "Calibration tables"
-            lists all columns, and how units are inferred. Positions are in the frame of the
+            ..., q6 [deg] for the coordinates, and x [mm], y [mm], z [mm] for the position of a
+            target on the tool. Several targets have the columns x1 [mm], y1 [mm], z1 [mm], x2 [mm],
+            and so on. A pose also has an orientation: a rotation vector rx [rad], ry [rad], rz
+            [rad], or a quaternion qw, qx, qy, qz. If there is a column "target", each row contains
+            one target. A column "station" contains the name of the location of the measuring
+            device. Empty position cells mark an invisible target. Units are m, mm, cm, um or inch,
+            and rad, mrad or deg. The reference page "Calibration tables" lists all headings, and
+            the rules that infer missing units. Positions and poses are in the frame of the
             measuring device.
         robot: The measured robot. Its coordinates determine the names and units of the coordinate
             columns.
 
     Returns:
-        A `MeasurementTable`. `q` (N, n) contains the coordinates [rad or m]. `measurements` is a
-        `Positions`, `StationPositions` or `Poses` object, with lengths in meters. `assumptions`
-        lists the facts that were inferred from the values, such as missing units. Pass `q` and
-        `measurements` to `identify`.
+        A `MeasurementTable`. `q` (N, n) contains the actuated coordinates [rad or m].
+        `measurements` is a `Positions`, `StationPositions` or `Poses` object, with positions in
+        [m]. `assumptions` lists the facts that were inferred from the values, such as missing
+        units. Pass `q` and `measurements` to `identify`.
 
     Raises:
         InputTypeError: `path` is neither text nor a path.
-        InputValueError: The file cannot be read, is empty, or is a spreadsheet. A column or a unit
-            is missing, or a length has the unit of an angle or vice versa. Two columns have the
-            same name. A cell is not a number, an orientation is not valid, or a row has too many
-            cells. The message states the file, and the line or column if there is one.
+        InputValueError: The file cannot be read, is empty, or is a spreadsheet. A required column
+            is missing, or two columns have the same name. A column has no unit, and its unit cannot
+            be inferred. A column of lengths has an angle unit, or a column of angles has a length
+            unit. A cell is not a number, an orientation is not a rotation, or a row has too many
+            cells. The message states the file, and the line or column of the error.
     """
     table = _with_units(_read(as_path("path", path), robot), robot)
     q = np.stack([table.numbers(*_column_of(table, robot, k)) for k in range(robot.n)], -1)
@@ -142,7 +147,9 @@ def _first_row(path: Path, lines: Sequence[TableLine]) -> int:
         filled = [cell for cell in line.cells if cell.strip()]
         if 2 * sum(map(is_number, filled)) > len(filled):
             return k
-    raise InputValueError(f"{path}: a header and no rows; expected a row for each measurement")
+    raise InputValueError(
+        f"{path}: the table has a header but no rows; expected a row for each measurement"
+    )
 
 
 def _is_units(line: Sequence[str]) -> bool:
@@ -159,8 +166,9 @@ def _unit(units: Sequence[str], column: Column) -> str:
 def _check_length(path: Path, row: TableLine, columns: int) -> None:
     if any(cell.strip() for cell in row.cells[columns:]):
         raise InputValueError(
-            f"{path}, line {row.number}: {len(row.cells)} cells, but {columns} columns in the "
-            "header; if commas are decimal marks, separate columns by semicolons or tabs"
+            f"{path}, line {row.number}: the line has more cells than the header: "
+            f"{len(row.cells)} instead of {columns}; "
+            "if commas are decimal marks, separate columns by semicolons or tabs"
         )
 
 
@@ -172,7 +180,7 @@ class _Table(NamedTuple):
     width: int
 
     def numbers(self, name: str, kind: str, *, may_be_empty: bool = False) -> FloatArray:
-        """Return a column, converted to meters or radians.
+        """Return the numbers in a column, converted to meters or radians.
 
         A dimensionless column (kind "1") is not scaled.
         """
@@ -180,21 +188,21 @@ class _Table(NamedTuple):
         return np.array([self._number(name, row, may_be_empty) for row in self.rows]) * factor
 
     def positions(self, names: Sequence[str]) -> FloatArray:
-        """Return positions (rows, 3) [m], or NaN if all three cells are empty."""
+        """Return the target position in each row (rows, 3) [m], or NaN for three empty cells."""
         points = np.stack([self.numbers(name, "m", may_be_empty=True) for name in names], -1)
         unseen = np.isnan(points)
         for k in np.flatnonzero(unseen.any(1) & ~unseen.all(1)).tolist():
             column = self.columns[names[int(np.argmax(unseen[k]))]]
             raise InputValueError(
-                f"{self.path}, line {self.rows[k].number}: {column.heading!r} is empty; expected "
-                "a number, or three empty cells for an invisible target"
+                f"{self.path}, line {self.rows[k].number}: {column.heading!r}: the cell is empty; "
+                "expected a number, or three empty cells for an invisible target"
             )
         return points
 
     def plain(self, names: Sequence[str]) -> FloatArray:
-        """Return the unscaled values (rows, k) of k columns.
+        """Return the values (rows, k) of k columns without unit conversion.
 
-        Rows without a number in one of the k cells are omitted.
+        A row is omitted if one of its k cells contains no number.
         """
         columns = [self.columns[name].number for name in names]
         cells = [[_cell(row, column) for column in columns] for row in self.rows]
@@ -212,8 +220,8 @@ class _Table(NamedTuple):
         if column.unit not in expected:
             found = f"unit {column.unit!r}" if column.unit else "no unit"
             raise InputValueError(
-                f"{self.path}: column {column.heading!r} has {found}; expected "
-                f"'{column.heading} [{expected[0]}]' or another of {', '.join(expected)}"
+                f"{self.path}: column {column.heading!r} has {found}; expected one of the units "
+                f"{', '.join(expected)}, as in '{column.heading} [{expected[0]}]'"
             )
         return UNITS[column.unit][1]
 
@@ -224,7 +232,8 @@ class _Table(NamedTuple):
             return math.nan
         if not math.isfinite(value := number(text)):
             raise InputValueError(
-                f"{self.path}, line {row.number}: {column.heading!r} is {text!r}, expected a number"
+                f"{self.path}, line {row.number}: {column.heading!r}: expected a number, "
+                f"got {text!r}"
             )
         return value
 
@@ -234,7 +243,7 @@ def _cell(row: TableLine, column: int) -> str:
 
 
 def _with_units(table: _Table, robot: Robot) -> _Table:
-    """Return the table with inferred units if the file states no units."""
+    """Return the table, with inferred units of angles and positions if the file states none."""
     turning = [k for k in range(robot.n) if robot.coordinates[k].unit == "rad"]
     form = form_of(table.columns)
     turns = [name for k in turning if (name := _name_of(table, robot, k))]
@@ -259,7 +268,7 @@ def _length_by_size(values: FloatArray) -> str:
 
 
 def _name_of(table: _Table, robot: Robot, k: int) -> str:
-    """Return the column name of a coordinate, or "" if there is none."""
+    """Return the column name of robot coordinate k, or "" if the table has no such column."""
     first = 0 if "q0" in table.columns else 1
     names = (robot.coordinates[k].name, f"q{k + first}")
     return next((name for name in names if name in table.columns), "")
@@ -297,7 +306,9 @@ def _observation(table: _Table, q: FloatArray) -> MeasurementTable:
     if form is None:
         return MeasurementTable(q, _of_stations(points, _stations(table)), tuple(table.said))
     if np.any(_stations(table)):
-        raise InputValueError(f"{table.path}: poses from several stations; expected positions")
+        raise InputValueError(
+            f"{table.path}: the table has poses from several stations; expected positions"
+        )
     T = np.zeros((len(q), 4, 4))
     T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = _orientations(table, form), points[:, 0], 1
     return MeasurementTable(q, Poses(T), tuple(table.said))
@@ -312,7 +323,10 @@ def _of_stations(points: FloatArray, station: IntArray) -> Measurements:
 
 
 def _stations(table: _Table) -> IntArray:
-    """Return the station index of each row, in the order of appearance."""
+    """Return the station index of each row.
+
+    Stations are numbered in the order of appearance.
+    """
     if STATION not in table.columns:
         return np.zeros(len(table.rows), dtype=np.intp)
     names = table.names_of_rows(STATION)
@@ -321,7 +335,7 @@ def _stations(table: _Table) -> IntArray:
 
 
 def _orientations(table: _Table, form: Form) -> FloatArray:
-    """Return the orientations (rows, 3, 3) of poses."""
+    """Return the orientations (rows, 3, 3) of the measured poses."""
     table.said.append(described(form, {n: table.columns[n].heading for n in form.names}))
     values = np.stack([table.numbers(name, form.kind) for name in form.names], -1)
     try:
@@ -334,8 +348,8 @@ def _orientations(table: _Table, form: Form) -> FloatArray:
 def _long(table: _Table, q: FloatArray) -> MeasurementTable:
     """Read a table with one row per target.
 
-    If two rows of a station have equal coordinates and the same target, the rows belong to two
-    configurations.
+    Rows of a station with equal joint coordinates form one configuration. If such rows name the
+    same target, they form separate configurations.
     """
     names = table.names_of_rows(TARGET)
     targets = list(dict.fromkeys(names))

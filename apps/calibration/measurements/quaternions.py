@@ -15,7 +15,7 @@ def rotations(quaternions: FloatArray) -> FloatArray:
     w, vector = quaternions[:, 0], quaternions[:, 1:]
     sine = np.linalg.norm(vector, axis=-1)
     angle = 2 * np.arctan2(sine, w)
-    # The sine is |quaternion| sin(angle / 2). If the sine is 0, the rotation vector is 0.
+    # The variable `sine` is |quaternion| sin(angle / 2). If `sine` is 0, the rotation vector is 0.
     per_sine = np.divide(angle, sine, out=np.zeros_like(angle), where=sine > 0)
     return so3.exp(vector * per_sine[:, None])
 

@@ -1,8 +1,9 @@
 """Target positions that a device measures from several stations with unknown poses.
 
 If a laser tracker cannot see all targets from one station, the tracker is moved to other stations.
-W is the frame of the first station. The identification estimates the frame T_W_station[s] of each
-station s together with the robot. The measured target positions y_ij are:
+The device frame W is the frame of the first station. The identification estimates the frame
+T_W_station[s] of each station s together with the robot parameters. A measured target position y_ij
+follows from the base frame, the tool pose T_i and the target position x_j in the tool frame:
 
     y_ij = inverse(T_W_station[s]) T_W_base (T_i x_j), with s the station at configuration i
 """
@@ -34,7 +35,8 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 _LINE = 1e-3
-"""Below this spread of positions perpendicular to a line [m], the positions count as collinear."""
+"""Target positions count as collinear if their spread perpendicular to a line is smaller than this
+value [m]."""
 _MOVED = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -42,15 +44,15 @@ _MOVED = ("x", "y", "z", "rx", "ry", "rz")
 class StationPositions(Measurements):
     """Positions of unknown targets on the tool, measured from stations with unknown frames.
 
-    Each station must measure at least three positions that are not collinear.
+    From each station, the device must measure at least three positions that are not collinear.
 
     Attributes:
         points: (N, m, 3) positions of m targets in the station frame of each configuration [m],
             NaN for invisible targets.
         station: (N,) station index of each configuration, from 0.
         sigma: Standard deviation of each position coordinate [m].
-        T_W_station: (stations, 4, 4) station frames in W, estimated before the identification.
-            ``frames`` returns the identified frames.
+        T_W_station: (stations, 4, 4) station frames in the frame W of the first station, estimated
+            before the identification. The method ``frames`` returns the identified station frames.
     """
 
     points: FloatArray
@@ -78,33 +80,33 @@ class StationPositions(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """For each error, the index of its row.
+        """Index of the measurement row of each error.
 
-        Each visible target has its own row.
+        A row is one visible target at one configuration.
         """
         return self._placed.rows
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Station, measurement and target numbers of each row, counted from 1."""
+        """Label of each measurement row: station, measurement and target, counted from 1."""
         at = self.station[self.configurations]
         return tuple(f"station {s + 1}, {t}" for s, t in zip(at, self._placed.labels, strict=True))
 
     @property
     def configurations(self) -> IntArray:
-        """Configuration index of each visible target."""
+        """Index of the configuration at which each visible target was measured."""
         return self._placed.configurations
 
     @property
     def targets(self) -> tuple[str, ...]:
-        """Target number of each row, counted from 1."""
+        """Name of the target in each measurement row, numbered from 1."""
         return self._placed.targets
 
     def _lengths(self, errors: FloatArray) -> FloatArray:
         return self._placed._lengths(errors)
 
     def at(self, index: IntArray) -> Self:
-        """Return the measurements at some configurations."""
+        """Return the measurements at configurations with these indices."""
         every = np.broadcast_to(self.T_W_station, (self.count, 4, 4))
         return replace(
             self, points=self.points[index], station=self.station[index], T_W_station=every
@@ -124,12 +126,12 @@ class StationPositions(Measurements):
         yield LEFT_HANDED, replace(self, points=self.points * [-1.0, 1.0, 1.0])
 
     def frames(self, x: FloatArray) -> FloatArray:
-        """Return the station frames (stations, 4, 4) in W for the unknowns x."""
+        """Return the station frames (stations, 4, 4) in W for given values x of the unknowns."""
         known = np.broadcast_to(self.T_W_station, (self.count, 4, 4))
         return np.asarray(se3.exp(self._steps(x)) @ known)
 
     def _start(self, T: FloatArray) -> Start:
-        """Estimate the frames of the stations.
+        """Estimate the base frame, the target positions and the frames of the stations.
 
         The estimate starts with the station that measured the most targets.
 
@@ -140,7 +142,7 @@ class StationPositions(Measurements):
         most = self.station == np.argmax(seen)
         found = register_points(T[most], self.points[most])
         placed = points_on_tool(T, found.points)
-        # The base frame, in the frame of each station.
+        # `of_base` contains the pose of the robot base in the frame of each station.
         of_base = [self._between(placed, s) for s in range(self.count)]
         T_W_station = of_base[0] @ se3.inverse(np.stack(of_base))
         measurements = replace(self, T_W_station=T_W_station)
@@ -150,9 +152,9 @@ class StationPositions(Measurements):
         return Start(of_base[0], x, measurements, float(misfit))
 
     def _from_frame(self, T: FloatArray, start: Start) -> Start:
-        """Estimate the positions of the targets from the measurements at station 1.
+        """Estimate the target positions from the measurements at station 1, for a known base frame.
 
-        Then estimate the frames of the other stations from these positions.
+        The target positions then determine the frames of the other stations.
         """
         first = self.station == 0
         targets = targets_at(T[first], self.points[first])
@@ -182,14 +184,17 @@ class StationPositions(Measurements):
 
     @property
     def _placed(self) -> Positions:
-        """The measured points as `Positions` in the frame W of the first station."""
+        """The measured points as `Positions`, still in the station frame of each configuration."""
         return Positions(self.points, self.sigma)
 
     def _targets(self, x: FloatArray) -> FloatArray:
         return x[: 3 * self.points.shape[1]]
 
     def _steps(self, x: FloatArray) -> FloatArray:
-        """Return the frame corrections as twists (stations, 6). The first twist is 0."""
+        """Return the station frame corrections as twists (stations, 6).
+
+        The twist of station 1 is 0.
+        """
         return np.concatenate([np.zeros(6), x[3 * self.points.shape[1] :]]).reshape(-1, 6)
 
     def _in_W(self, x: FloatArray) -> FloatArray:
@@ -198,12 +203,12 @@ class StationPositions(Measurements):
         return np.asarray(turned + F[:, None, :3, 3])
 
     def _between(self, placed: FloatArray, s: int) -> FloatArray:
-        """Return the pose that maps points (N, m, 3) to the measurements of station s."""
+        """Return the pose that best maps points (N, m, 3) to the measurements from station s."""
         own = (self.station == s)[:, None] & self._placed._seen
         apart = placed[own] - placed[own].mean(0) if own.any() else np.zeros((1, 3))
         if np.linalg.svd(apart, compute_uv=False)[1:2].sum() < _LINE:
             raise InputValueError(
-                f"identify: station {s + 1} measured {own.sum()} targets, too few or collinear; "
-                "its frame requires three or more targets that are not collinear"
+                f"identify: station {s + 1}: the frame of a station requires three or more "
+                f"measured targets that are not collinear; got {own.sum()} targets"
             )
         return transformation(placed[own], self.points[own])

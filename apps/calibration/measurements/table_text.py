@@ -19,15 +19,15 @@ _ARCHIVE = b"PK\x03\x04"
 """First bytes of a spreadsheet file, which is a ZIP archive."""
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _BEFORE_UNIT = re.compile(r"\s+(?![\[(])")
-"""Groups of spaces that separate columns. A space before a bracket does not separate columns: "q1
-[deg]"."""
+"""Pattern of the spaces that separate columns. Spaces before a bracket do not separate columns, as
+in "q1 [deg]"."""
 _MAX_COLUMNS = 10_000
 _GROUP = 3
 """Number of digits between thousands separators."""
 
 
 class TableLine(NamedTuple):
-    """A line of a table with its cells."""
+    """A line of a table: its line number in the file, and its cells."""
 
     number: int
     cells: list[str]
@@ -45,7 +45,7 @@ class TableText(NamedTuple):
 
 
 def cells_of(path: Path) -> TableText:
-    """Return the cells of a file.
+    """Return the lines of a table file, split into cells.
 
     Raises:
         InputValueError: The file cannot be read, is a spreadsheet, or is empty.
@@ -53,7 +53,7 @@ def cells_of(path: Path) -> TableText:
     try:
         content = read_input(path)
     except OSError as error:
-        raise InputValueError(f"{path}: expected a table ({error.strerror})") from None
+        raise InputValueError(f"{path}: cannot read the table ({error.strerror})") from None
     comment = ""
     kept: list[tuple[int, str]] = []
     for number, line in enumerate(_decoded(path, content).splitlines(), 1):
@@ -64,14 +64,16 @@ def cells_of(path: Path) -> TableText:
             continue
         kept.append((number, line))
     if not kept:
-        raise InputValueError(f"{path}: empty; expected a header and a row for each measurement")
+        raise InputValueError(
+            f"{path}: the table is empty; expected a header and a row for each measurement"
+        )
     texts = [line for _, line in kept]
     separator = _separator(texts)
     try:
         split = list(_split(texts, separator))
         comment_cells = next(_split([comment], separator), [])
     except csv.Error as error:
-        raise InputValueError(f"{path}: expected a table ({error})") from None
+        raise InputValueError(f"{path}: cannot read the table ({error})") from None
     lines = [TableLine(number, cells) for (number, _), cells in zip(kept, split, strict=True)]
     for number, cells in lines:
         if len(cells) > _MAX_COLUMNS:
@@ -80,9 +82,9 @@ def cells_of(path: Path) -> TableText:
 
 
 def _decoded(path: Path, content: bytes) -> str:
-    """Decode UTF-8, UTF-16 with a byte order mark, or code page 1252."""
+    """Decode a file in UTF-8, UTF-16 with a byte order mark, or Windows code page 1252."""
     if content.startswith(_ARCHIVE):
-        raise InputValueError(f"{path} is a spreadsheet; save the table as text (CSV)")
+        raise InputValueError(f"{path}: the file is a spreadsheet; save the table as text (CSV)")
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return content.decode("utf-16", errors="replace")
     try:
@@ -92,10 +94,10 @@ def _decoded(path: Path, content: bytes) -> str:
 
 
 def _separator(texts: Sequence[str]) -> str:
-    """Return the separator that most lines contain, or "" for spaces.
+    """Return the column separator that most lines contain, or "" for spaces.
 
-    Commas may be decimal marks. Therefore, the function tests semicolons, tabs and vertical bars
-    before commas.
+    Semicolons, tabs and vertical bars are tested before commas, because commas may be decimal
+    marks.
     """
     for mark in _SEPARATORS:
         if 2 * sum(mark in text for text in texts) > len(texts):
@@ -117,8 +119,8 @@ def _split(texts: Sequence[str], separator: str) -> Iterator[list[str]]:
 def number(cell: str) -> float:
     """Return the number in a cell, or NaN if the cell contains no number.
 
-    A comma in a number is a decimal mark. If a cell contains a point and a comma, the last
-    mark is the decimal mark, and the earlier marks separate thousands.
+    A comma in a number without a point is a decimal mark. If a cell contains a point and a comma,
+    the last mark is the decimal mark, and the earlier marks separate thousands.
     """
     text = cell.strip().replace("\u2212", "-")
     if text.endswith(","):

@@ -1,9 +1,10 @@
 """Measurements of a robot's tool in the frame W of a measuring device.
 
-A `Measurements` object contains the measured values at N configurations. The object defines
-additional unknowns, such as the positions of targets in the tool frame. Errors are divided by their
-standard deviations. A row is a pose or a target position. If one error of a row is an outlier, the
-whole row is excluded.
+A `Measurements` object contains the measured values at N configurations. A `Measurements` object
+also defines additional unknowns, such as the positions of targets in the tool frame. Errors of
+measured values are divided by the standard deviations of the measurements. A measurement row is a
+pose, a target position or a scalar measurement. If one error of a measurement row is an outlier,
+the whole row is excluded.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 SMALL = 1e-3
-"""Default standard deviation of positions [m] and rotations [rad]."""
+"""Default standard deviation of measured positions [m] and rotations [rad]."""
 
 _XYZW = "quaternions are written x, y, z, w, not w, x, y, z"
 _WXYZ = "quaternions are written w, x, y, z, not x, y, z, w"
@@ -38,13 +39,14 @@ _TURNED_BACK = "rotations are inverse: they transform from the device frame to t
 
 
 class Start(NamedTuple):
-    """Closed-form estimates of frames and unknowns from the nominal robot.
+    """Start values of an identification: frames and unknowns estimated with the nominal robot.
 
     Attributes:
         T_W_base: (4, 4) the base frame in the device frame W.
-        unknowns: (u,) the unknowns [m].
+        unknowns: (u,) start values of the unknowns, such as target positions [m].
         measurements: The measurements, with their estimated frames.
-        misfit: Root mean square distance between measurements and the nominal robot [m].
+        misfit: Root mean square deviation of the measurements from values computed with the nominal
+            robot [m].
     """
 
     T_W_base: FloatArray
@@ -54,21 +56,22 @@ class Start(NamedTuple):
 
 
 class Measurements(ABC):
-    """Measurements at N configurations."""
+    """Measurements of the tool at N configurations. Base class of all kinds of measurements."""
 
     _n_frame_unknowns: ClassVar[int]
-    """Number of unknowns of the frames that `_start` estimates."""
+    """Number of frame coordinates that `_start` estimates in addition to `unknowns`."""
     _fixes_tool: ClassVar[bool]
     """Whether the tool orientation is measured. If the orientation is measured, corrections of the
     tool frame are identified instead of target positions."""
     _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]]
-    """Shapes of the measured arrays, with None for any size."""
+    """Required shape of each measured array, keyed by attribute name. In a shape, None stands for
+    any size."""
 
     def __post_init__(self) -> None:
-        """Check the measured arrays.
+        """Check the types and shapes of the measured arrays.
 
         Raises:
-            InputTypeError: An array does not contain real numbers.
+            InputTypeError: An array of measurements contains values that are not real numbers.
             ShapeError: An array of measurements has the wrong shape.
         """
         for name, sizes in self._shapes.items():
@@ -81,6 +84,10 @@ class Measurements(ABC):
                 )
             object.__setattr__(self, name, array)
 
+    def __len__(self) -> int:
+        """Return the number N of configurations."""
+        return len(getattr(self, next(iter(self._shapes))))
+
     @property
     @abstractmethod
     def _stated(self) -> str:
@@ -89,52 +96,52 @@ class Measurements(ABC):
     @property
     @abstractmethod
     def unknowns(self) -> tuple[str, ...]:
-        """Names of the unknowns."""
+        """Names of the unknowns that `identify` determines together with the parameters."""
 
     @property
     @abstractmethod
     def rows(self) -> IntArray:
-        """(M,) row index of each error."""
+        """(M,) index of the measurement row to which each error belongs."""
 
     @property
     def _surplus(self) -> int:
-        """Number of errors minus number of unknowns, for a robot without variable parameters."""
+        """Number of errors minus number of unknowns, if no robot parameter is identified."""
         return len(self.rows) - len(self.unknowns) - self._n_frame_unknowns
 
     @property
     @abstractmethod
     def labels(self) -> tuple[str, ...]:
-        """Name of each row, for messages."""
+        """Name of each measurement row, for messages."""
 
     @property
     @abstractmethod
     def configurations(self) -> IntArray:
-        """(rows,) configuration index of each row."""
+        """(rows,) index of the configuration of each measurement row."""
 
     @property
     def targets(self) -> tuple[str, ...]:
-        """Name of the target or probe that each row measures."""
+        """Name of the target or probe in each measurement row."""
         return ("probe",) * len(self.configurations)
 
     @abstractmethod
     def _lengths(self, errors: FloatArray) -> FloatArray:
-        """Convert errors (M,) to the distance error of each row (rows,) [m]."""
+        """Convert errors (M,) to the distance error (rows,) of each measurement row [m]."""
 
     @abstractmethod
     def _start(self, T: FloatArray) -> Start:
         """Estimate frames and unknowns from nominal tool poses (N, 4, 4) in the base frame."""
 
     def _from_frame(self, T: FloatArray, start: Start) -> Start:  # noqa: ARG002
-        """Update the start values for a known base frame. The tool poses T (N, 4, 4) are in W.
+        """Update the start values for a known base frame.
 
-        By default, the start values do not change. Subclasses may update the target positions or
-        the tool frame.
+        The tool poses T (N, 4, 4) are in the device frame W. By default, the start values do not
+        change. Subclasses may update target positions, station frames or the probe frame.
         """
         return start
 
     @abstractmethod
     def at(self, index: IntArray) -> Self:
-        """Return the measurements at some configurations, with the same frames."""
+        """Return the measurements at configurations with these indices, with the same frames."""
 
     @abstractmethod
     def _placed_as(self, other: Self) -> Self:
@@ -149,16 +156,17 @@ class Measurements(ABC):
 
     @abstractmethod
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """Return the (M,) errors for tool poses T (N, 4, 4) in W and unknowns x."""
+        """Return the (M,) errors of measurements for tool poses T (N, 4, 4) in W and unknowns x."""
 
     @abstractmethod
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives of the errors with respect to parameters and unknowns.
+        """Return the derivatives of the errors with respect to robot parameters and unknowns.
 
-        J (N, 6, p) is the mixed Jacobian with respect to the parameters, in the axes of W. The
-        results have shapes (M, p) and (M, u) for M errors, p parameters and u unknowns.
+        J (N, 6, p) is the mixed Jacobian of the tool with respect to the robot parameters, in the
+        axes of the device frame W. The two derivatives have shapes (M, p) and (M, u) for M errors,
+        p parameters and u unknowns.
         """
 
 
@@ -175,7 +183,8 @@ def points_on_tool(T: FloatArray, targets: FloatArray) -> FloatArray:
 def velocities_on_tool(T: FloatArray, J: FloatArray, targets: FloatArray) -> FloatArray:
     """Return the velocities (N, m, 3, p) of targets (m, 3) for mixed Jacobians J (N, 6, p).
 
-    The velocity of a target at r in the tool frame is v + omega x (R r).
+    On a tool with orientation R and twist (v, omega), a target at position r has the velocity v +
+    omega x (R r). The target position r is in the tool frame.
     """
     levers = np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
     turned = np.cross(J[:, None, 3:, :], levers[..., None], axis=-2)
@@ -187,7 +196,8 @@ class Positions(Measurements):
     """Positions of targets at unknown positions on the tool, for example from a laser tracker.
 
     Attributes:
-        points: (N, m, 3) positions of m targets in W [m], NaN for invisible targets.
+        points: (N, m, 3) positions of m targets in the frame W of the measuring device [m], NaN for
+            invisible targets.
         sigma: Standard deviation of each position coordinate [m].
     """
 
@@ -203,35 +213,35 @@ class Positions(Measurements):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Names of x, y and z of each target in the tool frame."""
+        """Names of the x, y and z coordinates of each target in the tool frame."""
         return tuple(f"target{j + 1}_{axis}" for j in range(self.points.shape[1]) for axis in "xyz")
 
     @property
     def _seen(self) -> BoolArray:
-        """(N, m) whether a target was visible."""
+        """(N, m) mask of the targets that were visible at each configuration."""
         return np.asarray(np.isfinite(self.points).all(-1))
 
     @property
     def rows(self) -> IntArray:
-        """For each error, the index of its row.
+        """Index of the measurement row of each error.
 
-        A row contains the three errors of a visible target.
+        A row contains the three errors of one visible target at one configuration.
         """
         return np.repeat(np.arange(int(self._seen.sum())), 3)
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Measurement number and target number of each row, counted from 1."""
+        """Label of each measurement row: measurement number and target number, counted from 1."""
         return tuple(f"measurement {i + 1}, target {j + 1}" for i, j in np.argwhere(self._seen))
 
     @property
     def configurations(self) -> IntArray:
-        """Configuration index of each visible target."""
+        """Index of the configuration at which each visible target was measured."""
         return np.argwhere(self._seen)[:, 0]
 
     @property
     def targets(self) -> tuple[str, ...]:
-        """Target number of each row, counted from 1."""
+        """Name of the target in each measurement row, numbered from 1."""
         return tuple(f"target {j + 1}" for j in np.argwhere(self._seen)[:, 1])
 
     def _lengths(self, errors: FloatArray) -> FloatArray:
@@ -283,9 +293,9 @@ class Poses(Measurements):
     """Poses of a probe that is mounted on the tool in an unknown pose.
 
     Attributes:
-        T: (N, 4, 4) poses of the probe in W.
+        T: (N, 4, 4) poses of the probe in the frame W of the measuring device, positions in [m].
         sigma: Standard deviations of a position coordinate [m] and of a rotation component [rad].
-        T_tool_probe: (4, 4) the probe frame in the tool frame.
+        T_tool_probe: (4, 4) pose of the probe frame in the tool frame.
     """
 
     T: FloatArray
@@ -304,12 +314,12 @@ class Poses(Measurements):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """An empty tuple. The tool corrections are parameters of the robot, not unknowns."""
+        """An empty tuple, because tool frame corrections are robot parameters, not unknowns."""
         return ()
 
     @property
     def rows(self) -> IntArray:
-        """For each error, the index of its row.
+        """Index of the measurement row of each error.
 
         The six errors of a pose belong to the same row.
         """
@@ -317,12 +327,12 @@ class Poses(Measurements):
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Measurement number of each row, counted from 1."""
+        """Label of each measurement row: measurement number, counted from 1."""
         return tuple(f"measurement {i + 1}" for i in range(len(self.T)))
 
     @property
     def configurations(self) -> IntArray:
-        """Configuration index of each row."""
+        """Index of the configuration of each measurement row."""
         return np.arange(len(self.T))
 
     def _lengths(self, errors: FloatArray) -> FloatArray:
@@ -341,7 +351,7 @@ class Poses(Measurements):
         return replace(self, T=scale * self.T)
 
     def _read_otherwise(self) -> Iterator[tuple[str, Self]]:
-        """Yield quaternions with reordered components, and inverse rotations."""
+        """Yield the poses with reordered quaternion components, then with inverse rotations."""
         R = self.T[:, :3, :3]
         for words, turned in (
             (_XYZW, rotations(np.roll(quaternions(R), 1, axis=-1))),

@@ -1,4 +1,4 @@
-"""Units and orientations in a table: quaternions, rotation vectors, angles and matrices."""
+"""Infer angle units, and read orientations as quaternions, rotation vectors, angles or matrices."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ _TURN = 2 * math.pi + 0.01
 """Maximum angle [rad] in a table whose angles are in radians. If an angle in a table without units
 exceeds this maximum, the angles are in degrees."""
 _MOVED = 0.1
-"""If all angles in a table without units are small, they count as radians only if the values of a
-column span more than this range [rad]."""
+"""Small angles without a unit count as radians only if the values of one column span more than this
+range [rad]."""
 _ROUNDED = 0.02
 """Tolerance for the relative length error of quaternions, and for the deviation of rotation
-matrices from orthogonality. The values in a table may have only two decimal places."""
+matrices from orthogonality. This tolerance admits tables whose values have only two decimal places.
+"""
 
 
 class WrongRow(ValueError):
     """Exception: a table row has no valid orientation.
 
     Attributes:
-        row: Index of the row.
+        row: Index of the table row without a valid orientation.
     """
 
     def __init__(self, row: int, words: str) -> None:
@@ -49,7 +50,10 @@ class Form(NamedTuple):
 
 
 def unit_by_size(values: FloatArray) -> str:
-    """Infer the unit of angles (N, k): "deg", "rad", or "" if ambiguous."""
+    """Infer the unit of angles (N, k).
+
+    Return "deg", "rad", or "" if the unit is ambiguous.
+    """
     if np.abs(values).max(initial=0.0) > _TURN:
         return "deg"
     span = float(np.ptp(values, axis=0).max(initial=0.0)) if len(values) else 0.0
@@ -57,12 +61,12 @@ def unit_by_size(values: FloatArray) -> str:
 
 
 def form_of(names: Collection[str]) -> Form | None:
-    """Return the format of the orientation columns, or None without orientation columns."""
+    """Return the format of the orientation columns, or None if a table has no such columns."""
     return next((form for form in FORMS if set(form.names) <= set(names)), None)
 
 
 def about_axes(turns: FloatArray) -> FloatArray:
-    """Return rotations (N, 3, 3) by angles (N, 3) [rad] about fixed axes x, y, z in order."""
+    """Return rotations (N, 3, 3) by angles (N, 3) [rad] about the fixed axes x, then y, then z."""
     x, y, z = (so3.exp(turns[:, [k]] * np.eye(3)[k]) for k in range(3))
     return np.asarray(z @ y @ x)
 
@@ -79,8 +83,9 @@ def of_quaternions(found: FloatArray) -> FloatArray:
     if not abs(size[k] - usual) < _ROUNDED * usual:
         raise WrongRow(
             k,
-            f"the quaternion has length {size[k]:.3g}, but other rows have {usual:.3g}; check that "
-            "the columns qw, qx, qy and qz are a quaternion",
+            "the quaternion has another length than the quaternions in other rows: "
+            f"{size[k]:.3g} instead of {usual:.3g}; "
+            "check that the columns qw, qx, qy and qz are a quaternion",
         )
     return rotations(found)
 

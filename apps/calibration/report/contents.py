@@ -17,20 +17,18 @@ FloatArray = NDArray[np.float64]
 
 MM = 1e3
 STRONG = 0.9
-"""Minimum correlation that is listed. Parameters with a stronger correlation are hard to
-distinguish."""
+"""The report lists pairs of parameters whose absolute correlation exceeds this value. Parameters
+with a stronger correlation are hard to distinguish."""
 _LISTED = 8
 _SHOWN_OUTLIERS = 12
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table.
+    """A table of a calibration report.
 
-    Attributes:
-        title: Title of a table.
-        heading: Column names of the table with units.
-        rows: Cells of each row in the table.
+    Attributes: title: Title of a table. heading: Column names of the table, with units. rows: Cells
+    of each row in the table.
     """
 
     title: str
@@ -43,12 +41,12 @@ class Contents:
     """All sentences and tables of a calibration report.
 
     Attributes:
-        title: Title of the page.
+        title: Title of the report page.
         summary: Sentences of the report's summary.
-        parameters: Parameter values and their 95 % intervals.
+        parameters: Table of the parameter values and their 95 % confidence intervals.
         tables: Tables of the errors by target, of the frames, of the validation errors of models,
             and of strong correlations.
-        notes: Warnings, excluded rows and unidentifiable parameters.
+        notes: Sentences about warnings, excluded measurement rows and unidentifiable parameters.
     """
 
     title: str
@@ -59,7 +57,7 @@ class Contents:
 
 
 def contents(found: Calibration) -> Contents:
-    """Return the contents of a report."""
+    """Return the title, sentences and tables of a calibration report."""
     before, after = lengths(found)
     used = found.used
     summary = (
@@ -91,7 +89,7 @@ def contents(found: Calibration) -> Contents:
 
 
 def lengths(found: Calibration) -> tuple[FloatArray, FloatArray]:
-    """Return the errors of all rows before and after the calibration [m]."""
+    """Return the distance errors of all measurement rows before and after the calibration [m]."""
     measured = found.measurements
     return measured._lengths(found.nominal_errors), measured._lengths(found.errors)
 
@@ -114,7 +112,8 @@ def _of_frames(found: Calibration) -> Table:
 
 def _of_parameters(found: Calibration) -> Table:
     units = {item.name: item.unit for item in found.robot.geometry}
-    # The base frame in the device frame includes the base corrections.
+    # The parameter table omits base corrections, because the base frame in the device frame already
+    # includes them.
     parts = {item.name: item.part for item in found.robot.geometry}
     reach = (found.confidence_intervals[:, 1] - found.confidence_intervals[:, 0]) / 2
     rows = []

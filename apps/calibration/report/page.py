@@ -1,4 +1,4 @@
-"""The report as one self-contained HTML file with SVG plots."""
+"""Calibration report as one self-contained HTML file with SVG plots."""
 
 from __future__ import annotations
 
@@ -27,11 +27,12 @@ th { border-bottom: 1px solid #000; font-weight: normal } th:first-child, td:fir
 .blocks table { table-layout: fixed; width: 100% } .blocks th:first-child { width: 40% }
 """
 BLOCKS = 2
-"""Number of blocks that the parameter table shows side by side."""
+"""Number of blocks into which the parameter table is split. The blocks of the parameter table are
+shown side by side."""
 
 
 def html_page(found: Calibration) -> str:
-    """Return the one-page report as HTML, including the plots."""
+    """Return the one-page calibration report as HTML, including its plots."""
     said = contents(found)
     parts = [
         f"<h1>{html.escape(said.title)}</h1>",
@@ -55,7 +56,7 @@ def html_page(found: Calibration) -> str:
 
 
 def split(table: Table, count: int) -> list[Table]:
-    """Split a table into blocks of rows."""
+    """Split a table into at most `count` blocks of rows."""
     size = -(-len(table.rows) // count)
     starts = range(0, len(table.rows), size)
     return [Table(table.title, table.heading, table.rows[k : k + size]) for k in starts]
@@ -73,8 +74,8 @@ def _table(table: Table) -> str:
 
 def _svg(ax: Any) -> str:
     stream = io.StringIO()
-    # The page is reproducible, because it contains no date and the salt of the SVG identifiers is
-    # fixed.
+    # The HTML page is reproducible, because it contains no date and the salt of the SVG identifiers
+    # is fixed.
     with matplotlib.rc_context({"svg.hashsalt": "chasles"}):
         ax.figure.savefig(stream, format="svg", metadata={"Date": None})
     text = stream.getvalue()

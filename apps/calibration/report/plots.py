@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from chasles.calibration import Calibration, Design, FirstOrderErrors, MonteCarloErrors
 
 _WIDTH, _HEIGHT = 8 / 2.54, 5 / 2.54
-"""Size of a new figure [inch]: 8 cm, the width of a printed column, by 5 cm."""
+"""Width and height of a new figure [inch]. The width is 8 cm, as in a printed column, and the
+height is 5 cm."""
 _ORANGE, _BLUE, _BLACK = "#E69F00", "#0072B2", "#000000"
 _MAX_PARAMETERS = 12
 _PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
@@ -78,7 +79,7 @@ def plot_effects(found: FirstOrderErrors, ax: Any = None) -> Any:
 
 
 def plot_distribution(found: MonteCarloErrors, ax: Any = None) -> Any:
-    """Plot the fraction of random arms with a position error [mm] below each value."""
+    """Plot the cumulative distribution of the position error [mm] of random arms."""
     if ax is None:
         return _on_new_figure(plot_distribution, found)
     errors = np.sort(found.position)
@@ -102,7 +103,7 @@ def plot_deviations(found: Design, ax: Any = None) -> Any:
 
 
 def _on_new_figure(plot: Any, found: Any) -> Any:
-    """Return the axes of a new figure, for a plot in a small font."""
+    """Draw a plot with a small font in a new figure, and return its axes."""
     with matplotlib.rc_context({"font.size": 7, "lines.markersize": 2.5}):
         figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained")
         axes = figure.add_subplot()

@@ -1,4 +1,4 @@
-"""The report as a LaTeX file, with plots in PDF files."""
+"""Calibration report as a LaTeX file, with plots in PDF files."""
 
 from __future__ import annotations
 
@@ -30,7 +30,10 @@ _PREAMBLE = r"""\documentclass[9pt,a4paper]{extarticle}
 
 
 def write_tex(found: Calibration, path: Path) -> None:
-    """Write a one-page report. The plots are PDF files with the report's name as prefix."""
+    """Write a one-page LaTeX report.
+
+    Its plots are PDF files with the report's name as prefix.
+    """
     plots = {
         path.with_name(f"{path.stem}_residuals.pdf"): _pdf(plot_residuals(found).figure),
         path.with_name(f"{path.stem}_parameters.pdf"): _pdf(plot_parameters(found).figure),
@@ -64,7 +67,7 @@ def _table(table: Table) -> str:
 
 
 def _block(table: Table) -> str:
-    """Return a block of the parameter table, with a fixed width."""
+    """Return the LaTeX text of a block of the parameter table, with a fixed width."""
     width = r"\begin{tabular*}{0.48\linewidth}[t]{@{\extracolsep{\fill}}"
     return rf"{{\scriptsize{width}{_lines(table)}\end{{tabular*}}}}"
 

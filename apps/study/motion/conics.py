@@ -43,14 +43,14 @@ _NO_ARC = "conic: the points do not follow each other on an arc of the conic thr
 
 @dataclass(frozen=True, eq=False)
 class ConicArc:
-    """An arc of a conic section, parameterized by the arc length s.
+    """An arc of a conic section, from `conic`, parameterized by the arc length s.
 
     Attributes:
         controls: (3, 4) homogeneous control points P, W and Q: (weight * position [m], weight).
-        weight: The weight w of W: below 1 for an ellipse, 1 for a parabola, above 1 for a
-            hyperbola.
+        weight: Weight of the control point W: below 1 for an ellipse, 1 for a parabola, above 1 for
+            a hyperbola.
         rotations: The orientation as a function of s.
-        table: (k + 1,) arc lengths at k + 1 equally spaced values of t [m].
+        table: (k + 1,) arc lengths [m] at k + 1 equally spaced values of the curve parameter t.
         length: Arc length of the whole arc [m].
     """
 
@@ -63,7 +63,7 @@ class ConicArc:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
-        """Return the poses (m, 4, 4) on the arc at arc lengths (m,)."""
+        """Return poses (m, 4, 4), twists V and derivatives A of V at arc lengths s (m,)."""
         p, by_t, by_tt = _point(self.controls, self._parameter(s))
         speed = np.linalg.norm(by_t, axis=1, keepdims=True)
         ahead = by_t / speed
@@ -82,18 +82,18 @@ class ConicArc:
 
 
 def conic(poses: ArrayLike) -> ConicArc:
-    """Return the arc of the conic section through five points, from the first to the last.
+    """Return the arc of a conic section through five tool poses, from the first to the last.
 
     Args:
-        poses: (5, 4, 4) poses in the order along the arc, or (5, 3) positions [m]. If `poses`
-            contains positions, the tool keeps the orientation of the base frame. The positions are
-            coplanar, and no three positions are collinear.
+        poses: (5, 4, 4) tool poses in the base frame, or (5, 3) positions of the tool origin [m],
+            in the order along the arc. With positions, the tool keeps the orientation of the base
+            frame. The positions must be coplanar, and no three of them collinear.
 
     Returns:
-        The arc. The orientation is a smooth curve through the orientations of the poses.
+        A `ConicArc`. The orientation changes smoothly through the orientations of the poses.
 
     Raises:
-        ShapeError: `poses` has the wrong shape.
+        ShapeError: `poses` is neither (5, 4, 4) nor (5, 3).
         InputValueError: The positions are not coplanar, three positions are collinear, or the
             positions are not in order along one branch of the conic.
     """

@@ -82,27 +82,28 @@ class ParameterCurve:
 def resolve_redundancy(
     robot: Robot, T: ArrayLike, q_seed: ArrayLike, *, limits: Any = "robot"
 ) -> JointPath:
-    """Return the coordinates for a path of tool poses, with minimal motion of the joints.
+    """Return coordinates for a path of tool poses with the least joint motion.
 
-    Among all motions within the limits, the motion with the smallest cost is chosen. The cost
-    contains the integral of the squared joint rates over the path. The cost also contains the
-    squared joint displacement from `q_seed` to the start. Prismatic joints are scaled by
-    `unit_length`. Dynamic programming finds the best sequence on a grid, and finer grids refine the
-    sequence. The result is therefore a local minimum near the best sequence on the grid. The
-    computation takes a fraction of a second for one parameter, and up to some seconds for two
-    parameters.
+    The joint motion is the integral of the squared joint rates over the path, plus the squared
+    joint displacement from `q_seed` to the start. Displacements of prismatic joints are divided by
+    `robot.unit_length`. Dynamic programming finds the best sequence on a grid of the redundancy
+    parameters, and finer grids refine it. The result is a local minimum near the best sequence on
+    the grid. The computation takes a fraction of a second for one parameter, and up to some seconds
+    for two.
 
     Args:
         robot: A robot with redundancy parameters (`robot.redundancy`).
-        T: (m, 4, 4) closely spaced poses of the tool in the base frame.
-        q_seed: (n,) coordinates from which the robot moves to the start of the path [rad or m].
-        limits: "robot", None for no limits, or (n, 2) lower and upper limits.
+        T: (m, 4, 4) closely spaced tool poses in the base frame, with positions in [m].
+        q_seed: (n,) actuated coordinates before the path, from which the robot moves to its start
+            [rad or m].
+        limits: "robot" for the coordinate limits of the robot, None for no limits, or (n, 2) lower
+            and upper limits of the coordinates [rad or m].
 
     Returns:
         (m, n) coordinates of the robot at the m tool poses [rad or m].
 
     Raises:
-        InputValueError: The robot has no redundancy parameters, or the path has no pose.
+        InputValueError: The robot has no redundancy parameters, or `T` is empty.
         OutOfReachError: No continuous motion within the limits reaches all poses.
     """
     check_type("resolve_redundancy: robot", robot, Robot)
@@ -128,7 +129,7 @@ def parameter_curve(
         bounds: (n, 2) lower and upper limits.
     """
     if not robot.redundancy:
-        raise InputValueError(f"{robot.name}: no redundancy parameters")
+        raise InputValueError(f"{robot.name}: the robot has no redundancy parameters")
     failure = ""
     for count, resolution, margin, interpolation in _TRIES:
         knots = np.unique(np.rint(np.linspace(0, len(s) - 1, count)).astype(np.intp))

@@ -21,14 +21,14 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class LimitViolation:
-    """A limit that a trajectory exceeds.
+    """A limit that a trajectory exceeds, with the largest excess.
 
     Attributes:
         coordinate: The name of the coordinate.
         limit: "lower", "upper", "rate" or "acceleration".
-        amount: Maximum amount by which the trajectory exceeds the limit [rad or m, per second for
-            rates, per second^2 for accelerations].
-        t: Time [s] at which the trajectory exceeds the limit by `amount`.
+        amount: Largest excess over the limit, in the unit of the limit (rad or m, per second for
+            rates, per second squared for accelerations).
+        t: Time of the largest excess [s].
     """
 
     coordinate: str
@@ -51,19 +51,21 @@ def limit_violations(
     rate_limits: ArrayLike | None = None,
     acceleration_limits: ArrayLike | None = None,
 ) -> list[LimitViolation]:
-    """Return the limits that a trajectory exceeds.
+    """Return the limits that a trajectory exceeds, each with the largest excess.
 
     Args:
         robot: The robot. The coordinate limits of the robot are always checked.
         trajectory: A trajectory of the robot.
-        rate_limits: () or (n,) maximum rates [rad/s or m/s], or None for no check.
-        acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2], or None for no
-            check.
+        rate_limits: Maximum rate of each coordinate (n,), or one number for all [rad/s or m/s].
+            None means that rates are not checked.
+        acceleration_limits: Maximum acceleration of each coordinate (n,), or one number for all
+            [rad/s^2 or m/s^2]. None means that accelerations are not checked.
 
     Raises:
-        InputTypeError: An argument is not a robot or a trajectory.
-        ShapeError: Limits or trajectory rows do not have n values.
-        InputValueError: A limit is not positive.
+        InputTypeError: `robot` is not a `Robot`, or `trajectory` is not a `Trajectory`.
+        ShapeError: `trajectory` does not have n coordinates, or `rate_limits` or
+            `acceleration_limits` is neither a number nor (n,).
+        InputValueError: A rate or acceleration limit is not above 0.
     """
     check_type("limit_violations: robot", robot, Robot)
     check_type("limit_violations: trajectory", trajectory, Trajectory)
@@ -95,7 +97,7 @@ def per_coordinate(name: str, limits: ArrayLike, n: int) -> FloatArray:
 
     Raises:
         ShapeError: The limits have the wrong shape.
-        InputValueError: A limit is not positive.
+        InputValueError: A rate or acceleration limit is not above 0.
     """
     values = real(name, limits)
     if values.shape not in ((), (n,)):

@@ -150,8 +150,8 @@ def _solved(
             break
     missed = int(np.argmax(np.nan_to_num(np.abs(error).max(-1), nan=np.inf)))
     raise OutOfReachError(
-        f"{robot.name}: at {s[missed] / curve.length:.1%} of the curve, minimum-norm steps from "
-        f"the start do not reach the tool pose"
+        f"{robot.name}: minimum-norm steps from the start do not reach the tool pose at "
+        f"{s[missed] / curve.length:.1%} of the curve"
     )
 
 
@@ -209,8 +209,8 @@ def _require_no_jump(robot: Robot, curve: PoseCurve, s: FloatArray, theta: Float
     if len(jumps) and jumps.max() > JUMP:
         k = int(np.argmax(jumps))
         raise OutOfReachError(
-            f"{robot.name}: at {s[k] / curve.length:.1%} of the curve, minimum-norm steps lead to "
-            f"another solution: a joint jumps by {jumps[k]:.3g}"
+            f"{robot.name}: minimum-norm steps lead to another solution: a joint jumps by "
+            f"{jumps[k]:.3g} at {s[k] / curve.length:.1%} of the curve"
         )
 
 

@@ -69,22 +69,24 @@ def time_optimal(
     tool_speed: float | None = None,
     nodes: int = _NODES,
 ) -> Motion:
-    """Return the motion along the curve of `motion` in the minimum time within limits.
+    """Return the fastest motion from rest to rest along the curve of a motion, within limits.
 
     Args:
-        motion: A motion on the curve. The time scaling of this motion does not affect the result.
-        rate_limits: () or (n,) maximum rates [rad/s or m/s].
-        acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2].
-        tool_speed: The maximum speed of the tool's origin [m/s], or None for no limit.
+        motion: A `Motion` on the curve. Its time scaling has no effect.
+        rate_limits: Maximum rate of each coordinate (n,), or one number for all [rad/s or m/s].
+        acceleration_limits: Maximum acceleration of each coordinate (n,), or one number for all
+            [rad/s^2 or m/s^2]. The limits must be finite.
+        tool_speed: Maximum speed of the tool origin [m/s], or None for no limit.
         nodes: Number of grid nodes along the curve.
 
     Returns:
-        The motion from rest to rest within all limits.
+        A `Motion` on the same curve with a new time scaling.
 
     Raises:
-        InputValueError: A limit is not positive, an acceleration has no limit, nothing moves, or no
-            motion from rest to rest exists.
-        OutOfReachError: The curve leaves the workspace, the branch or the limits.
+        InputValueError: A limit is not above 0, or an acceleration limit is infinite. The robot
+            does not move on the curve, or no motion from rest to rest exists.
+        OutOfReachError: The curve leaves the workspace, the inverse kinematics branch or the
+            coordinate limits.
     """
     check_type("time_optimal: motion", motion, Motion)
     robot = motion.robot

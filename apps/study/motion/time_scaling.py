@@ -42,9 +42,10 @@ class TimeScaling:
     """The path length as a function of time.
 
     Attributes:
-        breaks: (k + 1,) times of the breaks between polynomials, from 0 [s].
-        coefficients: (k, m) coefficients of powers 0 to m - 1 of the time since the last break.
-        length: Total path length at the end time, in the unit of the curve, for example m.
+        breaks: (k + 1,) start times of the k polynomials, from 0, followed by the end time [s].
+        coefficients: (k, m) coefficients of each polynomial: powers 0 to m - 1 of the time since
+            its first break [s].
+        length: Total path length at the end time, in the unit of the path, for example m.
     """
 
     breaks: FloatArray
@@ -62,7 +63,7 @@ class TimeScaling:
         return float(self.breaks[-1])
 
     def at(self, t: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return length, rate and acceleration.
+        """Return path length, rate and acceleration at some times.
 
         Args:
             t: (m,) times [s].
@@ -131,17 +132,22 @@ def time_scaling(
     """Return the path length as a function of time.
 
     Args:
-        profile: "constant", "cubic", "quintic", "trapezoidal" or "s_curve".
-        length: Total path length, at least 0, in the unit of the curve, for example m.
-        duration: The duration [s], or None for the shortest duration within the limits.
-        speed: The maximum rate, per second.
-        acceleration: The maximum acceleration, per second squared.
-        jerk: The maximum jerk, per second cubed. The profiles "cubic" and "trapezoidal" ignore the
-            jerk.
+        profile: "constant" for a constant rate. "cubic" or "quintic" for one polynomial of this
+            degree, from rest to rest. "trapezoidal" for constant acceleration, constant rate and
+            constant deceleration. "s_curve" for the same with limited jerk.
+        length: Total path length, at least 0, in the unit u of the path, for example m.
+        duration: The duration [s]. None means the shortest duration within the limits. With a
+            duration, "trapezoidal" and "s_curve" need no limits; the three phases then take equal
+            times.
+        speed: The maximum rate [u/s].
+        acceleration: The maximum acceleration [u/s^2]. "constant" ignores it.
+        jerk: The maximum jerk [u/s^3]. Only "quintic" and "s_curve" use it.
 
     Raises:
-        InputValueError: A required limit is missing, the duration is too short, a value is not
-            positive, or the length is 0 and `duration` is None.
+        InputValueError: `duration` is None, and a limit that the profile needs is infinite.
+            `duration` is too short for the limits or for a single limit, or `profile` is unknown.
+            `length` is negative, or `duration` or a limit is not above 0. `length` is 0, and
+            `duration` is None.
     """
     if profile not in get_args(Profile):
         raise InputValueError(
@@ -164,26 +170,28 @@ def time_scaling(
         return TimeScaling(np.array([0, duration]), np.zeros((1, 1)), 0.0)
     if profile in _PEAKS:
         return _single(profile, length, duration, limits)
-    found = _MAKERS[profile](
-        length, limits if _is_limited(profile, limits) else _by_time(profile, length, duration)
-    )
-    return _in_time(found, duration)
-
-
-def _is_limited(profile: Profile, limits: dict[str, float]) -> bool:
-    needed = (
-        ("speed", "acceleration", "jerk") if profile == "s_curve" else ("speed", "acceleration")
-    )
-    return all(math.isfinite(limits[name]) for name in needed)
-
-
-def _by_time(profile: Profile, length: float, duration: float | None) -> dict[str, float]:
-    """Return limits with which accelerating, cruising and braking take equally long."""
+    needed = ("speed", "acceleration", *(("jerk",) if profile == "s_curve" else ()))
+    if all(math.isfinite(limits[name]) for name in needed):
+        return _in_time(_MAKERS[profile](length, limits), duration)
     if duration is None:
-        needed = (
-            "speed, acceleration and jerk" if profile == "s_curve" else "speed and acceleration"
+        raise InputValueError(
+            f"time_scaling: expected a duration, or the limits {', '.join(needed)} for profile "
+            f"{profile}"
         )
-        raise InputValueError(f"time_scaling: profile {profile} needs {needed}, or a duration")
+    peaks = _by_time(profile, length, duration)
+    for name in needed:
+        if peaks[name] > limits[name]:
+            raise InputValueError(
+                f"time_scaling: a duration of {duration:g} s requires {name} {peaks[name]:.6g}, "
+                f"above the limit {limits[name]:g}; pass a longer duration, or all limits of "
+                f"{', '.join(needed)}"
+            )
+    found: TimeScaling = _MAKERS[profile](length, peaks)
+    return found
+
+
+def _by_time(profile: Profile, length: float, duration: float) -> dict[str, float]:
+    """Return limits with which accelerating, cruising and braking take equally long."""
     speed = length / duration * 3 / 2
     acceleration = speed / (duration / 3)
     if profile == "trapezoidal":
@@ -200,8 +208,8 @@ def _in_time(found: TimeScaling, duration: float | None) -> TimeScaling:
         return found
     if duration < found.duration * (1 - _JUMP):
         raise InputValueError(
-            f"time_scaling: a duration of {duration:g} s is too short: the limits need "
-            f"{found.duration:.6g} s"
+            f"time_scaling: the limits require a duration of at least {found.duration:.6g} s, got "
+            f"{duration:g} s"
         )
     return found.stretched(duration / found.duration)
 
@@ -229,12 +237,13 @@ def _single(
     least = max(times)
     if duration is None and least == 0:
         raise InputValueError(
-            f"time_scaling: {profile} needs a duration, or a limit of speed or acceleration"
+            "time_scaling: expected a duration, or a limit of speed or acceleration, for profile "
+            f"{profile}"
         )
     T = least if duration is None else duration
     if least * (1 - _JUMP) > T:
         raise InputValueError(
-            f"time_scaling: a duration of {T:g} s is too short: the limits need {least:.6g} s"
+            f"time_scaling: the limits require a duration of at least {least:.6g} s, got {T:g} s"
         )
     row = np.array(_POWERS[profile]) * T ** -np.arange(len(_POWERS[profile]), dtype=float)
     return TimeScaling(np.array([0, T]), length * row[None], length)

@@ -33,7 +33,7 @@ _TIME = ("t [s]", "t", "time [s]", "time")
 
 @dataclass(frozen=True, eq=False)
 class Trajectory(StudyResult):
-    """A sampled motion.
+    """A motion of a robot, sampled in time.
 
     Attributes:
         robot: Name of the robot.
@@ -42,8 +42,9 @@ class Trajectory(StudyResult):
         q: (m, n) coordinates [rad or m].
         qd: (m, n) rates [rad/s or m/s].
         qdd: (m, n) accelerations [rad/s^2 or m/s^2].
-        T: (m, 4, 4) tool poses `T_0_ee`.
-        V: (m, 6) mixed twists of the tool [m/s, rad/s].
+        T: (m, 4, 4) tool poses in the base frame, with positions in [m].
+        V: (m, 6) velocity of the tool origin [m/s] and angular velocity of the tool [rad/s], in the
+            axes of the base frame.
         stage: (m,) index of the stage in a sequence, or 0 for a single motion.
     """
 
@@ -70,7 +71,7 @@ class Trajectory(StudyResult):
         )
 
     def q_at(self, t: ArrayLike) -> FloatArray:
-        """Return coordinates (..., n) at times (...) [s], by linear interpolation.
+        """Return coordinates (..., n) at times t (...) [s], by linear interpolation.
 
         Times before the start give the first sample, and times after the end give the last sample.
         """
@@ -100,7 +101,7 @@ class Trajectory(StudyResult):
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], robot: Robot | None = None) -> Self:
-        """Return the trajectory of a file.
+        """Return a trajectory from a file.
 
         Args:
             path: A .npz file that `to_npz` wrote, a .npz file with arrays `t (m,)` and `q (m, n)`,
@@ -159,15 +160,19 @@ class Trajectory(StudyResult):
 
 
 def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
-    """Concatenate trajectories.
+    """Concatenate trajectories of one robot.
 
-    The field `stage` of the result is the index of the source trajectory of each sample.
+    Args:
+        trajectories: The trajectories in order. Each trajectory starts at the end time of the
+            previous one.
 
-    The first sample of a trajectory replaces the last sample of the preceding trajectory.
+    Returns:
+        The trajectory. `stage` (m,) is the index of the trajectory from which each sample comes.
+        The first sample of a trajectory replaces the last sample of the previous one.
 
     Raises:
-        InputTypeError: The argument is not a list or tuple of trajectories.
-        InputValueError: There is no trajectory, or the trajectories belong to different robots.
+        InputTypeError: `trajectories` is not a list or tuple of `Trajectory` objects.
+        InputValueError: `trajectories` is empty, or the trajectories belong to different robots.
     """
     check_type("concatenate: trajectories", trajectories, Sequence)
     for index, own in enumerate(trajectories):
@@ -233,7 +238,7 @@ def _table(path: Path, robot: Robot) -> dict[str, Any]:
     if len(missing) == len(names) and all(map(_is_number, header)):
         raise InputValueError(
             f"{path}: the first line has numbers, not the names of columns; add the line "
-            f"{','.join(names)}, or t,{','.join(names)} if the first column has times"
+            f"{','.join(names)}, or t,{','.join(names)} (with times)"
         )
     if missing:
         raise InputValueError(f"{path}: no column for {', '.join(missing)} of robot {robot.name}")

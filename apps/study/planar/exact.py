@@ -38,18 +38,19 @@ _TURN = 2 * math.pi
 
 @dataclass(frozen=True, eq=False)
 class ExactWorkspace(StudyResult):
-    """The exact workspace of the tool origin or the wrist center.
+    """The exact region that the tool origin or the wrist center of an arm reaches.
 
     Attributes:
         robot: The robot's name.
         point: "tool" or "wrist".
         joints: The names of the joints that move the point.
-        section: The reachable region in the plane. For a body of revolution, the coordinates of the
-            region are (u, z). The coordinate u is 0 at the points nearest to the first axis. The
-            coordinate u is negative on the far side of the first axis.
-        origin: (3,) origin of the plane [m]. For a body of revolution, the origin is a point on the
-            first axis.
-        axes: (2, 3) directions of the two axes of the plane, with the first joint at 0.
+        section: The reachable region in a plane, with coordinates along `axes` [m]. For a body of
+            revolution, the first coordinate is 0 at the points nearest to the first axis, and
+            negative on the far side of this axis. The second coordinate is z.
+        origin: (3,) origin of the plane in the base frame [m]. For a body of revolution, the origin
+            is a point on the first axis.
+        axes: (2, 3) unit vectors along the two axes of the plane in the base frame, with the first
+            joint at position 0.
         offset: Distance of the plane from the first axis [m], positive along axes[0] x axes[1]. For
             a planar workspace, the offset is 0.
         turn: (2,) limits of the first joint [rad], or None for a planar workspace.
@@ -104,7 +105,7 @@ class ExactWorkspace(StudyResult):
 
     @property
     def bounds(self) -> FloatArray:
-        """(2, 3) smallest and largest x, y and z [m], exact up to rounding errors."""
+        """(2, 3) smallest and largest x, y and z in the base frame [m], without sampling error."""
         (u_0, v_0), (u_1, v_1) = self.section.bounds
         if self.turn is None:
             normal = np.cross(*self.axes)
@@ -137,33 +138,33 @@ class ExactWorkspace(StudyResult):
 
 
 def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
-    """Return the exact workspace of the tool origin or the wrist center of an arm.
+    """Return the exact region that the tool origin or the wrist center of a serial arm reaches.
 
-    Only the joints that move the point matter. Their axes must have one of two forms:
+    The axes of the joints that move the point must have one of two forms:
 
-    - All axes are parallel, and two or more joints are revolute. The other joints are prismatic.
-      The workspace is planar, or a prism if a prismatic joint moves the point.
-    - All joints are revolute. The first axis is parallel to the z axis of the base. The further
-      axes, two or more, are horizontal and parallel. The workspace is a body of revolution about
-      the first axis.
+    - All axes are parallel. Two or more joints are revolute, and the others are prismatic. The
+      workspace is planar, or a prism if there is a prismatic joint.
+    - All joints are revolute. The first axis is parallel to the z axis of the base frame. All
+      further axes (two or more) are normal to the first axis and parallel to each other. The
+      workspace is a body of revolution about the first axis.
 
     Args:
-        robot: A serial arm.
-        point: "tool" for the tool origin, or "wrist" for an intersection of two consecutive axes,
-            such as the center of a spherical wrist. Only the joints before the two intersecting
-            axes count for "wrist". If several intersections are possible, the wrist is the
-            intersection nearest to the tool.
+        robot: A serial arm. The joint limits bound the workspace.
+        point: "tool" for the tool origin. "wrist" for an intersection of two consecutive axes, such
+            as the center of a spherical wrist. Only the joints before these two axes move the
+            wrist. If several intersections are possible, the nearest to the tool is used.
 
     Returns:
-        An `ExactWorkspace`. `section` is the reachable region of the plane, with `area` [m^2].
-        `origin` (3,) [m] and `axes` (2, 3) describe the plane in the base frame. `volume` [m^3] is
-        0 for a planar workspace. `bounds` (2, 3) contains the smallest and largest x, y and z in
-        the base frame [m]. `joints` names the joints that move the point.
+        An `ExactWorkspace`. `section` is the reachable region in the plane of the motion, and
+        `area` [m^2] is its area. `origin` (3,) [m] and the unit vectors `axes` (2, 3) describe this
+        plane in the base frame. `volume` [m^3] is 0 for a planar workspace. `bounds` (2, 3)
+        contains the smallest and largest x, y and z in the base frame [m]. `joints` names the
+        joints that move the point.
 
     Raises:
         InputTypeError: `robot` is not a `Robot`.
         InputValueError: The robot has loops, `point` is neither "tool" nor "wrist", or the axes
-            have neither form. For "wrist", the error is also raised if no consecutive axes
+            have neither of the two forms above. `point` is "wrist", and no two consecutive axes
             intersect.
     """
     check_type("exact_workspace: robot", robot, Robot)
@@ -174,11 +175,11 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
     candidates = [of_tool(robot)] if point == "tool" else of_meetings(robot)
     chain = next((own for own in candidates if own.parallel or own.upright), None)
     if chain is None:
-        other = "; the boundary for point='wrist' may do so" if point == "tool" else ""
+        other = "; the boundary for point='wrist' may consist of arcs" if point == "tool" else ""
         raise InputValueError(
-            f"{robot.name}: the axes that move its {point} are neither parallel, nor a vertical "
-            "axis followed by parallel horizontal axes, so the boundary does not consist of "
-            f"arcs{other}; use workspace(), which accepts any arm"
+            f"{robot.name}: {point}: the boundary does not consist of arcs, because the axes that "
+            "move this point are neither parallel, nor a vertical axis followed by parallel "
+            f"horizontal axes{other}; use workspace(), which accepts any arm"
         )
     flat = chain.parallel
     rest = chain if flat else chain.without_first()

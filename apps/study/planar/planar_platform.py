@@ -36,13 +36,12 @@ _AXES = ("prismatic", "prismatic", "revolute")
 
 @dataclass(frozen=True, eq=False)
 class PlanarRegion(StudyResult):
-    """A region of tool positions of a planar platform.
+    """A region of tool positions (x, y) of a planar platform, in the base frame.
 
     Attributes:
         robot: The robot's name.
-        name: The name of the region.
-        pieces: Disjoint parts of the region. Each part is an intersection of annuli, one for each
-            leg.
+        name: Text in plot titles and summaries, such as "at every angle".
+        pieces: Disjoint parts of the region. Each part is the intersection of one annulus per leg.
     """
 
     _parts = (Annulus,)
@@ -70,7 +69,7 @@ class PlanarRegion(StudyResult):
         return [arc for piece in self.pieces for arc in border(piece)]
 
     def contains(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Return whether points (m, 2) [m] belong to the region."""
+        """Return a mask (m,) of the points (m, 2) [m] that are in the region."""
         inside = [np.all([own.contains(points) for own in piece], axis=0) for piece in self.pieces]
         return np.asarray(np.any(inside, axis=0))
 
@@ -79,7 +78,7 @@ class PlanarRegion(StudyResult):
 
         Args:
             ax: The matplotlib axes, or None for a new figure.
-            singular: `SingularityCurves`, or None.
+            singular: Curves from `singularity_curves` to plot as well, or None for no curves.
 
         Returns:
             The axes.
@@ -90,23 +89,25 @@ class PlanarRegion(StudyResult):
 
 
 def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
-    """Return the positions of a planar platform's tool at one angle.
+    """Return the tool positions that a planar platform reaches at one tool angle.
 
     Args:
-        robot: A planar platform with three legs. Its tool moves in the x-y plane of the base and
-            rotates about the z axis. Each leg consists of two links or is a cylinder with limits.
-        phi: The angle of the tool about the z axis of the base [rad].
+        robot: A planar platform with three legs. The tool moves in the x-y plane of the base frame
+            and rotates about the z axis. Each leg is a chain of two links, or a cylinder with
+            stroke limits.
+        phi: The angle of the tool about the z axis of the base frame [rad].
 
     Returns:
-        A `PlanarRegion` of positions (x, y) in the base frame [m]. `area` [m^2] is exact.
-        `contains(points)` returns whether points (m, 2) [m] belong to the region. `arcs` lists the
-        arcs of the border. If the tool reaches no position, the area is 0.
+        A `PlanarRegion` of positions (x, y) in the base frame [m]. `area` [m^2] is exact up to
+        rounding errors. `contains(points)` tests whether points (m, 2) [m] are in the region.
+        `arcs` lists the circular arcs of the border. If the tool reaches no position, `area` is 0.
 
     Raises:
         InputTypeError: `robot` is not a `Robot`, or `phi` is not a real number.
         ShapeError: `phi` is an array with one or more dimensions.
-        InputValueError: `phi` is not finite. The robot is not a planar platform with three legs, or
-            a leg is neither two links nor a cylinder. A cylinder has no limits.
+        InputValueError: `phi` is not finite. The robot is not a planar platform with three legs. A
+            leg is neither a chain of two links nor a cylinder. A cylinder of the robot has no
+            stroke limits.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998.
@@ -120,28 +121,29 @@ def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
 
 
 def dexterous_workspace(robot: Robot) -> PlanarRegion:
-    """Return the tool positions that a planar platform reaches at every angle.
+    """Return the positions that the tool of a planar platform reaches at every tool angle.
 
-    At one angle, a leg reaches an annulus, the area between two concentric circles. As the angle
-    changes, the center of the annulus moves on a circle of radius r about a fixed point. Let t be
-    the distance of the tool from this fixed point. The distance of the tool from the center of the
-    annulus is then between |t - r| and t + r. The tool stays in the annulus if two conditions hold.
-    The sum t + r is at most the outer radius. The difference |t - r| is at least the inner radius.
-    These conditions bound the region by circles.
+    At one tool angle, each leg restricts the tool to an annulus, the area between two concentric
+    circles. As the angle changes, the center of the annulus moves on a circle of radius r about a
+    fixed point. At distance t from this fixed point, a position is in the annulus at every angle
+    under two conditions: t + r is at most the outer radius, and |t - r| is at least the inner
+    radius. These conditions bound the region by circles.
 
     Args:
-        robot: A planar platform with three legs. Its tool moves in the x-y plane of the base and
-            rotates about the z axis. Each leg consists of two links or is a cylinder with limits.
+        robot: A planar platform with three legs. The tool moves in the x-y plane of the base frame
+            and rotates about the z axis. Each leg is a chain of two links, or a cylinder with
+            stroke limits.
 
     Returns:
-        A `PlanarRegion` of positions (x, y) in the base frame [m]. `area` [m^2] is exact.
-        `contains(points)` returns whether points (m, 2) [m] belong to the region. `arcs` lists the
-        arcs of the border. If no position is reachable at every angle, the area is 0.
+        A `PlanarRegion` of positions (x, y) in the base frame [m]. `area` [m^2] is exact up to
+        rounding errors. `contains(points)` tests whether points (m, 2) [m] are in the region.
+        `arcs` lists the circular arcs of the border. If the tool reaches no position at every
+        angle, `area` is 0.
 
     Raises:
         InputTypeError: `robot` is not a `Robot`.
-        InputValueError: The robot is not a planar platform with three legs, or a leg is neither two
-            links nor a cylinder. A cylinder has no limits.
+        InputValueError: The robot is not a planar platform with three legs. A leg is neither a
+            chain of two links nor a cylinder. A cylinder of the robot has no stroke limits.
     """
     check_type("dexterous_workspace: robot", robot, Robot)
     legs = []
@@ -160,12 +162,12 @@ def dexterous_workspace(robot: Robot) -> PlanarRegion:
 
 @dataclass(frozen=True, eq=False)
 class OrientationGrid(StudyResult):
-    """The angles that a planar platform can have at each position.
+    """The tool angles that a planar platform reaches at each cell of a position grid.
 
     Attributes:
-        grid: Grid whose cell centers are the positions of the platform.
-        angles: (k,) the angles [rad].
-        possible: (nx, ny, k) mask, true if the platform can have the angle at the position.
+        grid: Grid whose cell centers are the tool positions, in the base frame.
+        angles: (k,) angles of the tool about the z axis of the base frame [rad].
+        possible: (nx, ny, k) mask, True if the tool reaches the angle at the cell center.
     """
 
     _parts = (Grid,)
@@ -187,21 +189,21 @@ class OrientationGrid(StudyResult):
 
     @property
     def fraction(self) -> FloatArray:
-        """(nx, ny) fraction of the angles that are possible."""
+        """(nx, ny) fraction of the angles that the tool reaches in each cell."""
         return np.asarray(self.possible.mean(-1))
 
     @property
     def total(self) -> float:
-        """Area in which all angles are possible [m^2], with an error of one cell at the border."""
+        """Area in which the tool reaches all angles [m^2], accurate to one cell at the border."""
         return float(self.possible.all(-1).sum() * self.grid.side**2)
 
     @property
     def inclusive(self) -> float:
-        """Area in which some angle is possible [m^2], with an error of one cell at the border."""
+        """Area in which the tool reaches some angle [m^2], accurate to one cell at the border."""
         return float(self.possible.any(-1).sum() * self.grid.side**2)
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the fraction of the angles that are possible in each cell.
+        """Plot the fraction of the angles that the tool reaches in each cell.
 
         Args:
             ax: The matplotlib axes, or None for a new figure.
@@ -215,28 +217,29 @@ class OrientationGrid(StudyResult):
 
 
 def orientation_grid(robot: Robot, phi: ArrayLike, *, resolution: int = 200) -> OrientationGrid:
-    """Return the possible angles of a planar platform at each cell of a grid.
+    """Return the tool angles that a planar platform reaches at each cell of a position grid.
 
     Args:
-        robot: A planar platform with three legs. Its tool moves in the x-y plane of the base and
-            rotates about the z axis. Each leg consists of two links or is a cylinder with limits.
-        phi: (k,) angles of the tool about the z axis of the base [rad].
-        resolution: Number of cells along the longest side, at least 2.
+        robot: A planar platform with three legs. The tool moves in the x-y plane of the base frame
+            and rotates about the z axis. Each leg is a chain of two links, or a cylinder with
+            stroke limits.
+        phi: (k,) angles of the tool about the z axis of the base frame [rad].
+        resolution: Number of grid cells along the longest side, at least 2.
 
     Returns:
-        An `OrientationGrid`. `possible` (nx, ny, k) is True if the tool can have the angle at the
-        center of the cell. `grid` contains the cells in the base frame [m]. `fraction` (nx, ny) is
-        the fraction of the angles that are possible. `total` and `inclusive` are the areas [m^2]
-        with all angles and with at least one angle.
+        An `OrientationGrid`. `possible` (nx, ny, k) is True if the tool reaches the angle at the
+        cell center. `grid` describes the cells in the base frame [m]. `fraction` (nx, ny) is the
+        fraction of the angles that the tool reaches. `total` [m^2] is the area in which the tool
+        reaches all angles, and `inclusive` [m^2] is the area in which it reaches at least one.
 
     Raises:
         InputTypeError: `robot` is not a `Robot`, or `phi` or `resolution` contains values that are
             not real numbers.
         ShapeError: `phi` has two or more dimensions, or `resolution` has one or more.
-        InputValueError: `phi` is empty or not finite. `resolution` is less than 2 or has a
-            fractional part, or the grid would have more than 1e9 cells. The robot is not a planar
-            platform with three legs, or a leg is neither two links nor a cylinder. A cylinder has
-            no limits.
+        InputValueError: `phi` is empty, or contains a number that is not finite. `resolution` is
+            less than 2 or has a fractional part, or the grid would have more than 1e9 cells. The
+            robot is not a planar platform with three legs. A leg is neither a chain of two links
+            nor a cylinder. A cylinder of the robot has no stroke limits.
     """
     check_type("orientation_grid: robot", robot, Robot)
     angles = np.atleast_1d(finite("orientation_grid: phi", phi))
@@ -289,7 +292,7 @@ def _of_distance(
     residual = np.abs(powers @ coefficients - found).max()
     if not residual <= _FITS * np.abs(found).max():
         raise InputValueError(
-            f"{robot.name}: the boundary of leg {leg + 1} does not consist of circles; the "
+            f"{robot.name}: leg {leg + 1}: the boundary does not consist of circles; the "
             f"residual is {residual:.3g} of {np.abs(found).max():.3g}"
         )
     return center, coefficients / size ** (2.0 * np.arange(degree + 1))

@@ -13,7 +13,7 @@ from chasles import InputValueError, Robot
 from chasles.contract import check_type
 from chasles.summaries import summary_repr
 
-from ..arguments import finite
+from ..arguments import finite, integer_at_least
 from ..results import StudyResult
 from .planar_platform import constant_orientation_workspace
 from .zero_curves import zero_curves
@@ -26,7 +26,7 @@ _PAD = 0.05
 
 @dataclass(frozen=True, eq=False)
 class SingularityCurves(StudyResult):
-    """Polylines (k, 2) of singular positions x, y [m] at one orientation.
+    """Polylines (k, 2) of singular tool positions (x, y) in the base frame [m], at one tool angle.
 
     Attributes:
         robot: The robot's name.
@@ -66,51 +66,53 @@ def singularity_curves(
     slot: int = 0,
     resolution: int = 201,
 ) -> SingularityCurves:
-    """Return the singular positions of a planar platform at one orientation.
+    """Return the singular tool positions of a planar platform at one tool angle.
 
-    A position is singular of type 1 if a leg is stretched or folded. A position is singular of type
-    2 if the platform gains a degree of freedom. The curves connect singular points on grid lines by
-    straight segments.
+    At a type-1 singularity, a leg is stretched or folded. At a type-2 singularity, the platform
+    gains a degree of freedom. The curves are polylines through singular points on the lines of a
+    grid.
 
     Args:
-        robot: A planar platform, a robot with `ik_planar`. If `x` or `y` is None, the platform must
-            have three legs. Each leg must then consist of two links or be a cylinder with limits.
-        phi: The angle of the tool about the z axis of the base [rad].
+        robot: A planar platform, that is, a robot with `ik_planar`. If `x` or `y` is None, the
+            platform must have three legs. Each leg is then a chain of two links, or a cylinder with
+            stroke limits.
+        phi: The angle of the tool about the z axis of the base frame [rad].
         x: (2,) lower and upper bound of x in the base frame [m]. None means the extent of the
-            region that all legs reach, with a margin.
-        y: (2,) lower and upper bound of y in the base frame [m]. None means the extent of the
-            region that all legs reach, with a margin.
-        slot: Index of the solution of `ik_planar`, from 0. The index determines the branch of each
-            leg. Slot 0 contains the reference branch.
+            region that all legs reach, plus a margin.
+        y: (2,) lower and upper bound of y in the base frame [m]. None means the extent of the same
+            region.
+        slot: Index of the `ik_planar` solution, from 0. The index determines the branch of each leg
+            (such as elbow up or down). Index 0 is the branch of the reference configuration.
         resolution: Number of grid lines per axis, an int of at least 2.
 
     Returns:
         A `SingularityCurves`. `type_1` and `type_2` are tuples of polylines (k, 2) with positions
-        (x, y) in the base frame [m]. A tuple is empty if there are no such positions. Type-2 curves
-        end at the boundary of the region that all legs reach.
+        (x, y) in the base frame [m]. A tuple is empty if no singular position is in the bounds.
+        Type-2 curves end at the boundary of the region that all legs reach.
 
     Raises:
-        MissingFunctionError: The robot is not a planar platform.
+        MissingFunctionError: The robot has no `ik_planar`.
         InputTypeError: `robot` is not a `Robot`, or `phi` is not a real number.
         ShapeError: `phi` is an array with one or more dimensions.
-        InputValueError: `phi` is not finite, the bounds are not in ascending order, or `resolution`
-            is less than 2. `x` or `y` is None, and the legs do not meet the conditions above.
-        IndexError: `ik_planar` has no solution with the index `slot`.
-        TypeError: `resolution` is not an int.
+        InputValueError: `phi` is not finite, `x` or `y` is not ascending, or `resolution` is not an
+            integer of at least 2. `ik_planar` has no solution with the index `slot`. `x` or `y` is
+            None, and the robot does not have the three legs that `robot` describes.
 
     Source:
         C. Gosselin, J. Angeles, Singularity analysis of closed-loop kinematic chains, 1990.
     """
     check_type("singularity_curves: robot", robot, Robot)
     finite("singularity_curves: phi", phi, ())
-    ik_planar = robot.ik_planar
+    resolution = integer_at_least("singularity_curves: resolution", resolution, 2)
+    slot, ik_planar = integer_at_least("singularity_curves: slot", slot, 0), robot.ik_planar
+    if slot >= (slots := len(ik_planar([0, 0, phi]).q)):
+        raise InputValueError(f"singularity_curves: slot: expected less than {slots}, got {slot}")
     if x is None or y is None:
         bounds = _bounds(robot, phi)
         x, y = bounds[0] if x is None else x, bounds[1] if y is None else y
-    if not (x[0] < x[1] and y[0] < y[1] and resolution >= 2):  # noqa: PLR2004
+    if not (x[0] < x[1] and y[0] < y[1]):
         raise InputValueError(
-            f"singularity_curves: expected ascending x and y and resolution at least 2, got x = "
-            f"{x}, y = {y}, resolution = {resolution}"
+            f"singularity_curves: expected ascending bounds x and y, got x = {x} and y = {y}"
         )
     grid = [np.linspace(low, high, resolution) for low, high in (x, y)]
 

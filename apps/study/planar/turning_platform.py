@@ -43,7 +43,7 @@ _ACROSS = 16
 
 @dataclass(frozen=True, eq=False)
 class OrientationRangeWorkspace(StudyResult):
-    """Tool positions of a planar platform for a range of angles.
+    """Positions that the tool of a planar platform reaches at angles of a range.
 
     Attributes:
         robot: The robot's name.
@@ -74,7 +74,7 @@ class OrientationRangeWorkspace(StudyResult):
         )
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the border of the region in which every angle is possible.
+        """Plot the border of the region `total`.
 
         Args:
             ax: The matplotlib axes, or None for a new figure.
@@ -90,30 +90,33 @@ class OrientationRangeWorkspace(StudyResult):
 def orientation_range_workspace(
     robot: Robot, phi_min: float, phi_max: float, *, tolerance: float = 1e-3
 ) -> OrientationRangeWorkspace:
-    """Return the total and the inclusive workspace of a planar platform.
+    """Return the workspaces of a planar platform for a range of tool angles.
 
     The total workspace contains the positions that the tool reaches at every angle of a range. The
     inclusive workspace contains the positions that the tool reaches at one or more angles of the
     range.
 
     Args:
-        robot: A planar platform with three legs. Its tool moves in the x-y plane of the base and
-            rotates about the z axis. Each leg consists of two links or is a cylinder with limits.
-        phi_min: The smallest angle of the tool about the z axis of the base [rad].
-        phi_max: The largest angle of the tool about the z axis of the base [rad].
-        tolerance: Relative error of the inclusive area at which the computation stops, above 0.
+        robot: A planar platform with three legs. The tool moves in the x-y plane of the base frame
+            and rotates about the z axis. Each leg is a chain of two links, or a cylinder with
+            stroke limits.
+        phi_min: The smallest angle of the tool about the z axis of the base frame [rad].
+        phi_max: The largest angle of the tool [rad], above `phi_min`.
+        tolerance: Relative error of the inclusive area at which the refinement stops, above 0.
 
     Returns:
-        An `OrientationRangeWorkspace`. `total` is a region of positions (x, y) in the base frame
-        [m], with the exact `area` [m^2]. `inclusive` is an area [m^2] with an error bound. If the
-        tool reaches no position, the areas are 0.
+        An `OrientationRangeWorkspace`. `total` is the region of the total workspace in the base
+        frame [m]; its `area` [m^2] is exact up to rounding errors. `inclusive` is the area of the
+        inclusive workspace (`value` and bound `error` [m^2]). If the tool reaches no position, both
+        areas are 0.
 
     Raises:
         InputTypeError: `robot` is not a `Robot`.
         TypeError: An angle or the tolerance is not a real number.
-        InputValueError: The angles are not finite and ascending, or `tolerance` is not above 0. The
-            robot is not a planar platform with three legs, or a leg is neither two links nor a
-            cylinder. A cylinder has no limits.
+        InputValueError: `phi_min` or `phi_max` is not finite, `phi_max` is not above `phi_min`, or
+            `tolerance` is not above 0. The robot is not a planar platform with three legs. A leg is
+            neither a chain of two links nor a cylinder. A cylinder of the robot has no stroke
+            limits.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998, for

@@ -42,23 +42,22 @@ _RESOLUTION = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class ConfigurationSpace:
-    """The configurations within limits, with a test for contacts of bodies and obstacles.
+    """The configurations of a robot within limits, with collision tests.
 
-    The drawing of the robot defines the shapes of bodies, rods and cylinders: lines and plates with
-    rounded edges. Contact between bodies that a joint connects is ignored. Contact between two
-    bodies is also ignored if they touch in every one of many random configurations.
+    The shapes of links, rods and cylinders are the lines and plates of the robot's drawing,
+    thickened by a radius. Contact between bodies that a joint connects is ignored. Contact between
+    two bodies is also ignored if they touch in each of many random configurations.
 
     Attributes:
         robot: The robot.
         obstacles: The obstacles.
-        hulls: The shapes of the bodies.
+        hulls: The collision shapes of the robot.
         radii: (k,) radius of each of the k `bodies` [m].
         lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
-        checks: Pairs of indices for collision checks. The first index selects a collision shape of
-            the robot. The second index counts the obstacles first, followed by the collision shapes
-            of the robot.
-        bounds: Bounds of the joint motion of a robot with loops.
+        checks: Pairs of indices for collision checks. The first index is the index of a collision
+            shape in `hulls`. The second index counts the obstacles first, then these shapes.
+        bounds: Bounds of the joint motion of a robot with loops, or None without loops.
     """
 
     robot: Robot
@@ -83,18 +82,18 @@ class ConfigurationSpace:
 
     @property
     def bodies(self) -> tuple[str, ...]:
-        """Names of the bodies, rods and cylinders that have a shape."""
+        """Names of the links, rods and cylinders that have a collision shape."""
         return self.hulls.parts
 
     def is_free(self, q: FloatArray) -> BoolArray:
-        """Return whether configurations (m, n) are free of contacts."""
+        """Return a mask (m,) of configurations (m, n) without contact. Limits are ignored."""
         z = self.hulls.configuration(q)
         found: BoolArray = np.asarray(np.isfinite(z).all(-1))
         found[found] = [(apart > 0).all() for apart in self._distances_at(z[found])]
         return np.asarray(found)
 
     def is_free_segment(self, a: FloatArray, b: FloatArray) -> bool:
-        """Return whether the straight segment between two points (n,) is free of contacts."""
+        """Return whether no configuration on the segment from a (n,) to b (n,) has a contact."""
         least = _RESOLUTION * float(np.max(self.upper - self.lower))
         segments = [(a, b)]
         while segments:
@@ -133,14 +132,14 @@ class ConfigurationSpace:
         return np.asarray(moves[common, own] + others_move)
 
     def clearance(self, q: FloatArray) -> tuple[float, str]:
-        """Return the smallest distance between two shapes at a configuration.
+        """Return the smallest distance between two checked shapes at a configuration.
 
         Args:
             q: (n,) coordinates [rad or m].
 
         Returns:
-            The distance [m] and the names of the nearest shapes. For a collision or an open loop,
-            the distance is at most 0.
+            The distance [m] and the names of the nearest shapes. For a collision, the distance is
+            at most 0. If the loops do not close, it is -inf.
         """
         distances = self.distances(q)
         k = int(np.argmin(distances))
@@ -152,7 +151,7 @@ class ConfigurationSpace:
         return float(distances[k]), f"{self._named(own)} and {name}"
 
     def distances(self, q: FloatArray) -> FloatArray:
-        """Return distances (checks,) at a configuration (n,) [m], or -inf if loops are open."""
+        """Return the distance [m] of each pair in `checks` at q (n,), or -inf with open loops."""
         z = self.hulls.configuration(q[None])
         if not np.isfinite(z).all():
             return np.full(len(self.checks), -np.inf)
@@ -222,19 +221,22 @@ def configuration_space(
     radius: float | Sequence[float],
     allowed_collisions: Sequence[tuple[str, str]] = (),
 ) -> ConfigurationSpace:
-    """Return the configuration space of a robot among obstacles.
+    """Return the configuration space of a robot among obstacles, for planners such as `prm`.
 
     Args:
         robot: The robot.
-        obstacles: Obstacles in the base frame, from `sphere`, `box`, `capsule` or `mesh`.
-        radius: One radius of all bodies [m], or a radius for each of `ConfigurationSpace.bodies`.
-        allowed_collisions: Pairs of body names that are not checked, such as bodies that pass close
-            to each other.
+        obstacles: Obstacles from `sphere`, `box`, `capsule` or `mesh`.
+        radius: Radius by which the lines and plates of the robot's drawing are thickened [m]. One
+            number for all bodies, or a sequence with one number for each of
+            `ConfigurationSpace.bodies`.
+        allowed_collisions: Pairs of names from `ConfigurationSpace.bodies` whose contact is
+            ignored.
 
     Raises:
-        InputValueError: A prismatic coordinate has no limits, the radii are not positive, a body is
-            unknown, or the motion of loops cannot be bounded.
-        ShapeError: The number of radii differs from the number of bodies.
+        InputValueError: A prismatic coordinate of the robot has no limits. A radius is not above 0.
+            `allowed_collisions` contains an unknown body. The joint motion of a robot with loops
+            cannot be bounded. No pair of shapes remains to be checked.
+        ShapeError: `radius` is a sequence, and its length differs from the number of bodies.
     """
     check_type("configuration_space: robot", robot, Robot)
     lower, upper = _box(robot)

@@ -196,8 +196,8 @@ def closed_configurations(
     found = sum(map(len, q))
     if found < _FEWEST:
         raise InputValueError(
-            f"{robot.name}: the loops close at {found} of {_ATTEMPTS * _SAMPLES} random "
-            "configurations, too few to bound their motion"
+            f"{robot.name}: the loops close at too few random configurations to bound their "
+            f"motion: {found} of {_ATTEMPTS * _SAMPLES}"
         )
     return np.concatenate(q), np.concatenate(z)
 
@@ -289,8 +289,8 @@ def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[Floa
         here = equation(random)
         if not np.abs(fitted - here).max() <= _FITS * max(np.abs(here).max(), 1):
             raise InputValueError(
-                f"{robot.name}: loop equation {row} is not a polynomial of degree 2 in its joints, "
-                "so the motion of these joints cannot be bounded"
+                f"{robot.name}: the joint motion cannot be bounded: expected a polynomial of "
+                f"degree 2 in the joints, got loop equation {row}"
             )
         for first, j in enumerate(joints):
             for second, k in enumerate(joints[: first + 1]):
@@ -327,7 +327,8 @@ def _coefficients(
     shape = tuple(_ANGLES if turns[j] else _LENGTHS for j in joints)
     if np.prod(shape, dtype=float) > _LARGEST:
         raise InputValueError(
-            f"{robot.name}: loop equation {row} has {len(joints)} joints, too many to bound"
+            f"{robot.name}: the joint motion cannot be bounded: too many joints in loop equation "
+            f"{row}: {len(joints)}"
         )
     z = np.zeros((*shape, len(turns)))
     for axis, (j, count) in enumerate(zip(joints, shape, strict=True)):

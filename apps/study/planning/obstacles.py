@@ -18,7 +18,7 @@ from chasles import InputValueError
 from chasles.contract import as_path, open_input, requires
 from chasles.summaries import summary_repr
 
-from ..arguments import above_0, finite
+from ..arguments import above_0, finite, poses
 
 FloatArray = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ _POINT = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """A shape in the base frame.
+    """A fixed shape that the robot must not touch.
 
     Attributes:
         shape: A collision shape from the Python package coal.
@@ -49,7 +49,17 @@ class Obstacle:
 
 
 def sphere(center: ArrayLike, radius: float, name: str = "sphere") -> Obstacle:
-    """Return a sphere with a center (3,) in the base frame and a radius [m]."""
+    """Return a sphere, an obstacle for `configuration_space`.
+
+    Args:
+        center: (3,) center in the base frame [m].
+        radius: Radius [m].
+        name: Name of the obstacle in messages.
+
+    Raises:
+        ShapeError: `center` is not (3,).
+        InputValueError: A number is not finite, or `radius` is not above 0.
+    """
     with requires("chasles[planning]"):
         import coal  # noqa: PLC0415
 
@@ -59,16 +69,40 @@ def sphere(center: ArrayLike, radius: float, name: str = "sphere") -> Obstacle:
 
 
 def box(T_0_box: ArrayLike, size: ArrayLike, name: str = "box") -> Obstacle:
-    """Return a box with a center pose (4, 4) in the base frame and side lengths (3,) [m]."""
+    """Return a box, an obstacle for `configuration_space`.
+
+    Args:
+        T_0_box: (4, 4) pose of the box in the base frame. Its origin is the center of the box [m].
+        size: (3,) side lengths along the x, y and z axes of the box [m].
+        name: Name of the obstacle in messages.
+
+    Raises:
+        ShapeError: `T_0_box` is not (4, 4), or `size` is not (3,).
+        InputValueError: A number is not finite, a side length is not above 0, or `T_0_box` is not
+            rigid.
+    """
     with requires("chasles[planning]"):
         import coal  # noqa: PLC0415
 
     lengths = [above_0("box: size", side) for side in finite("box: size", size, (3,))]
-    return Obstacle(coal.Box(*lengths), finite("box: T_0_box", T_0_box, (4, 4)), name)
+    return Obstacle(
+        coal.Box(*lengths), poses("box: T_0_box", finite("box: T_0_box", T_0_box, (4, 4))), name
+    )
 
 
 def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsule") -> Obstacle:
-    """Return a capsule, the points within a radius [m] of a segment in the base frame."""
+    """Return a capsule (the points near a line segment), an obstacle for `configuration_space`.
+
+    Args:
+        start: (3,) start of the segment in the base frame [m].
+        end: (3,) end of the segment in the base frame [m].
+        radius: Maximum distance of the points from the segment [m].
+        name: Name of the obstacle in messages.
+
+    Raises:
+        ShapeError: `start` or `end` is not (3,).
+        InputValueError: A number is not finite, or `radius` is not above 0.
+    """
     with requires("chasles[planning]"):
         import coal  # noqa: PLC0415
 
@@ -81,7 +115,19 @@ def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsul
 def mesh(
     path: str | os.PathLike[str], T_0_mesh: ArrayLike | None = None, name: str = ""
 ) -> Obstacle:
-    """Return the surface in a file (.stl, .obj or .dae, in meters) at a pose in the base frame."""
+    """Return a triangle mesh from a file, an obstacle for `configuration_space`.
+
+    Args:
+        path: A .stl, .obj or .dae file with coordinates in meters.
+        T_0_mesh: (4, 4) pose of the file's coordinate frame in the base frame, position in [m].
+            None means the base frame.
+        name: Name of the obstacle in messages. "" means the file name.
+
+    Raises:
+        ShapeError: `T_0_mesh` is not (4, 4).
+        InputValueError: The file cannot be read, or contains no triangle mesh. `T_0_mesh` contains
+            a number that is not finite, or is not rigid.
+    """
     name_of_file = os.fspath(as_path("mesh: path", path))
     with requires("chasles[planning]"):
         import coal  # noqa: PLC0415
@@ -92,8 +138,11 @@ def mesh(
     except OSError as error:
         raise InputValueError(f"mesh: path: {name_of_file}: {error.strerror}") from None
     except ValueError as error:
-        raise InputValueError(f"mesh: path: {name_of_file}: not a triangle mesh") from error
-    T = finite("mesh: T_0_mesh", np.eye(4) if T_0_mesh is None else T_0_mesh, (4, 4))
+        raise InputValueError(f"mesh: path: {name_of_file}: expected a triangle mesh") from error
+    T = poses(
+        "mesh: T_0_mesh",
+        finite("mesh: T_0_mesh", np.eye(4) if T_0_mesh is None else T_0_mesh, (4, 4)),
+    )
     return Obstacle(shape, T, name or Path(path).name)
 
 

@@ -21,10 +21,10 @@ class OccupancyMap:
     """A planar grid of cells. The space outside the grid is occupied.
 
     Attributes:
-        occupied: (nx, ny) whether each cell is occupied. Cell (i, j) extends from `origin` +
-            (i, j) `cell_size` to `origin` + (i + 1, j + 1) `cell_size`.
-        cell_size: Side of a cell [m].
-        origin: (2,) lower corner of the first cell [m].
+        occupied: (nx, ny) mask of the occupied cells. Cell (i, j) extends from `origin` + (i, j)
+            `cell_size` to `origin` + (i + 1, j + 1) `cell_size`.
+        cell_size: Side length of a cell [m].
+        origin: (2,) corner of cell (0, 0) with the smallest x and y [m].
     """
 
     occupied: BoolArray
@@ -47,12 +47,12 @@ class OccupancyMap:
         return self.origin + self.cell_size * np.array(self.occupied.shape)
 
     def is_free(self, q: FloatArray) -> BoolArray:
-        """Return whether points (m, 2) lie in free cells."""
+        """Return a mask (m,) of the points (m, 2) [m] in free cells."""
         cell = np.floor((q - self.origin) / self.cell_size).astype(np.intp)
         return self._free_cells(cell)
 
     def is_free_segment(self, a: FloatArray, b: FloatArray) -> bool:
-        """Return whether all of a segment between two points (2,) lies in free cells.
+        """Return whether the whole segment between points a (2,) and b (2,) is in free cells.
 
         The segment is cut at cell borders, so the result is exact. A segment along a border belongs
         to the cells with the larger index.
@@ -71,7 +71,7 @@ class OccupancyMap:
         return bool(self._free_cells(cells).all())
 
     def explain(self, q: FloatArray) -> str:
-        """Return the name of the object that occupies a point (2,)."""
+        """Return the reason why a point (2,) is not free."""
         x, y = q
         inside = ((q >= self.lower) & (q < self.upper)).all()
         return f"({x:g}, {y:g}) m is {'occupied' if inside else 'outside the map'}"
@@ -85,16 +85,16 @@ class OccupancyMap:
 def occupancy_map(
     occupied: ArrayLike, cell_size: float = 1.0, origin: ArrayLike = (0.0, 0.0)
 ) -> OccupancyMap:
-    """Make an occupancy map from an array of occupied cells.
+    """Return an occupancy map of a planar space, for planners such as `prm`.
 
     Args:
-        occupied: (nx, ny) whether each cell is occupied. The first array index counts along x.
-        cell_size: Side of a cell [m].
-        origin: (2,) lower corner of the first cell [m].
+        occupied: (nx, ny) mask of the occupied cells. The first array index counts along x.
+        cell_size: Side length of a cell [m].
+        origin: (2,) corner of cell (0, 0) with the smallest x and y [m].
 
     Raises:
-        ShapeError: The shape of `occupied` is not (nx, ny), or the shape of `origin` is not (2,).
-        InputValueError: cell_size is not positive.
+        ShapeError: `occupied` is not (nx, ny), or `origin` is not (2,).
+        InputValueError: `cell_size` is not above 0.
     """
     cells, corner = np.asarray(occupied, dtype=bool), finite("occupancy_map: origin", origin)
     if cells.ndim != 2 or corner.shape != (2,):  # noqa: PLR2004 - a plane has two dimensions

@@ -20,7 +20,7 @@ BoolArray = NDArray[np.bool_]
 
 @runtime_checkable
 class Space(Protocol):
-    """A box-shaped space in which each point is free or blocked.
+    """A box of coordinates in which each point is free or blocked, for the planners.
 
     Attributes:
         lower: (n,) smallest coordinates.
@@ -33,10 +33,10 @@ class Space(Protocol):
     def upper(self) -> FloatArray: ...  # noqa: D102
 
     def is_free(self, q: FloatArray) -> BoolArray:
-        """Return whether points (m, n) are free."""
+        """Return a mask (m,) of the points (m, n) that are free."""
 
     def is_free_segment(self, a: FloatArray, b: FloatArray) -> bool:
-        """Return whether the straight segment between two points (n,) is free."""
+        """Return whether the whole segment between two points (n,) is free."""
 
     def explain(self, q: FloatArray) -> str:
         """Return the reason why a point (n,) is not free."""
@@ -44,13 +44,14 @@ class Space(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Plan(StudyResult):
-    """The result of a planner.
+    """A path of straight segments in the coordinates of a space, or the reason for a missing path.
 
     Attributes:
-        q: (m, n) corners of the path from start to goal, or (0, n) without a path.
-        length: Length of the path in the coordinates, or inf without a path.
+        q: (m, n) corners of the path from start to goal, in the coordinates of the space. (0, n)
+            without a path.
+        length: Euclidean length of the path in the coordinates, or inf without a path.
         reason: The reason why no path was found, or "" if a path was found.
-        n_checked: Number of checked segments.
+        n_checked: Number of segments that the planner checked.
     """
 
     q: FloatArray

@@ -33,13 +33,13 @@ _TRIES = 200
 
 @dataclass(frozen=True, eq=False)
 class Roadmap:
-    """Free points and the edges between them.
+    """Free points of a space, with edges that are checked when a path is planned.
 
     Attributes:
-        space: The space.
+        space: The space, such as a `ConfigurationSpace` or an `OccupancyMap`.
         q: (m, n) free points.
-        edges: (k, 2) index pairs of neighboring points.
-        max_step: Maximum edge length.
+        edges: (k, 2) index pairs of neighboring points. Edges may cross blocked points.
+        max_step: Maximum edge length in the coordinates.
         neighbors: Number of nearest points to which a start or a goal is connected.
     """
 
@@ -71,20 +71,20 @@ class Roadmap:
     def plan(
         self, q_start: ArrayLike, q_goal: ArrayLike, *, algorithm: Algorithm = "astar"
     ) -> Plan:
-        """Return the shortest path on the roadmap.
+        """Return the shortest free path on the roadmap.
 
         Args:
-            q_start: (n,) the start point.
-            q_goal: (n,) the goal point.
+            q_start: (n,) coordinates of the start.
+            q_goal: (n,) coordinates of the goal.
             algorithm: "astar" or "dijkstra". Dijkstra's algorithm finds a path of the same length
                 but visits more points.
 
         Returns:
-            The path, or the reason for a missing path.
+            A `Plan` with the path `q` (m, n), or with the `reason` for a missing path.
 
         Raises:
-            ShapeError: Start or goal is not (n,).
-            InputValueError: The algorithm is unknown.
+            ShapeError: `q_start` or `q_goal` is not (n,).
+            InputValueError: `algorithm` is unknown.
         """
         with requires("chasles[study]"):
             import networkx as nx  # noqa: PLC0415
@@ -166,19 +166,21 @@ def prm(
     dispersion: float = 0.0,
     rng: Rng = 0,
 ) -> Roadmap:
-    """Return a probabilistic roadmap of random free points and edges.
+    """Return a probabilistic roadmap: random free points, and edges between near points.
 
     Args:
-        space: The space.
-        samples: Number of free points.
-        neighbors: Maximum number of nearest points to which each point is connected.
-        max_step: Maximum length of an edge in the space of the coordinates.
-        dispersion: Minimum distance between two points in the space of the coordinates. If too few
-            free points with this distance are found, the roadmap has fewer points than `samples`.
-        rng: An int, a `numpy.random.Generator`, or None for fresh entropy.
+        space: The space, such as a `ConfigurationSpace` or an `OccupancyMap`.
+        samples: Number of free points to sample.
+        neighbors: Number of nearest points to which each point is connected.
+        max_step: Maximum Euclidean length of an edge in the coordinates.
+        dispersion: Minimum Euclidean distance between two points in the coordinates. If too few
+            such points are found, the roadmap has fewer points than `samples`.
+        rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh random
+            numbers.
 
     Raises:
-        InputValueError: A number is not positive.
+        InputValueError: `samples` or `neighbors` is less than 1, `max_step` is not above 0, or
+            `dispersion` is negative.
     """
     check_type("prm: space", space, Space)
     samples = integer_at_least("prm: samples", samples, 1)

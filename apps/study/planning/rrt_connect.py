@@ -31,23 +31,25 @@ def rrt_connect(
     time_limit: float = 5.0,
     rng: Rng = 0,
 ) -> Plan:
-    """Plan a path by RRT-Connect, for spaces in which a roadmap needs too many points.
+    """Plan a path by RRT-Connect, for example if a roadmap of `prm` needs too many points.
 
     Args:
-        space: The space.
-        q_start: (n,) the start point.
-        q_goal: (n,) the goal point.
+        space: The space, such as a `ConfigurationSpace` or an `OccupancyMap`.
+        q_start: (n,) coordinates of the start.
+        q_goal: (n,) coordinates of the goal.
         time_limit: Time after which the search ends [s].
-        rng: An int, a `numpy.random.Generator`, or None for fresh entropy. Only the first seed of a
-            process has an effect, because ompl ignores later seeds.
+        rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh random
+            numbers. Only the first seed in a process has an effect, because the library ompl
+            ignores later seeds.
 
     Returns:
-        The path, or the reason for a missing path. All segments of the path are checked.
+        A `Plan` with the path `q` (m, n), or with the `reason` for a missing path. All segments of
+        the path are checked.
 
     Raises:
-        ShapeError: Start or goal is not (n,).
-        InputValueError: The time limit is not positive.
-        NotInstalledError: ompl is not installed.
+        ShapeError: `q_start` or `q_goal` is not (n,).
+        InputValueError: `time_limit` is not above 0.
+        NotInstalledError: The library ompl is not installed.
     """
     check_type("rrt_connect: space", space, Space)
     above_0("rrt_connect: time_limit", time_limit)

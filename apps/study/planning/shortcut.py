@@ -18,18 +18,19 @@ FloatArray = NDArray[np.float64]
 
 
 def shortcut(space: Space, plan: Plan, *, attempts: int = 200, rng: Rng = 0) -> Plan:
-    """Return a plan with a shorter collision-free path, or with the same path.
+    """Shorten the path of a plan by straight free segments between its points.
 
     Args:
-        space: The space.
-        plan: A plan. A plan without a path is returned unchanged.
-        attempts: Number of attempts to replace the path between two random points by a straight
-            segment.
-        rng: An int, a `numpy.random.Generator`, or None for fresh entropy.
+        space: The space in which the path was planned.
+        plan: A `Plan`. If it has no path, it is returned unchanged.
+        attempts: Number of attempts to replace the part between two random points of the path by a
+            straight segment.
+        rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh random
+            numbers.
 
     Raises:
-        InputTypeError: The space is not a `Space`, or the plan is not a `Plan`.
-        InputValueError: The number of attempts is negative or not an integer.
+        InputTypeError: `space` is not a `Space`, or `plan` is not a `Plan`.
+        InputValueError: `attempts` is negative or not an integer.
     """
     check_type("shortcut: space", space, Space)
     check_type("shortcut: plan", plan, Plan)

@@ -26,7 +26,7 @@ _NORMAL_95 = 1.959963984540054
 
 @dataclass(frozen=True)
 class Trial:
-    """Results of roadmaps with the same number of samples and maximum step.
+    """Results of roadmaps with the same number of points and maximum edge length.
 
     Attributes:
         samples: Number of points.
@@ -51,10 +51,10 @@ class Trial:
 
 @dataclass(frozen=True)
 class SuccessStudy(StudyResult):
-    """A table with the trials of a study.
+    """Success rates of roadmaps, from `success_study`.
 
     Attributes:
-        rows: The trials. Each trial has a different pair of sample count and maximum step.
+        rows: A `Trial` for each pair of sample count and maximum edge length.
     """
 
     _parts = (Trial,)
@@ -69,14 +69,14 @@ class SuccessStudy(StudyResult):
         return summary_repr(self, "", *facts, methods="rows, plot(), save(path)")
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write a row per trial."""
+        """Write a .csv file with a row per trial."""
         names = [item.name for item in fields(Trial)]
         write_table(path, names, [astuple(row) for row in self.rows])
 
     def plot(self, ax: Any = None) -> Any:
         """Plot the success rate against the number of samples, with 95 % intervals.
 
-        Each maximum step has one line.
+        Each maximum edge length has one line.
 
         Args:
             ax: matplotlib axes, or None for a new figure.
@@ -100,22 +100,24 @@ def success_study(
     neighbors: int = 10,
     rng: Rng = 0,
 ) -> SuccessStudy:
-    """Return the success rate of roadmaps for each sample count and maximum step.
+    """Return how often roadmaps find a path, for each sample count and maximum edge length.
 
     Args:
-        space: The space.
-        q_start: (n,) the start point.
-        q_goal: (n,) the goal point.
-        samples: Numbers of points.
-        max_steps: Maximum edge lengths.
-        runs: Number of roadmaps for each sample count and maximum step. Each roadmap has different
-            random numbers.
-        neighbors: As in `prm`.
-        rng: An int, a `numpy.random.Generator`, or None for fresh entropy.
+        space: The space, such as a `ConfigurationSpace` or an `OccupancyMap`.
+        q_start: (n,) coordinates of the start.
+        q_goal: (n,) coordinates of the goal.
+        samples: Values of the argument `samples` of `prm` to compare.
+        max_steps: Values of the argument `max_step` of `prm` to compare.
+        runs: Number of roadmaps, with different random numbers, for each pair of `samples` and
+            `max_steps`.
+        neighbors: Number of nearest points to which each point is connected.
+        rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh random
+            numbers.
 
     Raises:
-        InputTypeError: The space is not a `Space`, or an argument has the wrong type.
-        InputValueError: A number is not positive.
+        InputTypeError: `space` is not a `Space`, or another argument has the wrong type.
+        InputValueError: `runs`, `neighbors`, or a number in `samples` or `max_steps` is not above
+            0.
 
     Source:
         E. B. Wilson, Probable inference, the law of succession, and statistical inference, 1927.

@@ -150,7 +150,7 @@ def test_jax_without_a_compiler_says_which_compiler_it_needs(monkeypatch, tmp_pa
 
     monkeypatch.setenv("CHASLES_CACHE", str(tmp_path))
     monkeypatch.setenv("CXX", "/no/compiler")
-    with pytest.raises(ChaslesError, match="JAX needs a C\\+\\+17 compiler"):
+    with pytest.raises(ChaslesError, match="JAX requires a C\\+\\+17 compiler"):
         jax_functions._library()
 
 

@@ -74,7 +74,7 @@ def test_non_invertible_transmissions_are_rejected(tmp_path):
     path = tmp_path / "scara.toml"
     text = (ROBOTS / "scara.toml").read_text()
     for law, words in (
-        ('gain = 1\nsin1 = "3"', "waves of at most"),
+        ('gain = 1\nsin1 = "3"', "waves relative to the gain of at most"),
         ("gain = 0", "a nonzero gain"),
     ):
         path.write_text(f'{text}\n[[transmissions]]\ncoordinate = "shoulder"\n{law}\n')

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from chasles.calibration import Positions, first_order_errors, identify, monte_carlo, optimal_design
-from chasles.errors import InputValueError
+from chasles.errors import InputValueError, ShapeError
 
 TARGETS = [[0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]]
 
@@ -47,7 +47,7 @@ def test_design_respects_limits_and_allowed_predicate(arm, candidates):
     chosen = optimal_design(arm, 2 * candidates, 10, is_allowed=lambda q: q[:, 0] > 0)
     assert (chosen.q[:, 0] > 0).all()
     assert (np.abs(chosen.q) <= arm.upper).all()
-    with pytest.raises(InputValueError, match="0 of 300 candidates are within limits and allowed"):
+    with pytest.raises(InputValueError, match="allowed candidates within limits, got 0 of 300"):
         optimal_design(arm, candidates, 10, is_allowed=lambda q: q[:, 0] > 9)
     with pytest.raises(InputValueError, match="4 configurations have 24 measured values for 30"):
         optimal_design(arm, candidates, 4)
@@ -71,7 +71,15 @@ def test_first_order_tool_errors_match_monte_carlo(arm):
 
 
 def test_unknown_tolerance_or_incomplete_sigma_is_rejected(arm):
-    with pytest.raises(InputValueError, match="no parameter, group or unit mm"):
+    with pytest.raises(InputValueError, match="unknown parameter, group or unit mm"):
         first_order_errors(arm, np.zeros(6), {"mm": 1.0})
     with pytest.raises(InputValueError, match="two standard deviations"):
         optimal_design(arm, np.zeros((50, 6)), 20, sigma=1e-5)
+    for sigma in (-1e-5, (1e-5, 0.0)):
+        targets = None if isinstance(sigma, tuple) else [[0, 0, 0.1]]
+        with pytest.raises(InputValueError, match="sigma: expected a finite value above 0"):
+            optimal_design(arm, np.zeros((50, 6)), 20, targets=targets, sigma=sigma)
+    with pytest.raises(ShapeError, match=r"is_allowed: expected 50 booleans, got \(1,\)"):
+        optimal_design(arm, np.zeros((50, 6)), 20, is_allowed=lambda _: [True])
+    with pytest.raises(InputValueError, match=r"count = 2\.5: expected an integer"):
+        optimal_design(arm, np.zeros((50, 6)), 2.5)

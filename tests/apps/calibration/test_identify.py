@@ -155,12 +155,20 @@ def test_wrong_units_are_rejected(arm, truth, change, words):
 
 def test_invalid_identify_arguments_are_rejected(arm, truth):
     points = truth.positions(arm, truth.q)
-    with pytest.raises(InputValueError, match="18 measured values do not determine"):
+    with pytest.raises(InputValueError, match="fewer parameters; got 18 measured values for"):
         identify(arm, truth.q[:6], Positions(points[:6, :1]))
     with pytest.raises(ShapeError, match=r"q must have shape \(N, 6\), got \(60, 5\)"):
         identify(arm, truth.q[:, :5], Positions(points))
     with pytest.raises(InputValueError, match="no parameter elbows"):
         identify(arm, truth.q, Positions(points), vary=("elbows",))
+    with pytest.raises(ShapeError, match="q has 59 configurations, but the measurements have 60"):
+        identify(arm, truth.q[1:], Positions(points))
+    with pytest.raises(InputValueError, match="weights: expected numbers above 0, got 0"):
+        identify(arm, truth.q, Positions(points), weights=np.arange(60))
+    with pytest.raises(InputValueError, match=r"parameter_std: axis: .* at least 0, got -0\.001"):
+        identify(arm, truth.q, Positions(points), parameter_std={"axis": -1e-3})
+    with pytest.raises(InputValueError, match="folds = 1: expected an integer of at least 2"):
+        cross_validate(arm, truth.q, Positions(points), folds=1)
 
 
 def test_calibration_summary_lists_counts_and_parameters(arm, truth):

@@ -161,7 +161,7 @@ def test_joint_that_does_not_move_is_diagnosed(case):
 @ONE_ARM
 def test_too_few_or_repeated_configurations_are_diagnosed(case):
     robot, q, points = case
-    with pytest.raises(InputValueError, match="do not determine"):
+    with pytest.raises(InputValueError, match="measure more configurations"):
         found(robot, q[:3], points[:3])
     said = " ".join(found(robot, np.tile(q[:5], (8, 1)), np.tile(points[:5], (8, 1, 1))).warnings)
     assert "only 5 of 40 configurations differ" in said

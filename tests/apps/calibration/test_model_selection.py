@@ -107,5 +107,10 @@ def test_weight_two_equals_repeated_measurement(arm, truth):
 
 
 def test_unknown_tolerance_name_is_rejected(arm, truth):
-    with pytest.raises(InputValueError, match="no parameter, group or unit elbows"):
+    with pytest.raises(InputValueError, match="unknown parameter, group or unit elbows"):
         identify(arm, truth.q, measured(arm, truth, truth.q), parameter_std={"elbows": 1.0})
+
+
+def test_empty_list_of_models_is_rejected(arm, truth):
+    with pytest.raises(InputValueError, match="expected at least one calibration model"):
+        select_model(arm, truth.q, measured(arm, truth, truth.q), models=())

@@ -152,7 +152,7 @@ def test_robot_file_reproduces_sag_with_prismatic_joints(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
-        ("limits = [-0.5, 1.0]\n", "", "has no limits"),
+        ("limits = [-0.5, 1.0]\n", "", "a spring requires joint limits"),
         (
             'coordinate = "elbow"\ncompliance = ',
             'coordinate = "elbow"\ncompliance = 1e3  # ',

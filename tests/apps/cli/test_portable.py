@@ -75,7 +75,10 @@ def test_kernel_of_other_version_is_refused_with_advice(folder, tmp_path):
         shutil.copy(file, other / file.name)
     done = started(WITHOUT_COMPILER, other, cache=tmp_path / "cache")
     assert done.returncode != 0
-    refused = "its kernel was built for another version of chasles or another platform; install"
+    refused = (
+        "the kernel in this folder was built for another version of chasles or another platform; "
+        "install"
+    )
     assert f"MismatchError: {other}: {refused}" in done.stderr
     assert chasles.load(other).fk([0.0, 1.0])[0, 0] == 1
 

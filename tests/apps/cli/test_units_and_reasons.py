@@ -147,7 +147,7 @@ def test_table_without_a_header_is_explained(tmp_path):
     file.write_text("0.1\n0.2\n")
     done = run("animate", "four_bar", "--play", file, "--to", tmp_path / "a.gif")
     assert done.exit_code == 1
-    assert done.stderr.endswith("; add the line crank, or t,crank if the first column has times\n")
+    assert done.stderr.endswith("; add the line crank, or t,crank (with times)\n")
 
 
 def test_missing_function_names_three_others_and_where_all_are_listed():

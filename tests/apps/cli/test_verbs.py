@@ -257,7 +257,7 @@ def test_redundant_arm_asks_for_the_option_that_fixes_a_joint():
         (("ik", "panda", "--xyz", "0,0,0", "--fixed", "joint7"), "expected JOINT=VALUE"),
         (
             ("ik", "lynxmotion", "--xyz", "0,0,0", "--task", "position", "--fixed", "wrist_roll=0"),
-            "--fixed with --task position also requires --nearest or --numeric",
+            "--fixed also requires --nearest or --numeric for --task position",
         ),
         (("draw", "ur5e", "--views", "behind"), "behind"),
         (("view", "ur5e", "--html", "a.html", "--port", "1"), "--play and --port require"),
@@ -373,7 +373,7 @@ def test_new_replaces_no_file(tmp_path):
     for path in (file, link):
         done = run("new", "arm", "--to", path)
         assert done.exit_code == 1
-        assert done.stderr == f"chasles: {path}: cannot be written (it exists already)\n"
+        assert done.stderr == f"chasles: {path}: the file cannot be written (it exists already)\n"
     assert file.read_text() == "former"
     assert sorted(tmp_path.iterdir()) == [file, link]
 
@@ -425,7 +425,8 @@ def test_film_shows_a_table_or_moves_every_joint(tmp_path, monkeypatch):
     with image.open(tmp_path / "four_bar.gif") as film:
         assert film.n_frames == 10
         assert film.width == width
-    assert "is an animation; call animate" in run("draw", "four_bar", "--to", "x.gif").stderr
+    refused = run("draw", "four_bar", "--to", "x.gif").stderr
+    assert "expected a picture, got 'x.gif'; call animate" in refused
 
 
 @pytest.mark.parametrize("robot", ["five_bar", "scara"])

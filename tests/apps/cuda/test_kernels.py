@@ -67,7 +67,7 @@ def test_another_robot_is_an_error(folder, tmp_path):
 @needs_nvrtc
 def test_arrays_in_other_memory_are_an_error(folder):
     arm = Kernels(chasles.load("ur5e"), folder)
-    with pytest.raises(InputValueError, match="ndarray is not an array in the memory of a GPU"):
+    with pytest.raises(InputValueError, match="expected an array in GPU memory, got ndarray"):
         arm("fk", np.zeros((6, 2)))
     with pytest.raises(InputValueError, match="no function 'other'"):
         arm("other", np.zeros((6, 2)))

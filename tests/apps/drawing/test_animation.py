@@ -99,7 +99,7 @@ def test_unwritable_mp4_path_is_reported(tmp_path):
 
 def test_invalid_animation_arguments_are_rejected(tmp_path):
     robot = chasles.load("four_bar")
-    with pytest.raises(InputValueError, match=r"'turn\.avi', expected \.gif or \.mp4"):
+    with pytest.raises(InputValueError, match=r"expected \.gif or \.mp4, got 'turn\.avi'"):
         chasles.animate(robot, motion(robot, 2), tmp_path / "turn.avi")
     with pytest.raises(ShapeError, match="animate: trajectory"):
         chasles.animate(robot, robot.reference.q, tmp_path / "turn.gif")

@@ -121,7 +121,7 @@ def test_draw_shows_assembly_modes_as_ghosts(tmp_path):
     ax = chasles.draw(robot, views=("plane",)).axes[0]
     drawn = chasles.draw(robot, ghosts="modes", views=("plane",)).axes[0]
     assert len(drawn.lines) > len(ax.lines)
-    with pytest.raises(InputValueError, match="got 'mode', expected"):
+    with pytest.raises(InputValueError, match=r'expected "modes", got .mode'):
         chasles.draw(robot, ghosts="mode")
-    with pytest.raises(InputValueError, match="ur5e has no assembly mode function"):
+    with pytest.raises(InputValueError, match="a robot with an assembly mode function, got ur5e"):
         chasles.draw(chasles.load("ur5e"), ghosts="modes")

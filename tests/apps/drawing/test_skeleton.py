@@ -174,7 +174,7 @@ def test_skeleton_bodies_form_tree_with_finite_shapes(name):
 def test_manifest_without_skeleton_is_rejected():
     robot = chasles.load("ur5e")
     manifest = replace(robot.manifest, skeleton=None)
-    with pytest.raises(ManifestError, match="skeleton: missing"):
+    with pytest.raises(ManifestError, match="the manifest has no skeleton"):
         skeleton(RobotStandIn(manifest=manifest, folder=robot.folder, name=robot.name))
 
 

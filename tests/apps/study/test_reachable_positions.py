@@ -110,14 +110,14 @@ def test_position_workspace_plot_labels_axes(hexapod):
 
 def test_invalid_position_workspace_arguments_are_rejected(hexapod):
     with pytest.raises(
-        InputValueError, match="expected resolution 32 times a power of two, got 100"
+        InputValueError, match="resolution must be a power of two times 32, got 100"
     ):
         reachable_positions(hexapod, resolution=100)
     with pytest.raises(ShapeError, match=r"R_0_ee: expected shape \(3, 3\)"):
         reachable_positions(hexapod, np.eye(4))
     # The test uses the delta, because its inverse runs ten times faster than the inverse of the
     # hexapod.
-    with pytest.raises(OutOfReachError, match="delta: no box around the reached"):
+    with pytest.raises(OutOfReachError, match="delta: found no box around the reached"):
         reachable_positions(chasles.load("delta"), so3.exp([3.0, 0, 0]))
 
 

@@ -61,10 +61,10 @@ REFUSED = {
     "arc: start and end are equal": lambda: arc(T_0, T_1[:3, 3], T_0),
     "arc: via is at the start or the end": lambda: arc(T_0, T_0[:3, 3], T_1),
     "arc: start, via and end are collinear": lambda: arc(T_0, (T_0 + T_1)[:3, 3] / 2, T_1),
-    "spline: poses 0 and 1 have the same position": lambda: spline(among([0, 0, 0])),
+    "spline: two poses have the same position: 0 and 1": lambda: spline(among([0, 0, 0])),
     "spline: poses: expected finite numbers": lambda: spline(among([0, 0, 0], [NAN] * 3)),
     "parabola: poses: expected finite numbers": lambda: parabola(among([0, 0, 0], [NAN] * 3)),
-    "conic: poses 0 and 1 have the same": lambda: conic(np.zeros((5, 3))),
+    "conic: two poses have the same position: 0 and 1": lambda: conic(np.zeros((5, 3))),
     "conic: poses: expected finite numbers": lambda: conic(np.full((5, 3), NAN)),
     "blend: expected a radius above 0": lambda: blend(among([0, 0, 0], [1, 0, 0]), NAN),
     "task_line: start and end are equal": lambda: task_line("position", [0, 0, 1], [0, 0, 1]),
@@ -135,10 +135,10 @@ REFUSED = {
     "Grid.from_bounds: resolution = 1: expected": lambda: Grid.from_bounds(
         np.zeros(3), np.ones(3), 1
     ),
-    "resolution = 10000000 .* cells, more than 1,000,000,000: choose a smaller": lambda: workspace(
+    "resolution = 10000000: .* at most 1,000,000,000 cells, .* choose a smaller": lambda: workspace(
         ROBOT, 10, resolution=10_000_000
     ),
-    "resolution = 1001 divides the box into 1001 x 1001 x 1001 cells": lambda: Grid.from_bounds(
+    "resolution = 1001: .* cells, got 1001 x 1001 x 1001; choose": lambda: Grid.from_bounds(
         np.zeros(3), np.ones(3), 1001
     ),
     "constant_orientation_workspace: phi: expected finite": lambda: constant_orientation_workspace(

@@ -139,7 +139,7 @@ def test_statically_indeterminate_robot_is_refused_by_the_names_of_its_struts():
     brace = Body("brace", span=Span("brace", (0, 6), ends, (0.0, 1.0, 0.0)))
     robot = Changed(lambda bodies: (*bodies, brace))
     q = robot.q_reference
-    with pytest.raises(InputValueError, match=r"indeterminate: leg_1, .*, brace can have forces"):
+    with pytest.raises(InputValueError, match=r"indeterminate: .* possible at leg_1, .*, brace"):
         static_loads(robot, q)
     with pytest.raises(InputValueError, match="indeterminate"):
         static_loads(robot, [q, q])
@@ -148,7 +148,7 @@ def test_statically_indeterminate_robot_is_refused_by_the_names_of_its_struts():
 def test_weight_that_no_actuator_holds_is_refused_and_nan_in_a_batch():
     robot = Changed(lambda b: (x for x in b if not x.span or x.span.name != "leg_1"), skipped=1)
     weight = [PointMass("platform", 60.0)]
-    with pytest.raises(InputValueError, match=r"not in equilibrium: the load moves .*z"):
+    with pytest.raises(InputValueError, match=r"not in equilibrium: .* the load moves .*z"):
         gravity_forces(robot, robot.q_reference, weight)
     assert np.isnan(gravity_forces(robot, robot.q_reference[None], weight)).all()
 
@@ -212,7 +212,11 @@ def test_masses_of_the_robot_file_are_the_default(tmp_path):
     ("old", "new", "expected"),
     [
         ('link = "jack_piston"', 'link = "jack"', "one of the links boom, jack_barrel, jack_pis"),
-        ("at = [0, 0, -0.1]", "at = [0.1, 0, 0]", "'jack_piston' must be on the z axis"),
+        (
+            "at = [0, 0, -0.1]",
+            "at = [0.1, 0, 0]",
+            "'jack_piston': the mass .* must be on the z axis",
+        ),
         ("mass = 3", "mass = -3", r"masses\[2\]\.mass: expected a mass of at least 0, found -3"),
     ],
 )
@@ -242,7 +246,7 @@ def test_open_loop_raises_or_is_nan_in_a_batch():
 def test_wrong_masses_and_shapes_are_refused():
     robot = chasles.load("excavator")
     q = robot.q_reference
-    with pytest.raises(InputValueError, match="'arm' is not a body of excavator; its bodies are 0"):
+    with pytest.raises(InputValueError, match="unknown body 'arm'; bodies of excavator: 0"):
         gravity_forces(robot, q, [PointMass("arm", 1.0)])
     with pytest.raises(InputValueError, match="mass of at least 0, got -1"):
         gravity_forces(robot, q, [PointMass("boom", -1.0)])

@@ -222,10 +222,10 @@ def test_ambiguous_unit_is_rejected(tmp_path):
     path = written(
         tmp_path / "t.csv", [*NAMES, *XYZ], np.concatenate([Q / 100, NUMBERS[:, 6:9]], 1)
     )
-    with pytest.raises(InputValueError, match=r"'J1' has no unit; expected 'J1 .rad.'"):
+    with pytest.raises(InputValueError, match=r"'J1' has no unit; expected .* 'J1 .rad.'"):
         read_measurements(path, ROBOT)
     path = written(tmp_path / "t.csv", [*NAMES, *XYZ], np.concatenate([Q, POINTS[:, 0]], 1))
-    with pytest.raises(InputValueError, match=r"'x' has no unit; expected 'x .m.'"):
+    with pytest.raises(InputValueError, match=r"'x' has no unit; expected .* 'x .m.'"):
         read_measurements(path, ROBOT)
 
 
@@ -308,7 +308,7 @@ def test_malformed_number_error_names_line_and_column(tmp_path, cell):
     rows[4][6] = cell
     path = tmp_path / "t.csv"
     path.write_text("\n".join(map(";".join, [[*NAMES, "x [mm]", "y [mm]", "z [mm]"], *rows])))
-    with pytest.raises(InputValueError, match=r"t.csv, line 6: 'x' is .*, expected a number"):
+    with pytest.raises(InputValueError, match=r"t.csv, line 6: 'x': expected a number, got"):
         read_measurements(path, ROBOT)
 
 

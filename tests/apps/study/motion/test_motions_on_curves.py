@@ -141,7 +141,7 @@ def test_time_optimal_single_joint_motion_is_trapezoidal(arm):
 
 def test_time_scaling_longer_than_curve_is_rejected(arm):
     with pytest.raises(
-        InputValueError, match="the time scaling has length 2, but the curve has length 1"
+        InputValueError, match="time scaling and the curve have different lengths: 2 and 1"
     ):
         Motion(arm, joint_line(HOME, HOME + 0.1), time_scaling("cubic", 2, duration=1), HOME)
 

@@ -169,12 +169,12 @@ def test_invalid_minimum_norm_requests_are_rejected():
     far[0, 3] += 3
     beyond = line(robot.fk(q_0), far)
     long = time_scaling("cubic", beyond.length, duration=1)
-    with pytest.raises(OutOfReachError, match=r"% of the curve, minimum-norm steps"):
+    with pytest.raises(OutOfReachError, match=r"minimum-norm steps .* at .*% of the curve"):
         Motion(robot, beyond, long, q_0, redundancy="minimum_norm").at([1.0])
     with pytest.raises(InputValueError, match="expected redundancy as one of fixed, minimum_norm"):
         Motion(robot, curve, timed, q_0, redundancy="shortest")
     for other in (joint_line(q_0, q_0), task_line("position", [0, 0, 0], [0, 0, 1])):
-        with pytest.raises(InputValueError, match="minimum_norm requires a curve of the tool pose"):
+        with pytest.raises(InputValueError, match=r"a curve .* for redundancy minimum_norm"):
             Motion(robot, other, timed, q_0, redundancy="minimum_norm")
     installer = chasles.load("board_installer")
     T = installer.fk(installer.reference.q)
@@ -194,5 +194,5 @@ def test_jump_between_adjacent_samples_is_rejected():
     s = curve.length * np.array([0.1, 0.5, 0.9])
     _require_no_jump(robot, curve, s, theta)
     theta[1, 3:, 2] = 1.0
-    with pytest.raises(OutOfReachError, match=r"at 50.0% of the curve.* a joint jumps by 1$"):
+    with pytest.raises(OutOfReachError, match=r"a joint jumps by 1 at 50.0% of the curve$"):
         _require_no_jump(robot, curve, s, theta)

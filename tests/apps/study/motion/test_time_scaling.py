@@ -85,8 +85,8 @@ def test_time_scaling_durations_match_formulas():
     ("arguments", "message"),
     [
         (("linear", 1), "expected one of constant, cubic, quintic, trapezoidal, s_curve"),
-        (("cubic", 1), "cubic needs a duration, or a limit"),
-        (("s_curve", 1), "s_curve needs speed, acceleration and jerk, or a duration"),
+        (("cubic", 1), "a duration, or a limit .* profile cubic"),
+        (("s_curve", 1), "a duration, or the limits speed, acceleration, jerk for profile s_curve"),
         (("quintic", -1), "expected a finite length >= 0"),
     ],
     ids=["unknown profile", "cubic without duration", "s_curve without limits", "negative length"],
@@ -96,7 +96,23 @@ def test_invalid_time_scaling_arguments_are_rejected(arguments, message):
         time_scaling(*arguments)
 
 
+@pytest.mark.parametrize(
+    ("profile", "limit"),
+    [
+        ("trapezoidal", {"speed": 0.4}),
+        ("trapezoidal", {"acceleration": 0.4}),
+        ("s_curve", {"jerk": 1.0}),
+        ("s_curve", {"speed": 0.4, "acceleration": 9.0}),
+    ],
+)
+def test_duration_beyond_a_single_limit_is_rejected(profile, limit):
+    with pytest.raises(InputValueError, match=r"a duration of 3 s requires .* above the limit"):
+        time_scaling(profile, 1, duration=3, **limit)
+    scaling = time_scaling(profile, 1, duration=9, **limit)
+    assert scaling.duration == pytest.approx(9)
+
+
 def test_too_short_duration_is_rejected():
     for profile in PROFILES:
-        with pytest.raises(InputValueError, match="a duration of 1 s is too short"):
+        with pytest.raises(InputValueError, match=r"a duration of at least .* s, got 1 s"):
             time_scaling(profile, 1, duration=1, speed=0.5, acceleration=1, jerk=1)

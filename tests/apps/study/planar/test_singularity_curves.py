@@ -80,8 +80,15 @@ def test_singularity_curves_are_singular_and_complete(robot, phi):
 
 
 def test_non_ascending_bounds_are_rejected(robot):
-    with pytest.raises(chasles.InputValueError, match="expected ascending x and y"):
+    with pytest.raises(chasles.InputValueError, match="expected ascending bounds x and y"):
         singularity_curves(robot, 0.0, (0, 1), (1, 1))
+
+
+def test_unknown_branch_and_single_grid_line_are_rejected(robot):
+    with pytest.raises(chasles.InputValueError, match="slot: expected less than 8, got 8"):
+        singularity_curves(robot, 0.0, slot=8)
+    with pytest.raises(chasles.InputValueError, match="resolution = 1: expected an integer"):
+        singularity_curves(robot, 0.0, resolution=1)
 
 
 # --- zero curves of functions ---

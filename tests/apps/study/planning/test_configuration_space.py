@@ -204,6 +204,7 @@ def test_invalid_obstacles_and_radii_are_rejected():
         (lambda: capsule([0, 0, 0], [0, 0, 1], np.nan), "capsule: radius: expected a finite"),
         (lambda: capsule([0, 0, 0], [0, 0, np.inf], 1), "capsule: end: expected finite numbers"),
         (lambda: mesh("nowhere.stl"), "mesh: path: nowhere.stl: No such file"),
+        (lambda: box(2 * np.eye(4), [1, 1, 1]), "box: T_0_box is no pose: its last row is 0 0 0 2"),
     ):
         with pytest.raises(InputValueError, match=message):
             made()

@@ -183,9 +183,9 @@ def test_no_bound_exists_beyond_stroke_or_on_other_branch():
 
 def test_loops_without_computable_bounds_are_rejected():
     robot, _, lower, upper = made("excavator")
-    with pytest.raises(InputValueError, match="loop equation 0 is not a polynomial"):
+    with pytest.raises(InputValueError, match=r"a polynomial .*, got loop equation 0"):
         loop_bounds(Changed(robot, constraint=of_third_degree), lower, upper)
-    with pytest.raises(InputValueError, match="the loops close at 1 of 6000 random"):
+    with pytest.raises(InputValueError, match=r"the loops close at too few random .*: 1 of 6000"):
         loop_bounds(robot, lower + 100, upper + 100)
 
 
