@@ -19,21 +19,19 @@ ShapeKind = Annotated[str, one_of(_SHAPE_KINDS)]
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A line, a plate or a joint symbol on a body.
+    """A shape that is drawn on a body: a line, a plate or the symbol of a joint.
 
     Attributes:
-        kind: "link" (a line through the points) or "plate" (the hull of the points). A shape of
-            kind "revolute", "helical", "universal" or "ball" is the symbol of a joint at one point.
-            For a joint that closes a loop, the symbol is "pin", "ball" or "weld". A prismatic joint
-            is drawn as a "guide" between the ends of its travel and a "carriage", or as a "sleeve"
-            and a "ram". The points of a ram are its two ends. A strut is drawn as "barrel" and
-            "piston", or as a "rod" between its end points.
-        name: Name of the joint, closure or strut. The name of a link or plate is the name of its
-            body.
-        points: The points in the body's frame, (points, 3) [m].
-        axis: The direction of the joint's axis in the body's frame, or () for a shape without axis.
-        ends: Kind of the joints at the ends of a strut, "pin" or "ball". Other shapes have the
-            value "".
+        kind: The shape of a body is a "link" (line through the points) or a "plate" (hull of the
+            points). The symbol of a joint at one point is "revolute", "helical", "universal" or
+            "ball". The symbol of a joint that closes a loop is "pin", "ball" or "weld". A prismatic
+            joint is drawn as a "guide" between the ends of its travel and a "carriage", or as a
+            "sleeve" and a "ram". A cylinder is drawn as "barrel" and "piston", and a rod as "rod"
+            between its end points.
+        name: Name of the drawn joint, closure or strut. For a link or plate, the name of the body.
+        points: (points, 3) points in the frame of the body [m]. A ram has its two ends as points.
+        axis: Direction of the joint axis in the frame of the body, or () for a shape without axis.
+        ends: For the shape of a strut, the kind of its end joints: "pin" or "ball". Otherwise "".
     """
 
     kind: ShapeKind
@@ -45,20 +43,20 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class BodyJoint:
-    """The joint between a body and its parent.
+    """The joint between a body and its parent body.
 
-    The joint value is ``ratio * z[coordinate] + offset``.
+    The joint value is ``ratio * z[coordinate] + offset``. For a serial robot, z is q. For a robot
+    with loops, z is a configuration in the order of ``robot.configuration_variables``.
 
     Attributes:
         name: Name of the joint.
         kind: "revolute", "prismatic", "helical" or "fixed".
-        at: A point of the axis in the body's frame [m].
-        axis: The unit direction of the axis in the body's frame.
-        coordinate: Index of the coordinate in the configuration z, or in q for a serial robot. The
-            index of a fixed joint is -1.
-        ratio: Value of the joint per unit of the coordinate.
+        at: (3,) a point on the joint axis in the frame of the body [m].
+        axis: (3,) unit vector along the joint axis in the frame of the body.
+        coordinate: Index of the joint's coordinate in z, or -1 for a fixed joint.
+        ratio: Joint displacement per unit of the coordinate.
         offset: Joint value if the coordinate is 0 [rad or m].
-        advance: Translation of a helical joint along its axis [m/rad].
+        advance: Translation of a helical joint along its axis per rotation angle [m/rad].
     """
 
     name: str
@@ -73,15 +71,17 @@ class BodyJoint:
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """The two end points of a strut body.
+    """The end points that determine the pose of a strut (rod or cylinder half).
+
+    The z axis of the strut frame points from the first end point to the second.
 
     Attributes:
         name: Name of the strut.
-        bodies: Indices of the bodies at the first and the second end.
-        ends: The end points of the strut in the frames of both bodies [m].
-        across: A direction in the frame of the first body. The y axis of the strut is the component
-            of this direction normal to the strut.
-        from_end: Whether the body's frame is at the second end instead of the first end.
+        bodies: Indices of the two bodies that the strut connects, first end first.
+        ends: (2, 3) end points [m], each in the frame of the body at this end.
+        across: (3,) a direction in the frame of the first body. Its component normal to the strut
+            is the direction of the strut's y axis.
+        from_end: Whether the origin of the strut frame is the second end instead of the first end.
     """
 
     name: str
@@ -112,18 +112,20 @@ class ClosureFrames:
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """A rigid body.
+    """A rigid body of a robot.
+
+    A joint or the end points of a strut determine the pose of the body. The ground has neither.
 
     Attributes:
         name: Name of the body.
-        parent: Index of the body to which this body's joint is attached. None for the ground and
-            for bodies of struts.
-        placement: The first three rows of the body's pose in the frame of the parent, at joint
-            value 0.
-        joint: The joint that carries the body, or None for the ground and for bodies of struts.
-        span: The end points of a strut body, or None for other bodies.
-        shapes: The shapes in the frame of the body. If several bodies are rigidly connected, the
-            first body contains all of their shapes.
+        parent: Index of the body that carries the joint of this body. None for the ground and for
+            struts.
+        placement: (3, 4) pose of the body in the frame of the parent at joint value 0 [m], without
+            the last row 0 0 0 1.
+        joint: The joint that moves the body, or None for the ground and for struts.
+        span: The end points of a strut, or None for other bodies.
+        shapes: The drawn shapes in the frame of the body. For rigidly connected bodies, the first
+            body contains all shapes.
     """
 
     name: str

@@ -27,15 +27,13 @@ class ShapeError(InputValueError):
 class DescriptionError(ChaslesError, ValueError):
     """A robot description is invalid or cannot be compiled.
 
-    For a description built in Python, `file` is "". The attributes `line`, `field`, `value` and
-    `expected` may also be empty.
-
     Attributes:
-        file: Name of the file as passed by the caller, or "" without a file.
-        line: Line number, starting at 1, or None if no line is known.
-        field: Dotted path of the field, or "" for the description as a whole.
-        value: The value found, or None if no value was found.
-        expected: A description of valid values, or "" if only the message describes valid values.
+        file: Path of the file as passed by the caller, or "" for a description built in Python.
+        line: Line number, starting at 1, or None if unknown.
+        field: Dotted path of the invalid field, such as ``joints[1].alpha``, or "" if the error
+            concerns no single field.
+        value: The invalid value, or None if there is none.
+        expected: A description of valid values, or "" if only the message describes them.
     """
 
     def __init__(
@@ -55,16 +53,14 @@ class DescriptionError(ChaslesError, ValueError):
 
 
 class LoopError(DescriptionError):
-    """The loops of a description do not close at the reference.
+    """The loops of a robot description do not close at the reference configuration.
 
     Attributes:
-        closure_error: Smallest distance (meter) found between the two closure frames of the open
-            loop. For a strut, `closure_error` is the length error: the difference between the strut
-            length and the distance between the strut ends, at the configuration with the smallest
-            difference. The value is None if no distance was found.
-        remedies: Changes that close the loop. Each remedy names a length, angle or coordinate, and
-            the interval of values for which the loop closes. The remedy that needs the smallest
-            change comes first.
+        closure_error: Smallest closure error found (meter), or None if unknown. The closure error
+            is the distance between the two frames that the closure connects. For a strut, it is the
+            difference between strut length and distance of the strut ends.
+        remedies: Changes that close the loop, smallest change first. Each remedy names a length,
+            angle or coordinate, and the interval of values for which the loop closes.
     """
 
     def __init__(

@@ -104,4 +104,4 @@ def _wait(receiver: Connection) -> Any:
     try:
         return received(receiver)
     except EOFError:
-        raise RuntimeError("a forked worker process was ended by the system") from None
+        raise RuntimeError("the operating system ended a forked worker process") from None

@@ -60,7 +60,8 @@ def open_input(path: str | os.PathLike[str]) -> BinaryIO:
         OSError: The file cannot be opened, or is a folder, a pipe or a device.
     """
     if "\0" in os.fspath(as_path("path", path)):
-        raise OSError(errno.EINVAL, "a path contains no null character", repr(os.fspath(path)))
+        reason = "a path must not contain a null character"
+        raise OSError(errno.EINVAL, reason, repr(os.fspath(path)))
     handle = os.open(path, os.O_RDONLY | _FLAGS)
     if not stat.S_ISREG(os.fstat(handle).st_mode):
         os.close(handle)

@@ -487,7 +487,7 @@ class Manifest:
             raise MismatchError(message) from None
         if hashlib.sha256(content).hexdigest() != self.files[file]:
             raise MismatchError(
-                f"{path}: changed since it was generated (its SHA-256 is not the one in "
+                f"{path}: the file has changed since it was generated (its SHA-256 differs from "
                 f"manifest.json); derive {self.name} again"
             )
         return content

@@ -57,7 +57,7 @@ def output_file(path: str | os.PathLike[str], *, is_new: bool = False) -> Iterat
                 yield temporary
     except OSError as error:
         reason = error.strerror or error
-        raise InputValueError(f"{name}: cannot be written ({reason})") from None
+        raise InputValueError(f"{name}: the file cannot be written ({reason})") from None
 
 
 def write_files(contents: Mapping[Path, bytes]) -> None:

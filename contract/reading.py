@@ -45,9 +45,11 @@ def read_manifest(folder: Path) -> Manifest:
         content = read_input(file)
     except (FileNotFoundError, NotADirectoryError):
         reason = "no manifest.json in it" if folder.is_dir() else "no such folder"
-        raise UnknownRobotError(f"{folder}: no generated robot ({reason})") from None
+        raise UnknownRobotError(
+            f"{folder}: expected the folder of a generated robot ({reason})"
+        ) from None
     except OSError as error:
-        raise ManifestError(f"{file}: cannot be read ({error.strerror})") from None
+        raise ManifestError(f"{file}: cannot read the manifest ({error.strerror})") from None
     try:
         entries = json.loads(content)
     except (ValueError, RecursionError) as error:
@@ -69,7 +71,7 @@ def read_manifest(folder: Path) -> Manifest:
 def _check_files(manifest: Manifest, place: Place) -> None:
     for needed in (f"{manifest.name}.c", f"{manifest.name}.h"):
         if needed not in manifest.files:
-            raise ManifestError(f"{place.file}: files: has no {needed!r}")
+            raise ManifestError(f"{place.file}: files: missing {needed!r}")
     for name in manifest.files:
         # Compilers and `chasles build` copy the listed files into other folders under these names.
         if {"", ".", ".."} & set(name.split("/")) or set("\\:\0") & set(name):
@@ -80,11 +82,11 @@ def _check_format(entries: object, place: Place) -> None:
     if not isinstance(entries, dict):
         place.fail(entries, "an object")
     if "chasles" not in entries:
-        raise ManifestError(f"{place.file}: has no field 'chasles'")
+        raise ManifestError(f"{place.file}: the field 'chasles' is missing")
     if (found := entries["chasles"]) != FORMAT:
         raise ManifestError(
-            f"{place.file}: chasles: the robot was generated in format {found!r}, but this "
-            f"version of chasles reads format {FORMAT}; derive the robot again with this version"
+            f"{place.file}: chasles: this version of chasles reads manifests of format {FORMAT}, "
+            f"got {found!r}; derive the robot again with this version"
         )
 
 

@@ -105,7 +105,7 @@ if TYPE_CHECKING:
 
 
 def robots() -> list[str]:
-    """Return the names of the installed robots of chasles and of the package chasles-robots."""
+    """Return the names of all installed robots, from chasles and the package chasles-robots."""
     return list(shipped_folders())
 
 
@@ -126,24 +126,26 @@ def load(
     exact: bool = False,
     parametric: bool = False,
 ) -> Robot:
-    """Load a robot. A robot that is not in the cache is derived and compiled first.
+    """Load a robot from its name, its description file or its folder of generated code.
+
+    The first use of an arm in `shelf_robots()`, or of a description file, derives and compiles the
+    robot in seconds and caches it. This requires the packages of `pip install 'chasles[derive]'`,
+    or `pip install 'chasles[derive,files]'` for xacro and MJCF files.
 
     Args:
         robot: A name in `robots()` or `shelf_robots()`, a description file (.toml, .urdf, .xacro,
             .xml (MJCF) or .sdf), or the folder of a generated robot. A folder is a path object, or
-            a string with a separator in it ("./mine"). The first use of a well-known arm or of a
-            description runs the compiler, which takes seconds. Install the compiler with `pip
-            install 'chasles[derive]'`. For xacro and MJCF files, use `pip install
-            'chasles[derive,files]'`.
-        base: The base link. The default is the root of the link tree, or the base of a robot file.
+            a string with a path separator ("./mine").
+        base: The base link. The default is the root of the link tree, or the base in a .toml file.
         tip: The tip link, anywhere in the tree. The default is the end of the longest chain.
-        group: Name of a group in the SRDF. The SRDF is in the same folder as the description file.
-            The group defines base and tip.
+        group: Name of a planning group that defines base and tip. The group is read from the SRDF
+            file in the folder of the description file.
         name: A new name for the robot. The default is the name in the description file.
         arguments: Values for the arguments of a xacro file, each as "name:=value".
-        exact: Whether rounded numbers such as 1.5708 are used as they are written in the file.
-        parametric: Whether the robot has `fk_p` and the other functions whose inputs include its
-            geometry, for calibration. Functions with geometry inputs are derived on first use.
+        exact: If True, rounded numbers such as 1.5708 are used as written in the file. If False,
+            they are replaced by exact values such as pi/2.
+        parametric: Whether the robot also has the functions for calibration, such as `fk_p`, whose
+            inputs include the geometry of the robot. These functions are derived on first use.
 
     Returns:
         The robot.

@@ -114,19 +114,20 @@ class RobotFacts(GeneratedFunctions):
 
     @needs(when=_moves_its_joints)
     def chain(self, q: ArrayLike) -> FloatArray:
-        """Return the chain joints theta (..., n), equal to q without loops and couplings."""
+        """Return the main-chain joints theta (..., n) [rad or m], for this robot equal to q."""
         return self._reals("chain", "q", q, (self.n,)).copy()
 
     @needs(when=_moves_its_joints)
     def actuators(self, theta: ArrayLike) -> FloatArray:
-        """Return the coordinates q (..., n), equal to theta without loops and couplings."""
+        """Return the coordinates q (..., n) [rad or m], for this robot equal to theta."""
         return self._reals("actuators", "theta", theta, (self.n,)).copy()
 
     def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:
         array = real_array(f"{self.name}.{method}", name, given)
         if core and array.shape[-1:] != core:
             raise ShapeError(
-                f"{self.name}.{method}: {name} must have shape (..., {core[0]}), got {array.shape}"
+                f"{self.name}.{method}: expected {name} of shape (..., {core[0]}), "
+                f"got {array.shape}"
             )
         return array
 
@@ -140,20 +141,20 @@ class RobotFacts(GeneratedFunctions):
     def unit_length(self) -> float:
         """The length [m] that is equivalent to 1 rad in residuals and tolerances.
 
-        The unit length in meters is the power of 1000 nearest to the workspace size. The unit
-        length is 1 m for robots from 0.03 m to 30 m and for robots without `fk`.
+        The unit length is 1 m for workspaces from 0.03 m to 30 m, and for robots without `fk`. For
+        other sizes, the unit length is the nearest power of 1000, such as 0.001 m.
         """
         fk = self.functions.get("fk")
         return 1.0 if fk is None else unit_length(fk, self.coordinates, self.reference)
 
     @functools.cached_property
     def q_reference(self) -> FloatArray:
-        """(n,) a configuration within the limits and away from singularities.
+        """(n,) a configuration [rad or m] within the limits and away from singularities.
 
-        For a robot with loops, `q_reference` is the reference configuration, unless the reference
-        is singular. In all other cases, `q_reference` is the best of 256 configurations. The 256
-        configurations lie around the reference or the middle of the range. The best configuration
-        has the largest minimum singular value of the Jacobian (lengths in `unit_length`).
+        For a robot with loops, this configuration is the reference configuration of the
+        description, unless the reference is singular. Otherwise, 256 configurations around the
+        reference or the middle of the range are compared. `q_reference` has the largest minimum
+        singular value of the Jacobian, with lengths in `unit_length`.
         """
         lower, upper = ranges(self.coordinates, self.reference)
         half = np.minimum(upper - lower, 2 * np.pi) / 4
@@ -181,11 +182,12 @@ class RobotFacts(GeneratedFunctions):
     ) -> FloatArray:
         """Return random configurations within the limits, with closed loops.
 
-        Samples are uniform in each coordinate. The default range is pi or 1 m on each side of the
-        reference. Samples with open loops are replaced by samples closer to `q_reference`.
+        Samples are uniform in each coordinate. If a limit is missing, the range ends pi rad or 1 m
+        from the reference configuration (0 for a robot without loops). Samples with open loops are
+        replaced by samples closer to `q_reference`.
 
         Args:
-            size: The leading dimensions.
+            size: The leading dimensions of the result, by default () for a single configuration.
             rng: A seed for reproducible samples, a generator, or None for new samples per call.
 
         Returns:
@@ -219,11 +221,11 @@ class RobotFacts(GeneratedFunctions):
             q: (..., n) coordinates [rad or m].
 
         Returns:
-            (...,) whether no value exceeds a limit by more than 1e-12 (rad, or `unit_length`).
+            (...,) True if no value exceeds a limit by more than 1e-12 rad or 1e-12 `unit_length`.
             The result is False for NaN, and for open loops if passive joints have limits.
 
         Raises:
-            ShapeError: If q does not have n columns.
+            ShapeError: If the shape of q is not (..., n).
         """
         values = self._reals("is_within_limits", "q", q, (self.n,))
         units = np.array([self.unit_length if c.unit == "m" else 1.0 for c in self.coordinates])

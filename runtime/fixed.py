@@ -91,8 +91,8 @@ def fixed_values(
             values[name] = np.ascontiguousarray(np.broadcast_to(value.reshape(-1), len(q_seed)))
         except ValueError:
             raise ShapeError(
-                f"{label}: the values of {name} have shape {value.shape}, which does not "
-                "broadcast with T and q_seed"
+                f"{label}: fixed values must broadcast with T and q_seed; got shape {value.shape} "
+                f"for {name}"
             ) from None
     return values
 

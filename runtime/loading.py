@@ -108,29 +108,29 @@ def write_doc(info: FunctionInfo, unit: float = 1.0, fixes: Manifest | None = No
     lines += ["Args:"]
     lines += [f"    {_describe(item)}" for item in (info.inputs[:1] if fixes else info.inputs)]
     lines += _about_fixed(fixes) if fixes else []
-    out = "array" if len(info.outputs) == 1 else "tuple of arrays (None for a new one)"
-    lines += [f"    out: The {out} to write into; float64, of the shape of the result."]
-    lines += ["    threads: The number of threads for a large batch; 'all' is one per core.", ""]
+    out = "float64 array" if len(info.outputs) == 1 else "Tuple of float64 arrays"
+    lines += [f"    out: {out} to write into, shaped like the result. None creates a new one."]
+    lines += ["    threads: Number of threads for a large batch; 'all' is one thread per core.", ""]
     lines += ["Returns:", *(f"    {_describe(item)}" for item in info.outputs)]
     if info.role.is_inverse:
         tolerance = SOLVED * _residual_unit(info, unit)
         lines += [f"    valid: (..., {len(info.role.labels)}) whether residual <= {tolerance:g}"]
     lines += [""]
     if info.role.labels:
-        lines += ["Slots:", *(f"    {k}: {label}" for k, label in enumerate(info.role.labels)), ""]
+        lines += ["Each slot k of the results holds the solution on one branch.", "", "Slots:"]
+        lines += [*(f"    {k}: {label}" for k, label in enumerate(info.role.labels)), ""]
     if _solves_poses(info):
         lines += [
             "Raises:",
-            "    InputValueError: If T is not a rigid pose, with the reason. Deviations up to",
-            f"        {NEARLY_RIGID:g}, as after rounding, are corrected by chasles.se3.project.",
-            "        NaN results in NaN.",
+            f"    InputValueError: If T deviates from a rigid pose by more than {NEARLY_RIGID:g}.",
+            "        `chasles.se3.project` corrects smaller deviations. NaN results in NaN.",
             "",
         ]
     if info.margin:
         lines += [
             "Raises:",
-            "    OutOfReachError: If a loop does not close at a single pose. Batches and out hold",
-            f"        NaN instead; {info.margin} has the margin of each loop.",
+            "    OutOfReachError: If a loop does not close at a single pose. For a batch, or with",
+            f"        `out`, the result is NaN. `{info.margin}` returns the margin of each loop.",
             "    SingularityError: If a single pose is at a dead point, where rates are undefined.",
             "",
         ]
@@ -143,10 +143,10 @@ def _about_fixed(manifest: Manifest) -> list[str]:
     joints = ", ".join(joint.name for joint in manifest.loops.chain or manifest.coordinates)
     own = ", ".join(f"{item.name} [{item.unit}]" for item in manifest.redundancy)
     return [
-        '    fixed: {"name": value (...)}, the values of fixed joints [rad or m].',
-        *([f"{_IN}Mandatory: {own}, or as many other joints."] if own else []),
-        "        The inverse for other joints is derived on first use, in seconds. If there is no",
-        "        inverse for these joints, the error lists joints that can be fixed.",
+        "    fixed: Values (...) [rad or m] of fixed joints, keyed by joint name.",
+        *([f"{_IN}Required: {own}, or the same number of other joints."] if own else []),
+        "        The first call for a set of joints may derive an inverse, which takes seconds. If",
+        "        no inverse exists, the error lists the joints that can be fixed.",
         *textwrap.wrap(f"Joints: {joints}.", _WIDTH, initial_indent=_IN, subsequent_indent=_IN),
     ]
 

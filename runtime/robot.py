@@ -146,7 +146,7 @@ def _restore(address: str, digest: str) -> Robot:
     folder = find_folder(address)
     manifest = read_manifest(folder)
     if manifest.digest != digest:
-        raise MismatchError(f"{folder}: differs from the pickled robot {manifest.name}")
+        raise MismatchError(f"{folder}: the folder differs from the pickled robot {manifest.name}")
     return Robot(manifest)
 
 

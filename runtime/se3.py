@@ -1,16 +1,16 @@
 """Poses and twists of SE(3) on NumPy arrays: conversions, exponential, interpolation, projection.
 
 A pose is a matrix (4, 4) with a rotation R, a translation, and the last row 0 0 0 1. Twists are
-(v, omega), linear part first. `exp` of a twist is the pose of a body after one unit of time at this
-twist; both are expressed in the start frame. Lengths are in meters, angles in radians. Leading
-dimensions broadcast, and NaN propagates. Every function raises `ShapeError` for a wrong shape.
+(v, omega), linear part first. Lengths are in meters, angles in radians. Leading dimensions
+broadcast, and NaN propagates. Every function raises `ShapeError` for a wrong shape.
 
-Rounding to single precision or to printed digits makes R slightly non-orthogonal. Its deviation is
+Rounding to single precision or to printed digits makes R slightly non-orthogonal. The `deviation`
+of R from a rotation is the Frobenius norm
 
     |R^T R - 1| / 8^0.5
 
-To first order, the deviation is |R - U| / 2^0.5, with U the nearest rotation in the Frobenius norm.
-`project` returns U. Inverse kinematics projects poses with a deviation of at most `NEARLY_RIGID`.
+To first order, the deviation is |R - U| / 2^0.5, where U is the rotation nearest to R. `project`
+replaces R by U. Inverse kinematics does this for poses with a deviation up to `NEARLY_RIGID`.
 The functions of this module except `project` do not check whether a matrix is a pose.
 
 Sources:
@@ -76,18 +76,19 @@ def pose(
 
     Args:
         xyz: (..., 3) position [m]; the origin if None.
-        quat: (..., 4) quaternion of any norm.
-        order: Order of `quat`, "wxyz" or "xyzw". There is no default, as libraries disagree.
-        rpy: (..., 3) roll, pitch and yaw as in URDF, `R = Rz(yaw) Ry(pitch) Rx(roll)`.
-        rotvec: (..., 3) axis times angle.
+        quat: (..., 4) quaternion of any norm except 0.
+        order: Order of the elements of `quat`, "wxyz" or "xyzw". Required with `quat`.
+        rpy: (..., 3) roll, pitch and yaw [rad] as in URDF, `R = Rz(yaw) Ry(pitch) Rx(roll)`.
+        rotvec: (..., 3) rotation vector: unit axis times angle [rad].
         rotation: (..., 3, 3) rotation matrices, or a SciPy `Rotation`.
 
     Returns:
-        (..., 4, 4) poses, with the broadcast leading dimensions.
+        (..., 4, 4) poses, with the broadcast leading dimensions of the arguments. Without an
+        orientation, R is the identity.
 
     Raises:
-        InputTypeError: If several orientations are passed, or `quat` is passed without `order`.
-        InputValueError: If a quaternion is 0 or the order is unknown.
+        InputTypeError: Several orientations are passed, or `quat` is passed without `order`.
+        InputValueError: A quaternion is 0, or the order is unknown.
     """
     given = {"quat": quat, "rpy": rpy, "rotvec": rotvec, "rotation": rotation}
     names = [name for name, value in given.items() if value is not None]
@@ -111,7 +112,7 @@ def pose(
 
 
 def to_xyz(T: ArrayLike) -> FloatArray:
-    """Return the positions (..., 3) of poses (..., 4, 4), in the unit of the poses."""
+    """Return the positions (..., 3) of poses (..., 4, 4), in the length unit of the poses."""
     return ending(T, (4, 4), "se3.to_xyz", "T")[..., :3, 3].copy()
 
 
@@ -121,14 +122,14 @@ def to_rotation(T: ArrayLike) -> FloatArray:
 
 
 def to_rotvec(T: ArrayLike) -> FloatArray:
-    """Return the rotation vectors (..., 3) of poses (..., 4, 4), with angles in [0, pi]."""
+    """Return the rotation vectors (..., 3) [rad] of poses (..., 4, 4): axis times angle <= pi."""
     return so3.log(ending(T, (4, 4), "se3.to_rotvec", "T")[..., :3, :3])
 
 
 def to_quat(T: ArrayLike, *, order: Order) -> FloatArray:
     """Return the unit quaternions (..., 4) of poses (..., 4, 4), with w >= 0.
 
-    The element order is "wxyz" or "xyzw"; any other order raises `InputValueError`.
+    `order` is the order of the elements, "wxyz" or "xyzw". Another order is an `InputValueError`.
     """
     wanted = _order("se3.to_quat", order)
     omega = to_rotvec(T)
@@ -141,8 +142,8 @@ def to_quat(T: ArrayLike, *, order: Order) -> FloatArray:
 def to_rpy(T: ArrayLike) -> FloatArray:
     """Return roll, pitch and yaw (..., 3) [rad] of poses (..., 4, 4) as in URDF.
 
-    R is Rz(yaw) Ry(pitch) Rx(roll), with the pitch in [-pi/2, pi/2]. At a pitch of +-pi/2, roll and
-    yaw rotate about the same axis; yaw is then 0.
+    The rotation is R = Rz(yaw) Ry(pitch) Rx(roll), with the pitch in [-pi/2, pi/2]. At a pitch of
+    +-pi/2, roll and yaw rotate about the same axis, so yaw is set to 0.
     """
     R = ending(T, (4, 4), "se3.to_rpy", "T")[..., :3, :3]
     level = np.hypot(R[..., 0, 0], R[..., 1, 0])
@@ -172,13 +173,16 @@ def adjoint(T: ArrayLike) -> FloatArray:
 def swap_twist_order(V: ArrayLike) -> FloatArray:
     """Convert twists (..., 6) from (v, omega) to (omega, v), or back.
 
-    The conversion of a Jacobian is `swap_twist_order(J.mT).mT`.
+    `swap_twist_order(J.mT).mT` converts a Jacobian J (..., 6, n) likewise.
     """
     return np.roll(ending(V, (6,), "se3.swap_twist_order", "V"), 3, -1)
 
 
 def exp(twist: ArrayLike) -> FloatArray:
     """Return the exponentials (..., 4, 4) of twists (..., 6), (v, omega) with any angle.
+
+    The exponential is the pose of a body, in its start frame, after one unit of time with this
+    twist. The twist is expressed in the start frame as well.
 
     Source: Murray, Li and Sastry, chapter 2, section 3.
     """
@@ -193,8 +197,8 @@ def exp(twist: ArrayLike) -> FloatArray:
 def log(T: ArrayLike) -> FloatArray:
     """Return the logarithms of poses (..., 4, 4): twists (v, omega) (..., 6), |omega| in [0, pi].
 
-    `exp(log(T))` is T. For a rotation by pi, twists with opposite axes are possible. The choice of
-    the axis is deterministic, but a small change of the pose may reverse the axis.
+    `exp(log(T))` is T. For a rotation by pi, two twists with opposite axes are possible. Always the
+    same one is returned, but a small change of the pose may reverse the axis.
 
     Source: Murray, Li and Sastry, chapter 2, section 3.
     """
@@ -216,17 +220,17 @@ def inverse(T: ArrayLike) -> FloatArray:
 def interpolate(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
     """Interpolate between poses by a screw motion, `T_a exp(s log(T_a^-1 T_b))`.
 
-    The twist is constant in the base frame and in the body frame; the origin moves on a helix. The
-    body moves in the same way for every choice of its frame. For a rotation by pi, the result is
-    one of two possible motions.
+    The twist is constant in the base frame and in the body frame. The origin of the body frame
+    moves on a helix. The motion of the body does not depend on the choice of the body frame. For a
+    rotation by pi, two motions are possible, and one of them is returned.
 
     Args:
-        T_a: (..., 4, 4) pose at s = 0.
-        T_b: (..., 4, 4) pose at s = 1.
-        s: (...,) path parameter; values outside [0, 1] extrapolate.
+        T_a: (..., 4, 4) pose of the body at s = 0.
+        T_b: (..., 4, 4) pose of the body at s = 1, in the same frame as T_a.
+        s: (...,) path parameter. Values outside [0, 1] extrapolate.
 
     Returns:
-        (..., 4, 4) poses, with the broadcast leading dimensions.
+        (..., 4, 4) poses, with the broadcast leading dimensions of the arguments.
 
     Source: Lynch and Park, Modern Robotics, 2017, section 9.2.1.
     """
@@ -235,11 +239,11 @@ def interpolate(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
 
 
 def interpolate_straight(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
-    """Interpolate between poses so that the origin moves on a straight line.
+    """Interpolate between poses so that the origin of the body moves on a straight line.
 
-    The origin moves at a constant velocity: `p = (1 - s) p_a + s p_b`. The body rotates about a
-    fixed direction at a constant rate: `R = R_a exp(s log(R_a^T R_b))`. For a rotation by pi, the
-    result is one of two possible motions. Arguments and result are as for `interpolate`.
+    The position is `p = (1 - s) p_a + s p_b`. The body rotates about a fixed direction at a
+    constant rate: `R = R_a exp(s log(R_a^T R_b))`. For a rotation by pi, two rotations are
+    possible, and one of them is returned. Arguments and result are as for `interpolate`.
 
     Source: Lynch and Park, Modern Robotics, 2017, section 9.2.1.
     """
@@ -255,24 +259,23 @@ def project(
 ) -> FloatArray:
     """Return the rigid poses nearest to nearly rigid matrices.
 
-    R becomes the nearest rotation in the Frobenius norm, the orthogonal factor of its polar
-    decomposition. The translation stays unchanged, and the last row becomes 0 0 0 1.
+    The 3 x 3 part R becomes the nearest rotation in the Frobenius norm, the orthogonal factor of
+    its polar decomposition. The last row becomes 0 0 0 1, and the translation does not change.
 
     Args:
         T: (..., 4, 4) matrices: arrays of any real type, or nested lists.
-        tolerance: Largest accepted `deviation` [rad].
+        tolerance: Largest accepted `deviation` of a matrix from a pose [rad].
         caller: Function name for error messages.
         name: Argument name for error messages.
 
     Returns:
         (..., 4, 4) poses, float64. A matrix with a deviation of at most 1e-13 is returned
-        unchanged. A matrix that is not finite is returned as NaN.
+        unchanged. A matrix with a NaN or infinite entry is returned as NaN.
 
     Raises:
-        InputValueError: If the deviation of a matrix from a rigid transformation exceeds the
-            tolerance. The message states the index of the matrix and the reason. The error is also
-            raised if the tolerance is not positive.
-        InputTypeError: If T or the tolerance does not hold real numbers.
+        InputValueError: The deviation of a matrix exceeds the tolerance, or the tolerance is not
+            positive. The message states the index of the matrix and the reason.
+        InputTypeError: T or the tolerance does not consist of real numbers.
     """
     if real_array(caller, "tolerance", tolerance).shape or not tolerance > 0:
         raise InputValueError(f"{caller}: tolerance must be a positive number, got {tolerance!r}")
@@ -291,13 +294,14 @@ def project(
 def deviation(T: ArrayLike) -> FloatArray:
     """Return the deviations (...,) of matrices (..., 4, 4) from rigid poses.
 
-    The deviation is the Frobenius norm |R^T R - I| / 8^0.5, or the largest error of the last row if
-    it is larger. The deviation of two axes that are off by a small angle from a right angle is half
-    this angle [rad]. Left-handed axes have the deviation infinity, matrices with NaN have NaN.
+    The deviation is the larger of two errors: the Frobenius norm |R^T R - I| / 8^0.5, and the
+    largest error of an entry in the last row. If two axes of R differ from a right angle by a small
+    angle, the deviation is half this angle [rad]. The deviation is infinite if det R <= 0, and NaN
+    if an entry is NaN or infinite.
 
     Raises:
-        InputTypeError: If an entry is not a real number.
-        ShapeError: If T is not (..., 4, 4).
+        InputTypeError: An entry is not a real number.
+        ShapeError: The shape of T is not (..., 4, 4).
     """
     return _deviation(ending(T, (4, 4), "se3.deviation", "T"))[()]
 

@@ -21,9 +21,9 @@ __all__ = ["exp", "log"]
 
 
 def exp(omega: ArrayLike) -> FloatArray:
-    """Return the rotations (..., 3, 3) of rotation vectors (..., 3), with any angle.
+    """Return the rotation matrices (..., 3, 3) of rotation vectors (..., 3) [rad], of any angle.
 
-    An argument of another shape raises `ShapeError`.
+    A rotation vector is the unit axis times the angle. Another shape raises `ShapeError`.
 
     Source: Murray, Li and Sastry, chapter 2, section 2, Rodrigues' formula.
     """
@@ -37,10 +37,11 @@ def exp(omega: ArrayLike) -> FloatArray:
 
 
 def log(R: ArrayLike) -> FloatArray:
-    """Return the rotation vectors (..., 3) of rotations (..., 3, 3), with angles in [0, pi].
+    """Return the rotation vectors (..., 3) [rad] of rotation matrices (..., 3, 3).
 
-    At an angle of pi two vectors with opposite axes are possible; the choice is deterministic.
-    An argument of another shape raises `ShapeError`.
+    A rotation vector is the unit axis times the angle in [0, pi]. For the angle pi, two vectors
+    with opposite axes are possible, and always the same one is returned. Another shape raises
+    `ShapeError`.
     """
     rotations = ending(R, (3, 3), "so3.log", "R")
     # The antisymmetric part is the axis times the sine; the trace yields the cosine. The sine

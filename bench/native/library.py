@@ -89,5 +89,5 @@ def headers(package: str, ending: str) -> Path:
     except PackageNotFoundError as error:
         raise ImportError(f"package {package} is not installed") from error
     if not found:
-        raise ImportError(f"package {package} has no file that ends with {ending}")
+        raise ImportError(f"package {package}: no file ends with {ending}")
     return Path(str(found[0].locate())).parents[ending.strip("/").count("/")]

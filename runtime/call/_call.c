@@ -58,8 +58,8 @@ static PyMethodDef module_methods[] = {
     {"open", library_open, METH_VARARGS,
      "open(path, expected_hash): the library; refused unless it was compiled for that hash."},
     {"release_memory", release_memory, METH_NOARGS,
-     "release_memory(): returns the memory kept for large results to the system, and its size in\n"
-     "bytes. The memory of calls with results of 32 MB and more is kept, at most 256 MB."},
+     "release_memory(): releases the memory that chasles keeps for large results, and returns its\n"
+     "size in bytes. chasles keeps up to 256 MB from calls with results of at least 32 MB."},
     {NULL},
 };
 

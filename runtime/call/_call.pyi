@@ -125,12 +125,12 @@ def rounded_residuals(T: NDArray[np.float64]) -> NDArray[np.float64]:
     """Residuals (N,) up to which solutions reach matrices (N, 4, 4) that rounding made no poses."""
 
 def release_memory() -> int:
-    """Return the memory kept for large results to the system.
+    """Release the memory that chasles keeps for the results of large batches.
 
-    When the results of a large batch (32 MB a call and more) are freed, their memory is kept for
-    the results of the next call, 256 MB at most: new memory would have to be cleared by the system
-    each time. Linux takes kept memory back by itself when it runs short.
+    If a call with at least 32 MB of results frees them, up to 256 MB of memory are kept for the
+    next call. Without this memory, the system would have to clear new memory for each call. Linux
+    takes kept memory back if it runs short of memory.
 
     Returns:
-        The size of the memory returned [B].
+        The size of the released memory [B].
     """

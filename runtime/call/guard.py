@@ -56,17 +56,18 @@ class Guard:
                 if k != worst
             ]
             raise OutOfReachError(
-                f"{self.label}: {loop} does not close at {position}: margin {value:.4g} "
-                f"(0 is a dead point){''.join(others)}"
+                f"{self.label}: {loop}: the loop does not close at {position}: margin {value:.4g} "
+                f"(a dead point has margin 0){''.join(others)}"
             )
         if np.isnan(margin).any():
             loop = self.steps[int(np.argmax(np.isnan(margin)))]
             remark = ", or is not reachable from the reference without a singularity"
             raise OutOfReachError(
-                f"{self.label}: {loop} does not close at {position}{remark * self.is_followed}"
+                f"{self.label}: {loop}: the loop does not close at {position}"
+                f"{remark * self.is_followed}"
             )
         if value <= self.dead_point:
             raise SingularityError(
-                f"{self.label}: at a dead point of {loop}, at {position}: margin {value:.4g}; "
-                "rates are not defined"
+                f"{self.label}: {loop}: the loop is at a dead point: {position}, "
+                f"margin {value:.4g}; rates are not defined"
             )

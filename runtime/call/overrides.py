@@ -35,7 +35,9 @@ def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] 
         result = function.ufunc(*inputs, **({"out": outs} if outs else {}))
         return function.solutions._judged(*result) if function.solutions else result
     if outs:
-        raise InputTypeError(f"{function.__qualname__}: dask arrays are lazy; omit out")
+        raise InputTypeError(
+            f"{function.__qualname__}: lazy dask arrays do not support out; omit this argument"
+        )
     result = _apply(dask, function, [_read(dask, function, i, x) for i, x in enumerate(inputs)])
     return function.solutions(*result) if function.solutions else result
 

@@ -130,8 +130,8 @@ class FixedJoints:
         chain, moved = self._with_role("map", "actuators", "chain"), self._moved_alone(index)
         if reference is None or chain is None or moved is None:
             raise InputValueError(
-                f"{self._label}: {name} does not determine a single joint; fix joints among "
-                f"{', '.join(self._joints)}"
+                f"{self._label}: {name}: the coordinate does not determine a single joint; fix "
+                f"one of these joints: {', '.join(self._joints)}"
             )
         given = real_array(self._label, name, value)
         q = np.array(np.broadcast_to(reference.q, (*given.shape, len(coordinates))))
@@ -154,8 +154,8 @@ class FixedJoints:
             own = f"; ik fixes {', '.join(self._parameters)}" if self._parameters else ""
             raise DerivationError(
                 f"{self._label}: no other joint can be fixed: loops couple the joints of the main "
-                f"chain{own}; ik_numeric(T, q_seed, fixed=...) can fix some of "
-                f"{', '.join(coordinates)}"
+                f"chain{own}; with ik_numeric(T, q_seed, fixed=...), these coordinates can be "
+                f"fixed: {', '.join(coordinates)}"
             )
         return derived_inverse(self.manifest, self.robot_of, names, self._info.name)
 
@@ -186,7 +186,7 @@ def _inverse_of(
     folder = derived_folder(description, options)
     if _description_digest(folder) != digest:
         raise DerivationError(
-            f"{description}: has changed since the derivation of the robot; load it again"
+            f"{description}: the file has changed since chasles derived the robot; load it again"
         )
     inverse: Function[Solutions] = getattr(robot_of(read_manifest(folder)), function)
     return inverse

@@ -108,44 +108,47 @@ class NearestMethods(RobotFacts):
         out: Any = None,
         threads: int | Literal["all"] = 1,
     ) -> NearestSolution:
-        """Return the solution within the limits that is nearest to a seed.
+        """Return the inverse kinematics solution within the limits that is nearest to `q_seed`.
 
         The search covers all branches, and all full turns within the limits. The distance is the
-        largest weighted displacement of a coordinate. Displacements of prismatic joints are divided
-        by `unit_length`. If two distances differ only by rounding, the lower solution slot is
-        selected. The result for a pose does not depend on other poses of a batch.
+        largest weighted displacement of a coordinate from `q_seed`. Displacements of prismatic
+        joints are divided by `robot.unit_length`. If two distances differ only by rounding, the
+        branch that comes first in `robot.labels` is selected. Each pose of a batch is solved
+        independently.
 
         Args:
-            T: (..., 4, 4) poses of the tool in the base frame, or the inputs of another task, as in
-                `ik_position`. An array (..., 4, 4) holds poses if all last rows are 0 0 0 1.
-            q_seed: (..., n) seed coordinates [rad or m], which may exceed the limits.
-            task: "pose", or a part of the pose: "position", "position_pitch", "position_direction",
-                "planar". Coordinates that the task does not determine are 0.
-            fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping from
-                joints to values (...). For joints that are not in `robot.redundancy`, an inverse is
-                derived on first use.
-            limits: "robot", None for no limits, or (n, 2) limits of the coordinates. Coupled and
-                passive joints also keep their own limits unless `limits` is None. A coordinate that
-                exceeds a limit by rounding is set to the limit.
-            weights: (n,) weights of the displacements. A coordinate with weight 0 is ignored.
-            redundancy: How the redundancy parameters are selected. "fixed" keeps the values at
-                `q_seed`. "nearest" minimizes the distance over the self-motion. "limits" and
-                "manipulability" compare the solutions nearest to `q_seed` for all parameter values.
-                "limits" selects the solution farthest from the joint limits, and "manipulability"
-                the solution with the largest Yoshikawa measure (`robot.manipulability`).
-            out: A tuple of four arrays for q, residual, margin and valid. An entry that is None
-                requests a new array.
-            threads: The number of threads for a large batch; "all" is one per core.
+            T: (..., 4, 4) poses of the tool in the base frame. For a partial `task`, T can also be
+                the input of the function `ik_<task>`, for example (..., 3) for `ik_position`. An
+                array (..., 4, 4) is read as poses if the last row of every matrix is 0, 0, 0, 1.
+            q_seed: (..., n) coordinates [rad or m] near the solution. `q_seed` may exceed limits.
+            task: The part of the pose that the tool must reach: "pose" (the whole pose),
+                "position", "position_pitch", "position_direction" or "planar"; see `ik_path`. If a
+                part leaves coordinates undetermined, these coordinates are 0.
+            fixed: Joints that must not move, for `task="pose"`: names or indices of joints that
+                keep their values at `q_seed`, or a mapping from names to values () or (...). For
+                joints outside `robot.redundancy`, the first call derives an inverse in seconds.
+            limits: "robot" (the limits of the robot), None for no limits, or (n, 2) lower and upper
+                limits [rad or m]. The robot's limits of coupled and passive joints also apply,
+                unless `limits` is None. Coordinates that exceed a limit by rounding are clipped.
+            weights: (n,) weights of the displacements, 0 to ignore a coordinate; 1 by default.
+            redundancy: How to select the parameters in `robot.redundancy` of a redundant robot.
+                "fixed" keeps their values at `q_seed`. "nearest" minimizes the distance from
+                `q_seed`. "limits" maximizes the smallest distance from a joint limit, relative to
+                the joint range. "manipulability" maximizes the measure of `robot.manipulability`.
+                For each parameter value, only the solution nearest to `q_seed` is considered.
+            out: A tuple of arrays for q, residual, margin and valid; None for a new array.
+            threads: The number of threads for a large batch, or "all" for one thread per core.
 
         Returns:
-            `q (..., n)`, `residual`, `margin` and `valid (...,)`. For a pose without a solution,
-            `q` is NaN, `valid` is False, and `reason` is "out of reach", "limits" or "not a pose".
+            `q (..., n)` [rad or m], `residual` [m], `margin` and `valid`, each `(...,)`. Without a
+            solution, `q` is NaN, `valid` is False, and the property `reason` states the cause.
 
         Raises:
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.
             InputTypeError: If an argument has the wrong type.
-            InputValueError: If a value is out of range, or a matrix is far from rigid.
-            DerivationError: The robot has no inverse with these fixed joints.
+            InputValueError: If a value is out of range, the robot has no inverse for `task`, or a
+                matrix of T is not nearly rigid.
+            DerivationError: If the robot has no inverse for the fixed joints.
         """
         label = f"{self.name}.ik_nearest"
         check_redundancy(label, redundancy)
@@ -161,20 +164,20 @@ class NearestMethods(RobotFacts):
 
     @needs("fk_jacobian_mixed")
     def ik_refine(self, T: ArrayLike, q_seed: ArrayLike) -> LeastSquares:
-        """Refine coordinates near a solution by Newton's method.
+        """Refine an approximate inverse kinematics solution by Newton's method.
 
         Args:
             T: (..., 4, 4) poses of the tool in the base frame.
-            q_seed: (..., n) coordinates near the solution [rad or m].
+            q_seed: (..., n) coordinates near the solution [rad or m]. Joint limits are ignored.
 
         Returns:
-            `q (..., n)` and `residual (...,)` [m] at the last step. The residual is the distance to
-            the pose, or `2 sin(angle/2)` of the rotation error times `robot.unit_length` if this is
-            larger. At a reachable pose, the residual is 0 (rounding). Limits are ignored.
+            `q (..., n)` [rad or m] and `residual (...,)` [m] at the last step. The residual is the
+            larger of the position error and `2 sin(angle / 2) robot.unit_length`, where `angle` is
+            the rotation error. After convergence, the residual is 0 up to rounding.
 
         Raises:
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.
-            InputValueError: If a matrix in `T` is not close to a rigid transformation.
+            InputValueError: If a matrix of T is not nearly rigid.
         """
         label = f"{self.name}.ik_refine"
         target, seeds, batch = self._rows(label, "pose", None, T, q_seed)
@@ -206,8 +209,8 @@ class NearestMethods(RobotFacts):
             batch = np.broadcast_shapes(leading, seeds.shape[:-1])
         except ValueError:
             raise ShapeError(
-                f"{label}: leading dimensions do not broadcast: T has {leading}, q_seed has "
-                f"{seeds.shape[:-1]}"
+                f"{label}: leading dimensions do not broadcast: {leading} of T and "
+                f"{seeds.shape[:-1]} of q_seed"
             ) from None
         targets = np.broadcast_to(given, (*batch, *shape)).reshape(-1, *shape)
         if info and is_pose and task != "pose":
@@ -246,8 +249,8 @@ class NearestMethods(RobotFacts):
         if fixed_q and not is_own(self, fixed_q):
             if redundancy != "fixed":
                 raise InputValueError(
-                    f"{label}: redundancy={redundancy!r} requires free redundancy "
-                    "parameters; the given fixed joints leave no free parameter"
+                    f"{label}: the fixed joints leave no redundancy parameter free; "
+                    f'expected redundancy="fixed", got {redundancy!r}'
                 )
             return self._with_joints_fixed(info, inverse, moves, target, seeds, fixed_q)
         make = partial(self._chosen, info, inverse, moves, threads)
@@ -414,7 +417,7 @@ def _packed(
 def _written(label: str, fields: list[Any], out: Any) -> list[Any]:
     if not isinstance(out, tuple) or len(out) != len(fields):
         raise InputTypeError(
-            f"{label}: out must be a tuple of 4, for q, residual, margin and valid, got {out!r}"
+            f"{label}: out must be a tuple of 4 arrays (q, residual, margin, valid), got {out!r}"
         )
     written = []
     for name, field, array in zip(NearestSolution._fields, fields, out, strict=True):
@@ -422,7 +425,7 @@ def _written(label: str, fields: list[Any], out: Any) -> list[Any]:
             written.append(field if field.ndim and name != "q" else field[()])
             continue
         if not isinstance(array, np.ndarray) or array.dtype != field.dtype:
-            raise InputTypeError(f"{label}: out for {name} must be an array of {field.dtype}")
+            raise InputTypeError(f"{label}: out for {name}: expected a {field.dtype} array")
         if array.shape != field.shape:
             raise ShapeError(
                 f"{label}: out for {name} must have shape {field.shape}, got shape {array.shape}"

@@ -97,25 +97,28 @@ class InverseMethods(RobotFacts):
 
     @needs("fk", when=lambda robot: not robot.loops and robot.n > _FREE)
     def ik_orientation(self, R: ArrayLike, *, fixed: Mapping[str, ArrayLike]) -> Solutions:
-        """Return all configurations that reach a tool orientation. Three revolute joints move.
+        """Return all values of three revolute joints for which the tool has a given orientation.
 
-        Prismatic joints that `fixed` does not contain are 0. If the robot has only three revolute
-        joints, `fixed` may be `{}`. The inverse is derived on first use, which takes seconds.
+        The other revolute joints are fixed. The first call for each set of fixed joints derives an
+        inverse, which takes seconds.
 
         Args:
-            R: (..., 3, 3) orientation of the tool.
-            fixed: Values (...) of all revolute joints except three, keyed by name.
+            R: (..., 3, 3) rotation matrices of the tool in the base frame.
+            fixed: Values (...) [rad or m] of all revolute joints except three, keyed by joint name;
+                `{}` for a robot with three. Prismatic joints are 0 unless `fixed` contains them.
+
+        Returns:
+            All coordinates of each solution, with validity, residual and margin.
 
         Raises:
             InputTypeError: If `fixed` is not a mapping.
-            InputValueError: If a name is unknown, or if more or fewer than 3 revolute joints are
-                free.
-            DerivationError: If adjacent free joints are parallel, or if a joint is a mimic joint or
-                a helical joint.
+            InputValueError: If a name is unknown, or `fixed` does not leave three revolute joints.
+            DerivationError: If consecutive free axes are parallel, or if the robot has a mimic
+                joint or a helical joint.
         """
         label = f"{self.name}.ik_orientation"
         if not isinstance(fixed, Mapping):
-            raise InputTypeError(f"{label}: expected values of joints by name, got {fixed!r}")
+            raise InputTypeError(f"{label}: fixed must map joint names to values, got {fixed!r}")
         if unknown := fixed.keys() - {*self.coordinate_names}:
             raise InputValueError(f"{label}: cannot fix unknown joint {min(unknown)!r}")
         free = [c.name for c in self.coordinates if c.unit == "rad" and c.name not in fixed]
@@ -138,46 +141,44 @@ class InverseMethods(RobotFacts):
     ) -> JointPath:
         """Follow one branch along a path of poses, from the solution nearest to `q_seed`.
 
-        Each step selects the solution nearest to the previous configuration. Full turns count as
-        different solutions. The path follows the branch even if two branches exchange their
-        solution slots at a singularity. If infinitely many solutions reach a pose (two aligned
-        wrist axes), Newton's method finds a nearby solution. The path ends at a joint limit, even
-        if another branch would continue.
-
-        For an arm with fewer than six joints, `task` selects the inverse for the prescribed part of
-        each pose: `ik_position`, `ik_position_pitch`, `ik_position_direction` or `ik_planar`. The
-        joints that the task does not determine are 0.
+        Each step selects the solution nearest to the previous configuration. Angles that differ by
+        full turns count as different solutions. If two aligned wrist axes allow infinitely many
+        solutions, Newton's method finds a solution nearby. At a singularity, the index of the
+        followed branch in `robot.labels` may change. The path ends at a joint limit, even if
+        another branch would continue.
 
         Args:
             T: (m, 4, 4) closely spaced poses of the tool in the base frame. Deviations from rigid
-                poses are corrected up to `se3.NEARLY_RIGID`. If `task` prescribes only a part of
-                each pose, T can also be the (m, k) input of the inverse function for this task.
+                poses are corrected up to `se3.NEARLY_RIGID`. For a partial `task`, T can also be
+                the input (m, k) of the function `ik_<task>`, for example (m, 3) for `ik_position`.
             q_seed: (n,) coordinates [rad or m]. The path starts at the nearest solution within the
                 limits.
-            task: The prescribed part of each pose: "pose", "position", "position_pitch" (elevation
-                of the third tool axis above the x-y plane of the base), "position_direction"
-                (direction of the third tool axis) or "planar" (x, y and the angle of the first tool
-                axis in that plane).
-            fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping from
-                joints to values () or (m,). By default, the redundancy parameters
-                (`robot.redundancy`) keep their values at `q_seed`. For other joints, an inverse is
-                derived on first use.
-            redundancy: How the redundancy parameters are selected, as in `ik_nearest`. "fixed"
-                keeps the parameters. The other values select new parameters at each pose. Only
-                solutions within `max_step` of the previous configuration are considered.
-            max_step: Maximum joint displacement between successive poses [rad or m]. By default,
-                the maximum is 0.5 rad for revolute joints, and 0.5 `unit_length` for prismatic
-                joints.
+            task: The part of each pose that the tool must reach, for arms with fewer than six
+                joints. If a part leaves coordinates undetermined, these coordinates are 0.
+                "pose": the whole pose.
+                "position": the origin of the tool frame.
+                "position_pitch": the origin, and the elevation of the tool's z axis above the
+                    x-y plane of the base.
+                "position_direction": the origin, and the direction of the tool's z axis.
+                "planar": x, y, and the angle of the tool's x axis in the base x-y plane.
+            fixed: Joints that must not move, for `task="pose"`: names or indices of joints that
+                keep their values at `q_seed`, or a mapping from names to values () or (m,). For
+                joints outside `robot.redundancy`, the first call derives an inverse in seconds.
+            redundancy: How to select the parameters in `robot.redundancy` of a redundant robot.
+                "fixed" keeps their values at `q_seed`. "nearest", "limits" and "manipulability"
+                select new values at each pose, with the objectives of `ik_nearest`. These
+                objectives consider solutions within `max_step` of the previous configuration.
+            max_step: Maximum displacement of each joint between successive poses [rad or m]. By
+                default, 0.5 rad (revolute joints) or 0.5 `robot.unit_length` (prismatic joints).
 
         Returns:
-            The coordinates for the poses up to the end of the path, and the reason why the path
-            ends.
+            The coordinates up to the last reached pose, and the reason if the path ended early.
 
         Raises:
             ShapeError: If the shape of T or `q_seed` is wrong.
-            InputValueError: If the robot has no inverse for the task, if `max_step` is not
-                positive, or if a pose is not nearly rigid.
-            DerivationError: The robot has no inverse with these fixed joints.
+            InputValueError: If the robot has no inverse for `task`, if `max_step` is not positive,
+                or if a matrix of T is not nearly rigid.
+            DerivationError: If the robot has no inverse for the fixed joints.
         """
         label = f"{self.name}.ik_path"
         check_redundancy(label, redundancy)

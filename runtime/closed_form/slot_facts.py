@@ -116,7 +116,7 @@ def read_limits(
         return limits_of(coordinates)
     array = real_array(label, "limits", limits)
     if array.shape != (n, 2):
-        raise ShapeError(f"{label}: limits must have shape ({n}, 2), got shape {array.shape}")
+        raise ShapeError(f"{label}: limits must have shape ({n}, 2), got {array.shape}")
     return check_ascending(label, coordinates, array[:, 0].copy(), array[:, 1].copy())
 
 
@@ -127,7 +127,7 @@ def read_weights(n: int, label: str, weights: ArrayLike) -> FloatArray:
         raise ShapeError(f"{label}: weights must have shape ({n},), got shape {array.shape}")
     if not ((array >= 0) & np.isfinite(array)).all() or not array.any():
         raise InputValueError(
-            f"{label}: weights must be finite and not negative, and at least one positive, got "
-            f"{array.tolist()}"
+            f"{label}: weights must be finite and nonnegative, and at least one must be positive; "
+            f"got {array.tolist()}"
         )
     return array

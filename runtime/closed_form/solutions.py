@@ -124,7 +124,10 @@ class Solutions(Fields):
         """
         batch = self.valid.shape[:-1]
         if len(index) != len(batch):
-            raise InputValueError(f"Solutions.at: expected an index into {batch}, got {index}")
+            raise InputValueError(
+                "Solutions.at: expected one index for each leading dimension, got "
+                f"{index} for shape {batch}"
+            )
         return type(self)(*(field[index] for field in self))
 
     def valid_q(self) -> FloatArray:
@@ -135,7 +138,8 @@ class Solutions(Fields):
         """
         if self.valid.ndim != 1:
             raise InputValueError(
-                f"Solutions.valid_q: defined for one pose, got poses {self.valid.shape[:-1]}; "
+                "Solutions.valid_q: expected the solutions of one pose, got shape "
+                f"{self.valid.shape[:-1]}; "
                 "solutions.q[solutions.valid] has the solutions of all poses, row by row"
             )
         return self.q[self.valid]
@@ -236,9 +240,9 @@ class Solutions(Fields):
         labels = [set(label.split(", ")) for label in self.labels]
         known = dict.fromkeys(part for label in self.labels for part in label.split(", "))
         if not parts <= known.keys():
-            names = ", ".join(known) or "none, since slots are sorted or have no labels"
+            names = ", ".join(known) or "none, because solution slots are sorted or have no labels"
             raise InputValueError(
-                f"Solutions.on_branch: there is no branch {branch!r}; the branches are: {names}"
+                f"Solutions.on_branch: unknown branch {branch!r}; branches: {names}"
             )
         kept = np.array([parts <= label for label in labels])
         return self._remade(*self[:-1], self.valid & kept)
@@ -432,8 +436,9 @@ def _listing(kind: type[Solutions], low: FloatArray, high: FloatArray, windings:
     count = math.prod(turns.tolist())
     if count > MAX_WINDINGS:
         raise InputValueError(
-            f"Solutions.within_limits: these limits allow {count:.2g} "
-            "windings of each solution; are they in degrees? windings=False keeps one winding"
+            f"Solutions.within_limits: too many windings of each solution are within the limits "
+            f"({count:.2g}); limits must be in radians, not degrees; windings=False keeps one "
+            "winding of each solution"
         )
     listed = solutions_of(
         kind.coordinates,

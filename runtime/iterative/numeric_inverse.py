@@ -114,45 +114,42 @@ class NumericMethods(RobotFacts):
     ) -> NumericSolution:
         """Solve inverse kinematics by iteration within the limits.
 
-        The iteration takes Levenberg-Marquardt steps with lambda proportional to the squared error.
-        Lambda divided by the squared error decreases after successful steps and increases after
-        failed steps. All steps stay within the joint limits. If the iteration ends at a different
-        pose, it restarts from other configurations. For a pose out of reach, the result is the
+        The iteration takes Levenberg-Marquardt steps that stay within the joint limits. The damping
+        lambda is proportional to the squared error. The proportionality factor decreases after
+        successful steps and increases after failed steps. An iteration that does not reach the pose
+        restarts from another configuration. For a pose out of reach, the result is the
         configuration with the smallest residual found, and `valid` is False.
 
         Args:
-            T: (..., 4, 4) poses of the tip measured and expressed in the base frame. Deviations
-                from rigid poses up to `se3.NEARLY_RIGID` are corrected; larger deviations result in
-                NaN.
-            q_seed: (..., n) start coordinates [rad or m], clipped to the limits. Without `q_seed`,
-                the iteration starts from the configuration in its table whose pose is nearest.
-            tip: The link to be moved to the pose, one of `link_names`; the tool by default. For
-                robots without `link_poses`, the tool is the only valid tip.
+            T: (..., 4, 4) poses of the tip in the base frame. Deviations from rigid poses up to
+                `se3.NEARLY_RIGID` are corrected; larger deviations result in NaN.
+            q_seed: (..., n) start coordinates [rad or m], clipped to the limits. The default is the
+                configuration with the nearest pose, out of at most 256 sampled configurations.
+            tip: The link that must reach the pose, one of `robot.link_names`; the tool by default.
+                For robots without `link_poses`, the tool is the only valid tip.
             task_weights: Six weights of the error components (v, omega), 0 for a free component:
-                (1, 1, 1, 0, 0, 0) for a position. By default, all weights are 1, so that
-                `unit_length` is equivalent to 1 rad.
+                (1, 1, 1, 0, 0, 0) for a position. By default, all weights are 1, so that an error
+                of `robot.unit_length` is equivalent to 1 rad.
             frame: The axes of the weighted error components: "tool" (the tip) or "base".
-            fixed: Coordinates that keep exact values, even outside the limits: a list of names or
-                indices keeps the values of `q_seed`, and a mapping gives the values (...). The name
-                of a main-chain joint also selects the coordinate that moves this joint.
-            tolerance: Maximum residual of a solution [m]. None means 1e-9 `unit_length`.
-            max_evaluations: Maximum number of forward kinematics evaluations per pose, of about
-                0.4 microseconds each for a six-joint arm.
+            fixed: Coordinates with exact values, even outside the limits: names or indices of
+                coordinates that keep their values at `q_seed`, or a mapping from names to values
+                (...) [rad or m]. A main-chain joint selects the coordinate that moves this joint.
+            tolerance: Maximum residual of a solution [m]; by default 1e-9 `robot.unit_length`.
+            max_evaluations: Maximum number of forward kinematics evaluations per pose. For a
+                six-joint arm, an evaluation takes about 0.4 microseconds.
             rng: Integer seed or random generator for the start configurations, or None for new
-                random starts in each call. With a seed, results do not depend on the number of
-                threads.
-            threads: Number of threads; "all": one per core.
+                random starts in each call. Results do not depend on the number of threads.
+            threads: The number of threads, or "all" for one thread per core.
 
         Returns:
-            `q (..., n)`, and `residual`, `valid`, `ending`, `iterations` and `restarts (...,)`. The
-            property `reason` explains a missing solution. `fk(q)` is within `residual` of T.
+            `q (..., n)` [rad or m], `residual` [m], `valid`, `ending`, `iterations` and `restarts`,
+            each `(...,)`. The property `reason` explains a missing solution.
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
             InputTypeError: If `fixed` is neither a mapping nor names.
-            InputValueError: If a link, coordinate or option is unknown. If a weight is negative, or
-                all weights are 0. If `fixed` contains names without values, and `q_seed` is
-                missing.
+            InputValueError: If a link, coordinate or option is unknown, if a weight is negative, if
+                all weights are 0, or if `fixed` needs `q_seed` and `q_seed` is missing.
         """
         method = f"{self.name}.ik_numeric"
         if frame not in ("tool", "base"):
@@ -191,7 +188,7 @@ class NumericMethods(RobotFacts):
     ) -> FloatArray:
         if q_seed is None and None in items.values():
             raise InputValueError(
-                f"{method}: fixed names keep their values at q_seed; pass q_seed, or a mapping of "
+                f"{method}: fixed= without values requires q_seed; pass q_seed, or a mapping from "
                 "names to values"
             )
         begin = real_array(method, "q_seed", self.q_reference if q_seed is None else q_seed)
@@ -204,8 +201,8 @@ class NumericMethods(RobotFacts):
                 batch = np.broadcast_shapes(value.shape, begin.shape[:-1])
             except ValueError:
                 raise ShapeError(
-                    f"{method}: the values of {item} have shape {value.shape}, which does not "
-                    f"broadcast with {begin.shape[:-1]}"
+                    f"{method}: fixed values must broadcast with q_seed and each other; got shape "
+                    f"{value.shape} for {item}, expected {begin.shape[:-1]}"
                 ) from None
             begin = np.array(np.broadcast_to(begin, (*batch, self.n)))
             if not isinstance(item, str) or item in names:
@@ -250,8 +247,8 @@ def _weights(method: str, given: Sequence[float]) -> FloatArray:
         raise ShapeError(f"{method}: expected six task_weights, got shape {weights.shape}")
     if not (weights >= 0).all() or not weights.any() or not np.isfinite(weights).all():
         raise InputValueError(
-            f"{method}: task_weights must not be negative, and at least one must be positive, got "
-            f"{weights.tolist()}"
+            f"{method}: task_weights must be finite and nonnegative, and at least one must be "
+            f"positive; got {weights.tolist()}"
         )
     return weights
 
@@ -264,7 +261,7 @@ def _solver(robot: RobotFacts, tip: str | None, start_set: int) -> Solver:
     if tip not in offered:
         links = ", ".join((robot.tip_frame, *offered))
         raise InputValueError(
-            f"{robot.name}.ik_numeric: unknown tip link {tip!r}; the links are {links}"
+            f"{robot.name}.ik_numeric: unknown tip link {tip!r}; expected one of {links}"
         )
     link = robot.link_names.index(tip)
     kernels = _kernels(robot, ["link_poses", *(["chain_D_q"] if robot.loops else [])])
@@ -319,8 +316,8 @@ def screws_up_to(manifest: Manifest, link: int) -> FloatArray:
         mover = variables[joint.coordinate].name
         if mover not in moved:
             raise InputValueError(
-                f"{manifest.name}.ik_numeric: link {body.name} depends on joint {mover}, which is "
-                "not in the main chain"
+                f"{manifest.name}.ik_numeric: expected a tip link that only the main chain moves; "
+                f"{body.name} depends on joint {mover}"
             )
         axis = joint.ratio * np.array(joint.axis)
         along, omega = joint.advance * axis, axis

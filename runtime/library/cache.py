@@ -99,9 +99,9 @@ def make_recipe(manifest: Manifest) -> Recipe:
         )
         if found is None and any(manifest.folder.glob(f"{name}-*.so")):
             raise MismatchError(
-                f"{manifest.folder}: its kernel was built for another version of chasles or "
-                "another platform; install chasles and this robot in the same version, write the "
-                "folder again with `chasles build --portable`, or install a C compiler"
+                f"{manifest.folder}: the kernel in this folder was built for another version of "
+                "chasles or another platform; install chasles and this robot in the same version, "
+                "write the folder again with `chasles build --portable`, or install a C compiler"
             ) from None
         if found is None:
             raise
@@ -146,8 +146,8 @@ def check_header(manifest: Manifest, header: str) -> None:
         declared = [_declared_size(item) for item in found.split(",")] if found else []
         if declared != _sizes(function):
             raise ManifestError(
-                f"{manifest.folder / manifest.name}.h: {function.symbol}: declared with sizes "
-                f"{declared}, expected {_sizes(function)} as in manifest.json"
+                f"{manifest.folder / manifest.name}.h: {function.symbol}: the declared sizes "
+                f"differ from manifest.json: expected {_sizes(function)}, got {declared}"
             )
 
 
@@ -272,7 +272,7 @@ def _open(recipe: Recipe) -> _call.Library:
     try:
         content = read_input(recipe.path)
     except OSError as error:
-        raise CacheError(f"{recipe.path}: cannot be read ({error.strerror})") from None
+        raise CacheError(f"{recipe.path}: cannot read the library ({error.strerror})") from None
     body, digest = content[:-_DIGEST_SIZE], content[-_DIGEST_SIZE:]
     if hashlib.sha256(body).digest() != digest:
         raise MismatchError(f"{recipe.path}: damaged library; {advice}")
@@ -287,8 +287,8 @@ def _check_owner(cache: Path) -> None:
     facts = cache.stat()
     if os.name == "posix" and (facts.st_uid not in (0, os.getuid()) or facts.st_mode & 0o022):
         raise CacheError(
-            f"{cache}: another user may write here, so no library is loaded; run "
-            f"`chmod 700 {cache}`, or set CHASLES_CACHE to a folder of your own"
+            f"{cache}: another user may write to this folder, so no library is loaded; set "
+            f"CHASLES_CACHE to a folder of your own, or run `chmod 700 {cache}`"
         )
 
 

@@ -76,11 +76,12 @@ def run(command: Sequence[str], folder: Path) -> None:
             command, cwd=folder, capture_output=True, text=True, errors="replace", check=False
         )
     except FileNotFoundError:
-        raise CompilerNotFoundError(f"{command[0]}: not found; install it") from None
+        raise CompilerNotFoundError(f"{command[0]}: command not found; install it") from None
     if result.returncode != 0:
         output = (result.stderr + result.stdout).strip()
         raise CompileError(
-            f"{shlex.join(command)}: failed with status {result.returncode}\n{_start(output)}"
+            f"{shlex.join(command)}: the command failed with status {result.returncode}\n"
+            f"{_start(output)}"
         )
 
 
@@ -106,7 +107,8 @@ def find_compiler() -> Compiler:
     extra = _words("CHASLES_CFLAGS")
     if unsafe := UNSAFE_FLAGS.intersection((*command, *extra)):
         raise CompileError(
-            f"CC or CHASLES_CFLAGS: {min(unsafe)} would make poses out of reach count as reached"
+            f"CC or CHASLES_CFLAGS: {min(unsafe)}: with this flag, poses out of reach would count "
+            "as reached; omit the flag"
         )
     return Compiler(tuple(command), (*FLAGS, *_system_flags(command), *extra), identity)
 
@@ -147,7 +149,7 @@ def _find_program() -> tuple[Sequence[str], str]:
             return command, program
     sought = f"CC={chosen[0]}" if chosen else "cc, gcc and clang (CC is not set)"
     raise CompilerNotFoundError(
-        f"no C compiler: looked for {sought} on PATH; install gcc or clang, or set CC"
+        f"no C compiler on PATH; install gcc or clang, or set CC; looked for {sought}"
     )
 
 

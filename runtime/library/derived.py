@@ -89,8 +89,9 @@ def derived_folder(description: Path, options: Sequence[str] = ()) -> Path:
     if len(robots) > 1:
         names = ", ".join(robot.name for robot in robots)
         raise UnknownRobotError(
-            f"{description}: describes several robots ({names}); run "
-            f"chasles derive {description} --to robots, then load ./robots/{robots[0].name}"
+            f"{description}: the file describes several robots ({names}); before "
+            f"chasles.load('./robots/{robots[0].name}'), run chasles derive {description} "
+            "--to robots"
         )
     return robots[0]
 
@@ -132,7 +133,7 @@ def _prefix(description: Path, options: Sequence[str]) -> str:
     try:
         content = hashlib.sha256(read_input(description, MAX_DESCRIPTION)).hexdigest()
     except OSError as error:
-        raise UnknownRobotError(f"{description}: cannot be read ({error.strerror})") from None
+        raise UnknownRobotError(f"{description}: cannot read the file ({error.strerror})") from None
     # The file name of a URDF is part of the robot data.
     return f"{description.stem}-{_key(description.name, *options, content, _compiler_digest())}-"
 
@@ -175,7 +176,10 @@ def _derive(description: Path, options: Sequence[str]) -> Path:
             (derived / _DESCRIBED_BY).write_text("\n".join(origin), encoding="utf-8")
             is_same = _prefix(description, options) == prefix
             if not (is_same and _is_current(derived, description)):
-                raise DerivationError(f"{description}: changed while it was derived; load it again")
+                raise DerivationError(
+                    f"{description}: the file changed while chasles derived the robot; "
+                    "load it again"
+                )
             home = homes / f"{prefix}{_key((derived / _SOURCES).read_text(encoding='utf-8'))}"
             _move(derived, home)
     except OSError as error:
@@ -202,13 +206,15 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
     try:
         result = _finished(command)
     except OSError as error:
-        raise DerivationError(f"{description}: {python[0]} cannot be run ({error})") from None
+        raise DerivationError(f"{description}: cannot run {python[0]} ({error})") from None
     if result.returncode:
         # The compiler prints errors of a single robot to stdout, and fatal errors to stderr.
         stderr = result.stderr.strip().removeprefix("chasles: ")
         said = "\n".join(filter(None, (result.stdout.strip(), stderr)))
         names_it = said.startswith(f"{description.absolute()}:")
-        raise DerivationError(said if names_it else f"{description}: cannot be derived; {said}")
+        raise DerivationError(
+            said if names_it else f"{description}: cannot derive the robot; {said}"
+        )
     for line in result.stderr.splitlines():
         if line.startswith(_WARNING):
             warnings.warn(line.removeprefix(_WARNING), stacklevel=2)

@@ -35,7 +35,9 @@ def find_folder(robot: str | os.PathLike[str], options: Sequence[str] = ()) -> P
         raise UnknownRobotError(f"{path}: expected {expected}")
     if not isinstance(robot, str) or {os.sep, os.altsep} & set(robot):
         if set(options) - {PARAMETRIC}:
-            raise InputValueError(f"{path}: {' '.join(options)} needs a description, not a folder")
+            raise InputValueError(
+                f"{path}: expected a description for {' '.join(options)}, got a folder"
+            )
         return path
     folders = shipped_folders()
     if robot in folders and not options:
@@ -46,8 +48,8 @@ def find_folder(robot: str | os.PathLike[str], options: Sequence[str] = ()) -> P
     known = ", ".join(folders) or "none are installed"
     derived = ", ".join(shelf()) or "none; pip install chasles-robots or 'chasles[derive]'"
     raise UnknownRobotError(
-        f"no robot named {robot!r}; {_hint(robot, [*folders, *arms])}known: {known}; write a "
-        f"folder as a path, './{robot}'; derived on first use: {derived}"
+        f"no robot named {robot!r}; {_hint(robot, [*folders, *arms])}known: {known}; to load "
+        f"a folder, pass its path, './{robot}'; robots derived on first use: {derived}"
     )
 
 

@@ -47,8 +47,8 @@ class LengthMethods(RobotFacts):
     def characteristic_length(self) -> float:
         """The default length [m] that scales radians to meters.
 
-        The default is the root mean square distance of the tip from the rotation axes over 256
-        configurations.
+        The characteristic length is the root mean square distance of the tip from the rotation axes
+        of the coordinates, over 256 configurations within the limits.
         """
         turning = np.array([c.kind == "revolute" for c in self.coordinates])
         return length_of(self._samples, turning)

@@ -83,24 +83,25 @@ class ManipulabilityMethods(LengthMethods):
     def manipulability(
         self, q: ArrayLike, *, components: Part = "all", characteristic_length: float | None = None
     ) -> Manipulability:
-        """Return Yoshikawa's measure, the singular values and the condition number.
+        """Return Yoshikawa's measure, the singular values and the condition number of the Jacobian.
 
-        The measures are computed from the dimensionless Jacobian J'. For a planar two-link arm,
-        `components="linear"` and `characteristic_length=1`, the measure is a1 a2 |sin q2|.
-        Directions in which the tool can never move, such as out of the plane, do not count.
+        The Jacobian is dimensionless: the linear velocity of the tip and the rates of prismatic
+        joints are divided by the characteristic length. Directions in which the tool can never
+        move, such as out of the plane of a planar arm, are excluded.
 
         Args:
             q: (..., n) coordinates [rad or m].
             components: The twist components: "all", "linear" or "angular".
-            characteristic_length: The length [m]; `robot.characteristic_length` if None. A length
-                of 1 selects the unscaled Jacobian in meter and radian.
+            characteristic_length: The length [m], by default `robot.characteristic_length`. A
+                length of 1 leaves the Jacobian unscaled, in meters and radians.
 
         Returns:
-            The manipulability, or NaN if q is not finite or a loop is open.
+            `measure`, `min_singular_value` and `condition`, each (...,), and the decreasing
+            `singular_values (..., r)`. All are NaN if q is not finite or a loop is open.
 
         Raises:
-            ShapeError: If q is not (..., n).
-            InputValueError: If the components are unknown or the length is not positive.
+            ShapeError: If the shape of q is not (..., n).
+            InputValueError: If `components` is unknown or the length is not positive.
         """
         metric = self._metric("manipulability", components, characteristic_length)
         _, values, sound = _decomposed(self.jacobian_mixed(q), metric, components)
@@ -119,11 +120,11 @@ class ManipulabilityMethods(LengthMethods):
     def manipulability_gradient(
         self, q: ArrayLike, *, components: Part = "all", characteristic_length: float | None = None
     ) -> FloatArray:
-        """Return the gradient (..., n) of the measure w with respect to q, per radian or meter.
+        """Return the gradient (..., n) of Yoshikawa's measure with respect to q [1/rad or 1/m].
 
-        At a singularity, w is not differentiable (like |x| at 0). The result is then a one-sided
-        gradient. The gradient is NaN if q is not finite or a loop is open. Arguments and errors are
-        as for `manipulability`.
+        The measure is `robot.manipulability(q).measure`. At a singularity, the measure is not
+        differentiable (like |x| at 0), and the result is a one-sided gradient. The gradient is NaN
+        if q is not finite or a loop is open. Arguments and errors are as for `manipulability`.
         """
         metric = self._metric("manipulability_gradient", components, characteristic_length)
         J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
@@ -133,18 +134,22 @@ class ManipulabilityMethods(LengthMethods):
     def velocity_ellipsoid(
         self, q: ArrayLike, *, components: Part = "all", characteristic_length: float | None = None
     ) -> Ellipsoid:
-        """Return the ellipsoid of tip twists, in base axes, for joint rates of unit norm.
+        """Return the ellipsoid of the tip's twists, in base axes, for joint rates of unit norm.
 
         Args:
             q: (..., n) coordinates [rad or m].
-            components: "linear" (semi-axes in meter per radian), "angular" (dimensionless) or "all"
-                (the dimensionless ellipsoid of (v / length, omega)).
-            characteristic_length: The length [m] that scales prismatic joints and distances, by
-                default `robot.characteristic_length`.
+            components: "linear" for v (semi-axes in m/rad), "angular" for omega (dimensionless), or
+                "all" for the vector (v / characteristic length, omega) (dimensionless).
+            characteristic_length: The length [m] that divides v for "all" components, and the rates
+                of prismatic joints; by default `robot.characteristic_length`.
 
         Returns:
-            `axes (..., k, r)` with k = 3 or 6, and semi-axes `lengths (..., r)`, with r the number
-            of directions in which the tool can move. Both are NaN if q is not finite.
+            Unit vectors `axes (..., k, r)` as columns, and semi-axes `lengths (..., r)`. k is 6 for
+            "all" components, otherwise 3. r is the number of directions in which the tool can move.
+            Both arrays are NaN if q is not finite or a loop is open.
+
+        Raises:
+            InputError: If the shape of q, `components` or the length is invalid.
         """
         metric = self._metric("velocity_ellipsoid", components, characteristic_length)
         return self._ellipsoid(q, metric, components)
@@ -153,12 +158,14 @@ class ManipulabilityMethods(LengthMethods):
     def force_ellipsoid(
         self, q: ArrayLike, *, components: Part = "all", characteristic_length: float | None = None
     ) -> Ellipsoid:
-        """Return the ellipsoid of tip forces and torques, in base axes, for unit joint torques.
+        """Return the ellipsoid of forces and torques at the tip, for joint torques of unit norm.
 
-        The force ellipsoid has the same axes as the velocity ellipsoid, and the reciprocals of its
-        semi-axes. A semi-axis can be inf at a singularity. For "linear" components, the torque is
-        zero, and the semi-axes are in 1/m (N per N m). For "all", each axis is a wrench (force *
-        length, torque). Arguments, result and errors are as for `velocity_ellipsoid`.
+        The axes of `velocity_ellipsoid` are also the axes of the force ellipsoid. The semi-axes are
+        the reciprocals, or inf at a singularity. "linear" components are forces without a torque,
+        with semi-axes in 1/m (N per N m). "angular" components are torques without a force. For
+        "all", the components are (force * characteristic length, torque). The force of a prismatic
+        joint, multiplied by the characteristic length, counts as a torque. Arguments, result and
+        errors are as for `velocity_ellipsoid`.
         """
         metric = self._metric("force_ellipsoid", components, characteristic_length)
         velocity = self._ellipsoid(q, metric, components)
@@ -192,9 +199,7 @@ class ManipulabilityMethods(LengthMethods):
             limits = np.full(self.n, limits)
         limits = self._reals(method, name, limits, (self.n,))
         if not (limits >= 0).all():
-            raise InputValueError(
-                f"{self.name}.{method}: {name} must not be negative, got {given!r}"
-            )
+            raise InputValueError(f"{self.name}.{method}: expected {name} >= 0, got {given!r}")
         return np.array(limits)
 
 

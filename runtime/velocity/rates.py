@@ -110,51 +110,50 @@ class VelocityMethods(ManipulabilityMethods):
         damping_threshold: float = _rates.DAMPING_THRESHOLD,
         characteristic_length: float | None = None,
     ) -> Rates:
-        """Return damped joint rates within all limits for a twist of the tool, J qd = V.
+        """Return damped joint rates qd within all limits for a twist V of the tool, J qd = V.
 
         Away from singularities and limits, J qd = V up to rounding error. Near a singularity,
-        damped least squares bounds qd: |qd| is at most |(v / length, omega)| / `damping_threshold`.
-        The characteristic length also divides the rates of prismatic joints.
+        damped least squares bounds the rates: |qd| <= |(v / length, omega)| / `damping_threshold`.
+        In |qd|, the rates of prismatic joints are also divided by the characteristic length.
 
-        The result never exceeds a limit. A joint that would exceed its bound stays at the bound.
-        The other joints compensate for this joint if this is possible without damping. If the other
-        joints cannot compensate, the twist is scaled down and keeps its direction. If acceleration
-        limits exclude the direction of V, the result is the nearest allowed twist. See the manual
-        page "Joint rates, singularities and manipulability" for limits and fixed joints.
+        A joint that would exceed a limit stays at the limit. The other joints compensate for this
+        joint if this is possible without damping. Otherwise, the twist is scaled down and keeps its
+        direction. If acceleration limits exclude the direction of V, the result is the nearest
+        allowed twist. For details, see the page "Joint rates, singularities and manipulability".
 
         Args:
             q: (..., n) coordinates [rad or m].
             V: (..., 6) twist, linear first [m/s, rad/s]; or (..., 3), the linear or angular part
                 that `components` selects.
-            representation: The representation of V: "space", "body" or "mixed".
+            representation: The function that defines V: "space" (`twist_space`), "body"
+                (`twist_body`) or "mixed" (`twist_mixed`).
             components: The controlled components of the twist at the tip: "all", "linear" (the
-                angular part of V is ignored) or "angular". With a spatial twist, "linear" needs
-                all six components of V.
-            redundancy: The objective for null-space motion. "minimum_norm" minimizes the rates.
-                With "limits", joints with limits move towards mid-range, by the gradient of half
-                the sum of ((q - middle) / half range)^2. With "manipulability", Yoshikawa's measure
-                increases. If the argument is a configuration (..., n), the null-space motion moves
-                towards this configuration.
-            gain: Gain of the objective [1/s]. If the objective is a configuration, the gain is the
-                fraction of the remaining difference that is removed per second.
-            rate_limits: (..., n) or () maximum |qd| [rad/s or m/s].
-            acceleration_limits: (..., n) or () maximum |qdd| [rad/s^2 or m/s^2]; requires
-                `qd_previous` and `dt`.
+                angular part of V is ignored) or "angular". For "linear" components in the "space"
+                representation, V must have all six components.
+            redundancy: The objective of the null-space motion. "minimum_norm" minimizes the rates.
+                "limits" moves joints towards the middle of their ranges, by the gradient of half
+                the sum of ((q - middle) / half range)^2. "manipulability" increases Yoshikawa's
+                measure. A configuration (..., n) [rad or m] is the target of the motion.
+            gain: Gain of the objective [1/s]. For a target configuration, the gain is the fraction
+                of the remaining difference that is removed per second.
+            rate_limits: (..., n) or () maximum |qd| [rad/s or m/s]; by default unlimited.
+            acceleration_limits: (..., n) or () maximum |qdd| [rad/s^2 or m/s^2], by default
+                unlimited. Acceleration limits also require `qd_previous` and `dt`.
             qd_previous: (..., n) joint rates of the previous time step [rad/s or m/s].
-            dt: (...) time step [s].
-            fixed: Fixed coordinates, by names or indices; a joint of the main chain stands for the
-                coordinate that moves it.
+            dt: (...) time step [s]. With `dt`, no joint exceeds its position limits in this time.
+            fixed: Names or indices of coordinates with the rate 0. A main-chain joint selects the
+                coordinate that moves this joint.
             damping_threshold: The dimensionless singular value below which a direction is damped.
             characteristic_length: The length [m] that scales radians to meters, by default
                 `robot.characteristic_length`.
 
         Returns:
-            Joint rates, the resulting twist, the damping and the active limits, or NaN if an input
-            is not finite or a loop is open.
+            Joint rates, the resulting twist, the damping and the active limits. All are NaN if an
+            input is not finite or a loop is open.
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
-            InputError: If an argument is invalid.
+            InputError: If the type or the value of an argument is invalid.
 
         Source:
             Flacco, De Luca and Khatib, Motion control of redundant robots under joint constraints:
@@ -191,27 +190,29 @@ class VelocityMethods(ManipulabilityMethods):
         damping_threshold: float = _rates.DAMPING_THRESHOLD,
         characteristic_length: float | None = None,
     ) -> Accelerations:
-        """Return damped joint accelerations for a derivative of the twist, J qdd = A - J_dot qd.
+        """Return damped joint accelerations qdd for a rate A of the twist, J qdd = A - J_dot qd.
 
-        Damping and limits are as for `joint_rates`. The acceleration has minimum norm, so that a
-        redundant robot continues its self-motion. A fixed coordinate, or an acceleration limit of
-        0, results in an acceleration of exactly 0: the coordinate keeps its rate.
+        Damping, and scaling at the acceleration limits, are as for `joint_rates`. The acceleration
+        has minimum norm, so that a redundant robot continues its self-motion.
 
         Args:
             q: (..., n) coordinates [rad or m].
             qd: (..., n) joint rates [rad/s or m/s].
             A: (..., 6) time derivative of the twist components, linear first [m/s^2, rad/s^2]; or
-                (..., 3), like V of `joint_rates`.
-            representation: The representation of A: "space", "body" or "mixed".
-            acceleration_limits: (..., n) or () maximum |qdd| [rad/s^2 or m/s^2].
-            components: See `joint_rates`.
-            fixed: See `joint_rates`.
-            damping_threshold: See `joint_rates`.
-            characteristic_length: See `joint_rates`.
+                (..., 3), the linear or angular part that `components` selects.
+            representation: The function that defines A: "space" (`acceleration_space`), "body"
+                (`acceleration_body`) or "mixed" (`acceleration_mixed`).
+            components: The controlled components of A at the tip, as in `joint_rates`.
+            acceleration_limits: (..., n) or () maximum |qdd| [rad/s^2 or m/s^2]; by default
+                unlimited. A coordinate with the limit 0 keeps its rate exactly.
+            fixed: Names or indices of coordinates with the acceleration 0, as in `joint_rates`.
+            damping_threshold: The dimensionless singular value below which a direction is damped.
+            characteristic_length: The length [m] that scales radians to meters, by default
+                `robot.characteristic_length`.
 
         Returns:
-            Joint accelerations, the resulting derivative of the twist, damping and limits, or NaN
-            if an input is not finite or a loop is open. Errors are as for `joint_rates`.
+            Joint accelerations, the resulting A, the damping and the active limits. All are NaN if
+            an input is not finite or a loop is open. Errors are as for `joint_rates`.
         """
         method = "joint_accelerations"
         limits, kept = self._fixed_limits(method, "acceleration_limits", acceleration_limits, fixed)
@@ -305,7 +306,7 @@ class VelocityMethods(ManipulabilityMethods):
                 if ("hessian", "actuators", "") not in self._roles:
                     raise InputValueError(
                         f"{self.name}.joint_rates: loops solved by iteration have no Hessian for "
-                        'redundancy="manipulability"; pass a configuration instead'
+                        'redundancy="manipulability"; pass redundancy=<configuration> instead'
                     )
                 J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
                 J[..., list(fixed)] = H[..., list(fixed), :] = 0
@@ -331,15 +332,15 @@ class VelocityMethods(ManipulabilityMethods):
     ) -> FloatArray:
         """Return the actuator forces that are equivalent to a wrench on the tool: J^T wrench.
 
-        The power of the actuators equals the power of the wrench at the tool: `forces @ qd ==
-        wrench @ (J @ qd)`. If the environment exerts the opposite wrench on the tool, these
-        actuator forces keep the robot in equilibrium. Loops are rigid and frictionless.
+        The actuators have the same power as the wrench: `forces @ qd == wrench @ (J @ qd)`. If the
+        environment exerts the opposite wrench on the tool, these actuator forces keep the robot in
+        equilibrium. Gravity, friction and elasticity are neglected.
 
         Args:
-            q: (..., n) coordinates.
+            q: (..., n) coordinates [rad or m].
             wrench: (..., 6) force and torque on the tool [N, N m], force first.
-            representation: "mixed": at the tip, in base axes; "body": at the tip, in tip axes;
-                "space": at the base origin, in base axes.
+            representation: Reference point and axes of the wrench: "mixed" (tip, base axes), "body"
+                (tip, tip axes) or "space" (base origin, base axes).
 
         Returns:
             (..., n) torques [N m] and forces [N], positive in the direction of the coordinate.

@@ -93,40 +93,37 @@ class TrackMethods(ManipulabilityMethods):
     ) -> Track:
         """Track a path of poses by resolved rates with closed-loop error correction.
 
-        Each step combines the motion from pose k to pose k + 1 with a correction by the fraction
-        `gain dt` of the tool error. The step is the damped least-squares solution within all
-        limits; angles are multiplied by the characteristic length. The tool deviates from the path
-        only at singularities and limits, and returns to the path afterwards. A redundant robot
-        moves its joints as little as possible.
+        Each step from pose k to pose k + 1 also corrects the fraction `gain * dt` of the tool error
+        at pose k. The step is the damped least-squares solution within all limits. The tool
+        deviates from the path only at singularities and limits, and returns to the path afterwards.
+        A redundant robot moves its joints as little as possible.
 
-        The singular values in the result belong to a scaled Jacobian. The angular rows of the
-        scaled Jacobian are multiplied by the characteristic length. At a wrist singularity, joints
-        rotate at their maximum rates: set rate limits for such a path. The manual page "Follow a
-        path by joint rates" describes damping and errors.
+        At a wrist singularity, joints rotate at their maximum rates, so that such a path needs rate
+        limits. The manual page "Follow a path by joint rates" describes damping and errors.
 
         Args:
-            T: (m, 4, 4) tool poses relative to the base frame, at time intervals dt. Deviations
-                from rigid poses up to `se3.NEARLY_RIGID` are corrected.
-            q_start: (n,) coordinates at the start [rad or m], within the limits. At q_start, the
-                tool need not be at the first pose.
+            T: (m, 4, 4) tool poses in the base frame, at time intervals `dt`. Deviations from rigid
+                poses up to `se3.NEARLY_RIGID` are corrected.
+            q_start: (n,) coordinates at the start [rad or m], within the limits. The tool may start
+                away from the first pose.
             dt: Time between poses [s].
             rate_limits: () or (n,) maximum rates [rad/s or m/s], or None for no limits. A limit of
                 0 fixes the coordinate.
-            fixed: Coordinates that keep their values of `q_start` exactly, by names or indices; a
-                joint of the main chain stands for the coordinate that moves it. Singular values and
+            fixed: Names or indices of coordinates that keep their exact values at `q_start`. A
+                main-chain joint selects the coordinate that moves this joint. Singular values and
                 damping do not include the fixed coordinates.
-            gain: The gain of the error correction [1/s], above 0, at most 1 / dt; 0.5 / dt if None.
-            characteristic_length: The length [m] that converts angle errors to distances; a smaller
-                length reduces position errors and increases orientation errors.
-                `robot.characteristic_length` if None.
+            gain: The gain of the error correction [1/s], in (0, 1 / dt]; by default 0.5 / dt.
+            characteristic_length: The length [m] that multiplies the angular errors and the angular
+                rows of the Jacobian, by default `robot.characteristic_length`. A smaller length
+                reduces position errors and increases orientation errors.
 
         Returns:
-            Coordinates, rates, errors, and the steps with active limits.
+            Coordinates, rates, errors, singular values, and the steps with active limits.
 
         Raises:
-            ShapeError: If the shape of T, q_start or rate_limits is wrong.
-            InputValueError: If a pose is not nearly rigid, if q_start is outside the limits or a
-                loop is open at q_start, or if an argument is out of range.
+            ShapeError: If the shape of `T`, `q_start` or `rate_limits` is wrong.
+            InputValueError: If a matrix of T is not nearly rigid, if `q_start` is outside the
+                limits, if a loop is open at `q_start`, or if an argument is out of range.
 
         Source:
             D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969;

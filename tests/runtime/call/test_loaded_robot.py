@@ -96,11 +96,11 @@ def test_unknown_robot_error_suggests_names(shipped, tmp_path):
     ):
         chasles.load("tinny")
     with pytest.raises(
-        chasles.UnknownRobotError, match=r"known: tiny; write a folder .* './zebra'"
+        chasles.UnknownRobotError, match=r"known: tiny; to load a folder, .* './zebra'"
     ):
         chasles.load("zebra")
     with pytest.raises(
-        chasles.UnknownRobotError, match=r"no generated robot \(no manifest.json in it\)"
+        chasles.UnknownRobotError, match=r"folder of a generated robot \(no manifest.json in it\)"
     ):
         chasles.load(tmp_path)
 
@@ -113,7 +113,7 @@ def test_unknown_robot_error_suggests_names(shipped, tmp_path):
     [
         (
             lambda m: m.update(chasles=1),
-            r"chasles: the robot was generated in format 1, .* format 2; derive the robot again",
+            r"chasles: this version .* reads manifests of format 2, got 1; derive the robot again",
         ),
         (lambda m: m.update(kind="arm"), r'kind: got \'arm\', expected "serial" or "hybrid"'),
         (lambda m: m["functions"][0].pop("role"), r"functions\[0\]: has no 'role'"),
@@ -148,7 +148,7 @@ def test_unknown_robot_error_suggests_names(shipped, tmp_path):
         (lambda m: m["functions"][1]["inputs"][1].update(name="out"), r"'out' occurs twice"),
         (lambda m: m["functions"][1].update(name="fk"), r"functions: 'fk' occurs twice"),
         (lambda m: m["functions"][0]["operations"].update(add=-1), r"operations.add: got -1"),
-        (lambda m: m["files"].pop("tiny.h"), r"files: has no 'tiny.h'"),
+        (lambda m: m["files"].pop("tiny.h"), r"files: missing 'tiny.h'"),
         (lambda m: m["files"].update({"tiny.c": "zz"}), r"files.tiny.c: got 'zz', expected a SHA"),
     ],
     ids=[
@@ -281,7 +281,7 @@ def test_missing_command_lists_available_commands(capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["calibrate", "none.csv", "--robot", "ur5e"], "none.csv: expected a table (No such file"),
+        (["calibrate", "none.csv", "--robot", "ur5e"], "none.csv: cannot read the table (No such"),
         (["view", "tiny", "--html", "no/folder.html"], "no/folder.html: No such file"),
         (["view", "tiny", "--html", "a.html", "--play", "b.csv"], "omit them with --html"),
     ],

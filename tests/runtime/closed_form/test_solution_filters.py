@@ -27,7 +27,7 @@ def test_weights_choose_the_joints_that_count(solutions):
         first = solutions.sorted_by_distance(seed, weights=weights)
         np.testing.assert_array_equal(first.q[0], nearest)
     for weights in (np.zeros(6), [1, -1, 1, 1, 1, 1]):
-        with pytest.raises(chasles.InputValueError, match="not negative"):
+        with pytest.raises(chasles.InputValueError, match="must be finite and nonnegative"):
             solutions.nearest(seed, weights=weights)
 
 
@@ -41,9 +41,7 @@ def test_on_branch_keeps_the_slots_of_a_label():
         np.testing.assert_array_equal(kept.valid, expected)
     one = solutions.on_branch(solutions.labels[3])
     np.testing.assert_array_equal(one.valid.sum(-1), solutions.valid[:, 3])
-    with pytest.raises(
-        chasles.InputValueError, match=f"the branches are: {re.escape(parts[0][0])}"
-    ):
+    with pytest.raises(chasles.InputValueError, match=f"branches: {re.escape(parts[0][0])}"):
         solutions.on_branch("elbow up")
     with pytest.raises(chasles.InputValueError, match="slots are sorted"):
         solutions.sorted_by_distance(np.zeros(6)).on_branch(parts[0][0])

@@ -155,7 +155,7 @@ def test_fixed_joints_keep_their_values(tmp_path):
 
 def test_non_parallel_pins_are_rejected_with_deviation():
     with pytest.raises(
-        DescriptionError, match=r"'rod_FH' allow only planar.*'elbow' is 1.75 mrad out"
+        DescriptionError, match=r"'rod_FH': the pins allow only planar.*'elbow' is 1.75 mrad out"
     ) as message:
         derive(tilted(DESIGN, "elbow"))
     assert 'closure = "least squares"' in str(message.value)

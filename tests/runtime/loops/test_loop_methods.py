@@ -66,8 +66,8 @@ def test_open_loop_error_names_loop_and_coordinates(robot):
     with pytest.raises(chasles.OutOfReachError) as caught:
         robot.chain(OPEN)
     assert str(caught.value) == (
-        "lift.chain: boom_cylinder does not close at waist = 0.25 rad, boom_cylinder = 2.5 m: "
-        "margin -3.516 (0 is a dead point)"
+        "lift.chain: boom_cylinder: the loop does not close at waist = 0.25 rad, "
+        "boom_cylinder = 2.5 m: margin -3.516 (a dead point has margin 0)"
     )
     assert isinstance(caught.value, chasles.ChaslesError)
     assert isinstance(caught.value, ValueError)
@@ -91,9 +91,9 @@ def strided(q):
     ids=["array", "list", "strided", "float32"],
 )
 def test_open_loop_raises_for_every_call_form(robot, form):
-    with pytest.raises(chasles.OutOfReachError, match="boom_cylinder does not close"):
+    with pytest.raises(chasles.OutOfReachError, match="boom_cylinder: the loop does not close"):
         robot.chain(form(OPEN))
-    with pytest.raises(chasles.OutOfReachError, match="boom_cylinder does not close"):
+    with pytest.raises(chasles.OutOfReachError, match="boom_cylinder: the loop does not close"):
         robot.reach(q=form(OPEN), threads="all")
     assert np.isfinite(robot.reach(form(DEAD))).all()
 
@@ -110,8 +110,8 @@ def test_dead_point_raises_singularity_error_for_rates(robot):
     with pytest.raises(chasles.SingularityError) as caught:
         robot.chain_rates(DEAD, [0.0, 1.0])
     assert str(caught.value) == (
-        "lift.chain_rates: at a dead point of boom_cylinder, at waist = 0.25 rad, "
-        "boom_cylinder = 2 m: margin 0; rates are not defined"
+        "lift.chain_rates: boom_cylinder: the loop is at a dead point: waist = 0.25 rad, "
+        "boom_cylinder = 2 m, margin 0; rates are not defined"
     )
     assert isinstance(caught.value, chasles.OutOfReachError)
 
@@ -219,7 +219,7 @@ def test_chain_and_actuators_of_a_plain_arm_are_identities():
     for same in (arm.chain(q), arm.actuators(theta=q), arm.chain(q.tolist())):
         np.testing.assert_array_equal(same, q)
         assert not np.shares_memory(same, q)
-    with pytest.raises(chasles.ShapeError, match=r"ur5e\.chain: q must have shape \(\.\.\., 6\)"):
+    with pytest.raises(chasles.ShapeError, match=r"ur5e\.chain: expected q of shape \(\.\.\., 6\)"):
         arm.chain(np.zeros(5))
     with pytest.raises(chasles.InputTypeError, match=r"ur5e\.actuators: theta must hold real"):
         arm.actuators(np.zeros(6, complex))

@@ -45,7 +45,7 @@ def test_leading_dimensions_broadcast_and_errors_name_the_argument():
     arm = chasles.load("ur5e")
     q, wrench = arm.random_q((3, 1)), np.ones((4, 6))
     assert arm.actuator_forces(q, wrench).shape == (3, 4, 6)
-    with pytest.raises(ShapeError, match="wrench must have shape"):
+    with pytest.raises(ShapeError, match="expected wrench of shape"):
         arm.actuator_forces(q, np.ones(3))
     with pytest.raises(InputValueError, match='must be "space", "body" or "mixed"'):
         arm.actuator_forces(q, wrench, representation="tool")

@@ -95,5 +95,5 @@ def test_distance_to_singularity_is_nan_from_unreachable_start(robot):
     assert robot.distance_to_singularity(np.zeros((0, 3)), np.zeros(3)).type_1.shape == (0,)
     many = robot.distance_to_singularity(np.zeros((2, 1, 3)), np.zeros((4, 3)))
     assert many.type_2.shape == (2, 4)
-    with pytest.raises(chasles.ShapeError, match="theta must have shape"):
+    with pytest.raises(chasles.ShapeError, match="expected theta of shape"):
         robot.distance_to_singularity([0.0, 0.0], [1.0, 0.0])

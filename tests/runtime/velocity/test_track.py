@@ -321,10 +321,10 @@ BAD = [
         chasles.InputError,
         "track: characteristic_length must be positive",
     ),
-    ({"rate_limits": [1.0, 2.0]}, chasles.ShapeError, r"rate_limits must have shape"),
+    ({"rate_limits": [1.0, 2.0]}, chasles.ShapeError, r"expected rate_limits of shape"),
     ({"rate_limits": 0.0}, chasles.InputError, "every rate limit is 0"),
-    ({"rate_limits": -1.0}, chasles.InputError, "rate_limits must not be negative"),
-    ({"rate_limits": np.nan}, chasles.InputError, "rate_limits must not be negative"),
+    ({"rate_limits": -1.0}, chasles.InputError, "expected rate_limits >= 0"),
+    ({"rate_limits": np.nan}, chasles.InputError, "expected rate_limits >= 0"),
 ]
 
 
