@@ -135,7 +135,7 @@ __all__ = [*_ROOM_OF]  # noqa: PLE0604
 def __getattr__(name: str) -> object:
     if name not in _ROOM_OF:
         raise AttributeError(
-            f"chasles.derive has no name {name!r}; its names are {', '.join(sorted(_ROOM_OF))}"
+            f"chasles.derive has no name {name!r}; names: {', '.join(sorted(_ROOM_OF))}"
         )
     with requires("chasles[derive]"):
         room = import_module(f".{_ROOM_OF[name]}", __name__)

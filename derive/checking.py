@@ -21,22 +21,21 @@ def check(
 ) -> tuple[Finding, ...]:
     """Report the errors, warnings and notes of a robot description.
 
-    In a robot file, all independent errors are found, because the check continues with a corrected
-    value after each error. The check ends early if no corrected value exists, for example for an
-    unknown convention. If the description has no errors, the loops of the robot are solved at the
-    reference.
+    In a robot file (.toml), the check corrects each error in memory and continues, so that it
+    reports all independent errors. In other formats, only the first error is reported. If a valid
+    robot has loops, the loops are solved at the reference configuration.
 
     Args:
-        source: A file or the name of a robot; see ``read``.
-        base: The link whose frame is the base frame.
-        tip: The link whose frame is the tool frame.
-        group: A group of an SRDF file next to the description, instead of base and tip.
+        source: The file or the robot name, as for ``read``.
+        base: The link whose frame is the base frame. The default is that of ``read``.
+        tip: The link whose frame is the tool frame. The default is that of ``read``.
+        group: A group of the SRDF file in the same folder, instead of base and tip.
         arguments: Argument values of a xacro file, each as ``name:=value``.
 
     Returns:
-        The errors, sorted by line; for a valid robot, the warnings and notes. For a robot with
-        loops, notes list the joint limits at which the loops cannot be closed. The last note states
-        whether the check ended early.
+        The errors, sorted by line. If an error cannot be corrected, the check ends early, and the
+        last finding states this. A robot without errors has only warnings and notes. Its notes
+        include the joint limits at which loops do not close.
 
     Raises:
         UnknownRobotError: No robot has this name.

@@ -46,22 +46,23 @@ _UNGUARDED = ("margin", "branches", "near", *PARAMETRIC_ROLES.values())
 
 @dataclass(frozen=True)
 class Derivation:
-    """A robot with the functions that were derived for it.
+    """The functions that ``derive`` derived for a robot.
 
     Attributes:
-        robot: The description.
-        terms: The terms and constants that all functions share.
-        groups: The chain of the robot, reduced to groups of axes.
-        functions: The derived functions in output order.
+        robot: The robot description.
+        terms: The named constants and subexpressions that the functions share.
+        groups: The joints of the chain, combined into groups of axes.
+        functions: The functions as symbolic expressions, in output order.
         hybrid: The loops and their solution, or None for a serial robot.
         inverse: The inverse kinematics, or None if no inverse was requested.
-        written: Functions with handwritten C code that reads tables of the robot.
-        families: The families of closed-form inverses that were tried.
-        closure: The equations of the loops that are solved by iteration. None if no loop is solved
-            by iteration.
-        geometry: The parametric functions, or None if none was requested.
-        parametric_loops: The closure equations of the loops with the robot parameters as inputs.
-            None if no parametric function was requested.
+        written: The functions with handwritten C code, which reads the robot's data from tables.
+        families: The axis structures with a closed-form inverse that were tried.
+        closure: The equations of the loops that are solved by iteration, or None without such
+            loops.
+        geometry: The robot parameters as inputs of functions such as ``fk_p``, or None if no such
+            function was requested.
+        parametric_loops: The closure equations of the loops with the robot parameters as inputs,
+            or None if no such function was requested.
     """
 
     robot: Described
@@ -88,7 +89,7 @@ class Derivation:
         return skeleton(RigidBodies(robot, self.terms, reference), actuated)
 
     def signature(self, name: str) -> SymbolicFunction | NativeSolverFunction:
-        """Return the derived or handwritten function that has this name.
+        """Return the function of this name, whether symbolic or with handwritten C code.
 
         Raises:
             KeyError: The derivation has no function with this name.
@@ -97,7 +98,7 @@ class Derivation:
         return by_hand if by_hand is not None else self.function(name)
 
     def function(self, name: str) -> SymbolicFunction:
-        """Return the derived function that has this name.
+        """Return the symbolic function of this name.
 
         Raises:
             KeyError: The derivation has no function with this name.
@@ -116,18 +117,16 @@ def derive(
     parametric: bool = False,
     families: tuple[Family, ...] = FAMILIES,
 ) -> Derivation:
-    """Derive the functions of a robot.
-
-    The result does not depend on the order of ``functions``.
+    """Derive the functions of a robot as symbolic expressions.
 
     Args:
-        description: A serial robot or a mechanism, from ``read`` or built in
-            Python.
-        functions: Names of the functions; by default, all functions of the robot.
-        fixed: Joints with fixed values. The fixed joint values are inputs of ``ik`` after the pose.
-            If ``fixed`` is empty and the robot is redundant, default joints are fixed.
-        parametric: Whether to derive the parametric functions too, such as ``fk_p``.
-        families: The families of closed-form inverses to try, in order.
+        description: A serial robot or a mechanism, from ``read`` or built in Python.
+        functions: Names of the functions to derive, in any order. By default, all functions are
+            derived.
+        fixed: Names of fixed joints, whose values are inputs of ``ik`` after the pose. By default,
+            joints are fixed only if the robot is redundant.
+        parametric: Whether to also derive functions of the robot parameters, such as ``fk_p``.
+        families: The axis structures with a closed-form inverse, in the order in which to try them.
 
     Raises:
         InputValueError: A function name is unknown, or the robot has no inverse with these fixed

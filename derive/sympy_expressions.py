@@ -21,21 +21,23 @@ _OWN = re.compile("_([a-z]+)([0-9]+)")
 
 @dataclass(frozen=True)
 class Expressions:
-    """A function of a robot in the form of SymPy expressions.
+    """A function of a robot as SymPy expressions, from ``expressions``.
 
-    To compute the values of the compiled function, first substitute parameters, inputs and signs
-    into the terms in order. Then substitute all values into the outputs.
+    To evaluate the function, first substitute the values of parameters, inputs and signs into the
+    terms, one after another. Then substitute all values into the outputs.
 
     Attributes:
         robot: Name of the robot.
         function: Name of the function.
-        inputs: The symbols of each input in the shape of the input; a vector is a column.
-        signs: For a function with branches, one symbol (1 or -1) for each choice between two
-            branches. The outputs belong to a single branch.
-        parameters: The exact value of each parameter.
-        terms: The shared terms in order. Each term is expressed in inputs, parameters, signs and
-            earlier terms. After expansion, there are no shared terms.
-        outputs: The entries of each output in the shape of the output; a vector is a column.
+        inputs: For each input, an array of symbols in the shape of the input. Vectors are columns.
+        signs: Symbols with the value 1 or -1, which select one branch of a function with several
+            branches, such as ``ik``. The outputs describe the selected branch.
+        parameters: The exact value of each parameter symbol (meter, radian, 1 or kilogram).
+        terms: Pairs (symbol, expression) of common subexpressions. Each expression contains only
+            inputs, parameters, signs and earlier terms. The tuple is empty if the function was
+            expanded.
+        outputs: For each output, an array of expressions in the shape of the output. Vectors are
+            columns.
     """
 
     robot: str
@@ -47,10 +49,7 @@ class Expressions:
     outputs: Mapping[str, sp.Basic]
 
     def latex(self) -> str:
-        """Return the aligned equations as LaTeX for math mode.
-
-        The terms precede the outputs.
-        """
+        """Return the equations of terms and outputs as an aligned block for LaTeX math mode."""
         equations = [*self.terms, *((sp.Symbol(name), x) for name, x in self.outputs.items())]
         symbols = {symbol for side in equations for part in side for symbol in part.free_symbols}
         names = {symbol: tex for symbol in symbols if (tex := _subscripted(symbol.name))}
@@ -82,14 +81,14 @@ def expressions(robot: Described, function: str, *, expand: bool = False) -> Exp
     """Derive one function of a robot as SymPy expressions.
 
     Args:
-        robot: A serial robot or a mechanism, from ``read``.
+        robot: A serial robot or a mechanism, from ``read`` or built in Python.
         function: Name of the function, such as "fk", "jacobian_mixed" or "ik".
-        expand: Whether shared terms are replaced by their definitions. An expanded inverse may be
-            very long.
+        expand: Whether to substitute all common subexpressions into the outputs. The expressions
+            for "ik" may then be very long.
 
     Raises:
         InputValueError: The robot has no function of this name, or the function has no expressions
-            because an iteration or a solver in C computes it.
+            because it is computed by iteration or by handwritten C code.
     """
     check_type("expressions: robot", robot, SerialRobot, Mechanism)
     derivation = derive(robot, functions=[function])

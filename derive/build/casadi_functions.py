@@ -20,21 +20,22 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
     """Return one function of a robot as a ``casadi.Function``, for use in an optimization.
 
     Args:
-        robot: A robot name, a generated folder, a robot file or a description. Deriving a file or a
-            description takes seconds.
-        name: A function of positions, such as ``"fk"`` or ``"chain"``.
-            ``casadi.jacobian`` and ``casadi.jtimes`` compute Jacobians and rates from the function.
+        robot: A robot name, a folder from ``write``, a robot file, or a description from ``read``.
+            Deriving a robot file or a description takes seconds.
+        name: Name of a position function, such as ``"fk"`` or ``"chain"``. To get Jacobians or
+            rates, differentiate the result with ``casadi.jacobian`` or ``casadi.jtimes``.
 
     Returns:
-        The CasADi function, with one matrix output. The inputs of the CasADi function are the robot
-        arguments that affect the output.
+        The CasADi function, with one matrix output. Its inputs are only those inputs of the robot
+        function that affect the output.
 
     Raises:
-        UnknownRobotError: The folder has no ``.casadi`` file.
+        UnknownRobotError: The robot name is unknown, or the folder has no ``.casadi`` file.
         MismatchError: CasADi cannot read the robot's ``.casadi`` file.
-        MissingFunctionError: The function does not compute positions.
+        MissingFunctionError: The function does not compute positions, or the ``.casadi`` file does
+            not contain it.
         DescriptionError: The description is invalid.
-        InputValueError: The robot has no function of that name.
+        InputValueError: A function derived from a robot file or description has an unknown name.
     """
     folder = _folder(robot)
     if folder is not None:
@@ -44,8 +45,8 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
     everything = joined(derive(description, functions=[name]))
     if everything is None or name not in everything.name_out():
         raise MissingFunctionError(
-            f"{description.name}: {name!r} is not a function of positions; choose a function such "
-            "as 'fk' and differentiate it"
+            f"{description.name}: expected a function of positions, got {name!r}; choose a "
+            "function such as 'fk' and differentiate it"
         )
     return output_of(everything, name)
 
@@ -62,7 +63,7 @@ def _folder(robot: str | Path | Described) -> Path | None:
 def _of_folder(folder: Path, name: str) -> ca.Function:
     found = sorted(folder.glob("*.casadi"))
     if not found:
-        raise UnknownRobotError(f"folder {folder} contains no .casadi file")
+        raise UnknownRobotError(f"{folder}: the folder contains no .casadi file")
     try:
         everything = ca.Function.load(str(found[0]))
     except RuntimeError as error:
@@ -71,6 +72,6 @@ def _of_folder(folder: Path, name: str) -> ca.Function:
         ) from error
     if name not in everything.name_out():
         raise MissingFunctionError(
-            f"file {found[0]} has no function {name!r}; its functions are {everything.name_out()}"
+            f"file {found[0]} has no function {name!r}; functions: {everything.name_out()}"
         )
     return output_of(everything, name)

@@ -33,25 +33,25 @@ def files(
     families: tuple[Family, ...] = FAMILIES,
     languages: Sequence[str | Emitter] = LANGUAGES,
 ) -> dict[str, bytes]:
-    """Return the text of every generated file, keyed by its path in the robot's folder.
+    """Derive a robot and return its generated files without writing them to disk.
 
     Args:
         description: The robot, from ``read`` or built in Python.
-        functions: The functions to derive; all by default.
-        fixed: Joints with fixed values in ``ik``. If ``fixed`` is empty, the derivation chooses
-            the fixed joints.
-        parametric: Whether to derive the parametric functions too, such as ``fk_p``.
-        families: The families of closed-form inverses to try, in order.
-        languages: The languages to write, see ``write``.
+        functions: Names of the functions to derive. By default, all functions are derived.
+        fixed: Names of fixed joints, whose values are inputs of ``ik``. By default, joints are
+            fixed only if the robot is redundant.
+        parametric: Whether to also derive functions of the robot parameters, such as ``fk_p``.
+        families: The axis structures with a closed-form inverse, in the order in which to try them.
+        languages: "c", "casadi", "python", "latex", "casadi_c" or ``Emitter`` objects.
 
     Returns:
-        The files of every language and the manifest. The same description gives the same bytes on
-        every machine.
+        The UTF-8 content of each file, keyed by its path in the robot's folder. The files include
+        ``manifest.json``. The same description gives the same bytes on every machine.
 
     Raises:
         DescriptionError: The description is invalid.
-        InputValueError: A function, joint or language is unknown, or the files for two languages
-            have the same path.
+        InputValueError: A function, joint or language is unknown, or two languages write the same
+            path.
     """
     check_type("files: description", description, SerialRobot, Mechanism)
     emitters = emitters_of(languages)
@@ -117,29 +117,29 @@ def write(
     families: tuple[Family, ...] = FAMILIES,
     languages: Sequence[str | Emitter] = LANGUAGES,
 ) -> list[Path]:
-    """Derive a robot and write its folder, which ``chasles.load(folder)`` loads.
+    """Derive a robot and write its generated files into a folder.
 
-    Obsolete files from earlier runs are removed. Files that chasles did not generate are kept.
+    ``chasles.load(folder)`` loads the robot. Obsolete files from earlier runs are removed. Files
+    that chasles did not generate are kept.
 
     Args:
         description: The robot, from ``read`` or built in Python.
-        folder: The folder of the robot, usually named after the robot. The folder is created if
-            necessary.
-        functions: The functions to derive; all by default.
-        fixed: Joints with fixed values in ``ik``. If ``fixed`` is empty, the derivation chooses
-            the fixed joints.
-        parametric: Whether to derive the parametric functions too, such as ``fk_p``.
-        families: The families of closed-form inverses to try, in order.
-        languages: The languages to write: "c", "casadi", "python", "latex" and "casadi_c", or an
-            ``Emitter``. The Python files call the generated C.
+        folder: The folder of the robot. The folder is created if necessary.
+        functions: Names of the functions to derive. By default, all functions are derived.
+        fixed: Names of fixed joints, whose values are inputs of ``ik``. By default, joints are
+            fixed only if the robot is redundant.
+        parametric: Whether to also derive functions of the robot parameters, such as ``fk_p``.
+        families: The axis structures with a closed-form inverse, in the order in which to try them.
+        languages: "c", "casadi", "python", "latex", "casadi_c" or ``Emitter`` objects. The Python
+            files call the generated C.
 
     Returns:
-        The files written.
+        The paths of the written files.
 
     Raises:
         DescriptionError: The description is invalid.
-        InputValueError: A function, joint or language is unknown, or the files for two languages
-            have the same path.
+        InputValueError: A function, joint or language is unknown, or two languages write the same
+            path.
     """
     check_type("write: description", description, SerialRobot, Mechanism)
     target, emitters = as_path("folder", folder), emitters_of(languages)
@@ -171,7 +171,7 @@ def _remove(file: Path) -> None:
     try:
         file.unlink(missing_ok=True)
     except OSError as error:
-        raise InputValueError(f"{file}: cannot be removed ({error.strerror})") from None
+        raise InputValueError(f"{file}: cannot remove the file ({error.strerror})") from None
 
 
 def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, Path]:
@@ -199,8 +199,7 @@ def _merged(written: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
     for language, texts in written.items():
         if twice := sorted(merged.keys() & texts.keys()):
             raise InputValueError(
-                f"the files for {language} and another language have the same path: "
-                f"{', '.join(twice)}"
+                f"{language}: another language has files with the same path: {', '.join(twice)}"
             )
         merged |= texts
     return merged

@@ -72,7 +72,7 @@ def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path |
         return [replace(job, tip=tip, suffix=identifier(tip) if several else "") for tip in tips]
     if not is_imported(job.file):
         if groups:
-            raise InputValueError(f"{job.file}: --group belongs to URDF, xacro and MJCF files")
+            raise InputValueError(f"{job.file}: --group requires a URDF, xacro or MJCF file")
         return [job]
     found = chains(job.file, job.arguments, job.base, groups, srdf)
     return [replace(job, base=base, tip=tip, suffix=suffix) for base, tip, suffix in found]

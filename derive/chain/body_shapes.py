@@ -1,7 +1,7 @@
 """Shapes for drawing the bodies of a robot: lines, plates and joint symbols.
 
-Rigidly connected bodies are drawn as one body. The shapes of rigidly connected bodies are in the
-frame of the first body.
+Rigidly connected bodies are drawn as one body. The shapes of rigidly connected bodies are expressed
+in the frame of the first of these bodies.
 """
 
 import math
@@ -24,12 +24,13 @@ BARREL = 0.85
 INSIDE = 0.15
 """Minimum rod length inside the barrel, as a fraction of the retracted cylinder length."""
 WITHOUT_LENGTH = 0.55
-"""Barrel length of a cylinder with retracted length 0, as a fraction of the reference length."""
+"""Barrel length of a cylinder with a short or zero retracted length, as a fraction of the cylinder
+length in the reference configuration."""
 DETOUR = 1.6
 """Maximum length of a link that is drawn along the common normal of two joint axes.
 
-The length is relative to the straight line between the link ends. A longer link is drawn as a
-straight line between its ends.
+The length of a link is measured relative to the distance between its ends. A link longer than this
+maximum is drawn as a straight line.
 """
 APART = 0.08
 """Maximum shift of a symbol that overlaps another symbol, as a fraction of the robot size."""
@@ -40,13 +41,15 @@ class Skeleton:
     """The bodies of a robot with their shapes.
 
     Attributes:
-        bodies: The ground, one body per joint and the bodies of struts, in this order.
+        bodies: All bodies of the robot: the ground, then one body per joint, then the bodies of
+            struts.
         shapes: The drawn shapes of each body.
-        tip: Index of the body that carries the tip.
+        tip: Index of the body that carries the tip frame of the robot.
         tip_placement: The tip frame in the frame of the tip body (4, 4).
-        q_drawn: The configuration q in which a serial robot is drawn. The tuple is empty for a
-            robot with loops.
-        size: Diagonal of the box around frames, joints and tip at the reference (meter).
+        q_drawn: The configuration q in which a serial robot is drawn, or an empty tuple for a robot
+            with loops.
+        size: Size of the robot (meter): diagonal of the bounding box of frames, joints and tip in
+            the reference configuration.
         closures: The frame pairs connected by loop-closing joints.
     """
 
@@ -60,7 +63,7 @@ class Skeleton:
 
 
 def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
-    """Return the bodies with their shapes.
+    """Return the bodies of a robot, with the shapes that draw each body.
 
     Two consecutive passive revolute joints share the symbol ``universal``, three share the symbol
     ``ball``. Consecutive passive prismatic joints have no symbol, because they stand for the free
@@ -76,8 +79,8 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
 def rows_of_joints(rigid: RigidBodies, actuated: set[str]) -> list[list[int]]:
     """Return groups of consecutive passive joints.
 
-    The groups do not contain prismatic joints with limits, because these joints are drawn with
-    guides.
+    The groups of passive joints contain no prismatic joint with limits, because such a joint is
+    drawn with a guide.
     """
     rows: list[list[int]] = []
     for k, body in enumerate(rigid.bodies):
@@ -211,7 +214,7 @@ class _Shapes:
             return
         if _slides(self.rigid, row) > 1:
             return
-        # Several revolute joints in series count as one joint.
+        # Consecutive passive revolute joints at the same position are drawn as one joint.
         first = body.placement
         at_parent = first[:3, :3] @ joint.at + first[:3, 3]
         axis_on_parent = first[:3, :3] @ joint.axis
@@ -321,7 +324,7 @@ class _Shapes:
     def _along(self, k: int, axis: Point, end: int) -> float:
         """Return the displacement of a joint symbol along the joint axis, in meters.
 
-        The shift is 0 if the link line at the joint is not parallel to the joint axis.
+        The displacement is 0 if the link drawn at the joint is not parallel to the joint axis.
         """
         lines = [shape.points for shape in self.shapes[k] if shape.kind == "link"]
         if not lines:

@@ -32,7 +32,7 @@ class Motion(Protocol):
         ...
 
     def D_q_q(self) -> Sequence[Matrix] | None:
-        """Return the derivative of ``D_q`` with respect to each coordinate, or None."""
+        """Return one derivative of ``D_q`` per coordinate, or None if ``D_q`` is constant."""
         ...
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
@@ -47,7 +47,7 @@ class Motion(Protocol):
 class InProportion:
     """The motion of the joints of a serial robot.
 
-    Each joint has its own coordinate, or a coupling determines its value.
+    Each joint has its own coordinate, or a coupling determines the joint value.
     """
 
     def __init__(self, robot: SerialRobot, terms: Terms, q: Sequence[sp.Symbol]) -> None:
@@ -56,7 +56,7 @@ class InProportion:
         self._D_q = robot.joint_values_D_q()
 
     def D_q(self) -> Matrix:
-        """Return the matrix of the derivatives.
+        """Return the constant derivatives of the joint values with respect to the coordinates.
 
         The entries of the matrix D_q are constants: 1, -1 or coupling ratios.
         """
@@ -82,7 +82,7 @@ class InProportion:
 
 
 class LoopRates(Protocol):
-    """Rates (time derivatives) of the terms that depend on the solution of the loops."""
+    """Rates (time derivatives) of the named terms that depend on the solved loop equations."""
 
     def units(self) -> Sequence[Tangent]:
         """Return the rates of all terms, once for unit velocity of each coordinate."""
@@ -103,8 +103,8 @@ class SolvedRates:
 
     Attributes:
         terms: Table of named terms.
-        loops: Time derivatives of the solved loop angles, keyed by angle. Callers may add
-            derivatives of other angles.
+        loops: Time derivatives of the solved loop angles, and of other angles that callers add,
+            keyed by angle.
         q: The coordinates.
     """
 
@@ -138,7 +138,7 @@ class ThroughLoops:
         self._D_q: list[list[sp.Expr]] | None = None
 
     def D_q(self) -> Matrix:
-        """Return the matrix of the derivatives by the implicit function theorem."""
+        """Return the derivatives of the joint values from the implicit function theorem."""
         if self._D_q is None:
             self._D_q = [[unit.of(value) for unit in self._units] for value in self.values]
         return self._D_q
@@ -153,9 +153,9 @@ class ThroughLoops:
         return [[unit.of_each(row) for row in self.D_q()] for unit in self._units]
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Return the time derivatives of the joint values without the matrix ``D_q``."""
+        """Compute the time derivatives of the joint values without using the matrix ``D_q``."""
         return self._rates.along(qd).of_each(self.values)
 
     def accelerations(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Return the second time derivatives at velocities qd and accelerations qdd."""
+        """Return the joint accelerations at coordinate velocities qd and accelerations qdd."""
         return self._rates.twice(qd, qdd).of_each(self.speeds(qd))

@@ -1,4 +1,4 @@
-"""Maps theta = C q + c between coordinates q and joints theta of a coupled serial robot."""
+"""Linear maps theta = C q + c between coordinates q and joint values theta of a coupled robot."""
 
 from collections.abc import Mapping, Sequence
 
@@ -29,9 +29,9 @@ _NOUNS = ("", "rates", "accelerations")
 def coupling_maps(
     robot: SerialRobot, terms: Terms, arguments: Mapping[str, Argument]
 ) -> dict[str, SymbolicFunction]:
-    """Return the functions that map q to theta and theta to q, keyed by function name.
+    """Return the functions that convert coordinates to joint values and back, keyed by name.
 
-    The dictionary is empty for a robot without couplings.
+    The dictionary of functions is empty for a robot without couplings.
 
     Args:
         robot: The description.
@@ -50,7 +50,7 @@ def coupling_maps(
     theta = {
         f"theta{order}": Argument(
             f"theta{order}",
-            # The underscore prevents a clash with a parameter named theta4.
+            # The underscore in the symbol names prevents a clash with a parameter named theta4.
             coordinates(f"_theta{order}", len(names)),
             (len(names),),
             f"{unit}{of_time}",

@@ -1,14 +1,15 @@
 """Jacobians, their time derivatives, Hessian, twists and accelerations from screw theory.
 
-Column j of a Jacobian is (v_j; omega_j). Let joint j move at unit velocity: then omega_j is the
-angular velocity, and v_j is the velocity of the observed point. There are three Jacobians. In the
-Jacobian `space`, v_j is the velocity of the point at the base origin, in base axes. In the Jacobian
-`mixed`, v_j is the velocity of the tool origin, in base axes. In the Jacobian `body`, v_j is the
-velocity of the tool origin, in tool axes.
+Column j of a Jacobian is the twist (v_j; omega_j) of the tool if only joint j moves, at unit
+velocity. The vector omega_j is the angular velocity of the tool, and v_j is the velocity of the
+observed point. There are three Jacobians: `space`, `mixed` and `body`. The Jacobian `space`
+contains velocities v_j of the point of the tool body at the base origin, in base axes. The Jacobian
+`mixed` contains velocities v_j of the tool origin, in base axes. The Jacobian `body` contains
+velocities v_j of the tool origin, in tool axes.
 
-Let z be the axis of a revolute joint. Let r = (r_x, r_y, r_z) be the vector from a point of this
-axis to the observed point, in joint axes. If the joint rotates at unit angular velocity, the
-velocity of the point is z x r = (-r_y, r_x, 0).
+Let r = (r_x, r_y, r_z) be the vector from the axis z of a revolute joint to the observed point, in
+joint axes. At unit joint velocity, the observed point has the velocity z x r = (-r_y, r_x, 0), the
+cross product of z and r.
 """
 
 from collections.abc import Sequence
@@ -38,14 +39,14 @@ Representation = Literal["space", "body", "mixed"]
 
 @dataclass(frozen=True)
 class Twist:
-    """A twist, a Jacobian column or an acceleration: linear and angular part."""
+    """Linear and angular part of a twist, a Jacobian column or an acceleration."""
 
     v: Vector
     omega: Vector
 
     @property
     def entries(self) -> tuple[sp.Expr, ...]:
-        """The linear and the angular components."""
+        """The three linear components, followed by the three angular components."""
         return (*self.v, *self.omega)
 
 
@@ -85,13 +86,15 @@ def rates(
 ) -> list[Twist]:
     """Return the time derivatives of the Jacobian columns at given joint velocities.
 
-    Space Jacobian: J_j' = ad(V_(j-1)) J_j, where V_(j-1) is the twist of the link before joint j.
+    Column j of the space Jacobian has the derivative J_j' = ad(V_(j-1)) J_j, where V_(j-1) is the
+    twist of the link before joint j.
 
-    Body Jacobian: J_j' = ad(J_j) (V - V_j), where V - V_j is the twist that the joints after joint
-    j cause.
+    Column j of the body Jacobian has the derivative J_j' = ad(J_j) (V - V_j), with the twist V -
+    V_j that later joints cause.
 
-    Mixed Jacobian: omega_j' = Omega_(j-1) x omega_j, and v_j' = Omega_j x v_j + omega_j x v. Here v
-    is the part of the tool velocity that the joints after joint j cause.
+    Column j of the mixed Jacobian has the derivatives omega_j' = Omega_(j-1) x omega_j and v_j' =
+    Omega_j x v_j + omega_j x v. In the derivative v_j', the vector v is the part of the tool
+    velocity that the joints after joint j cause.
     """
     scaled = [_scaled(terms, screw, speed) for screw, speed in zip(screws, speeds, strict=True)]
     before, after = _partial_sums(terms, scaled), _partial_sums(terms, scaled[::-1])[::-1]
@@ -113,12 +116,12 @@ def rates(
 
 
 def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
-    """Return the derivatives of the mixed Jacobian.
+    """Return the derivatives of the mixed Jacobian with respect to the joint values.
 
-    Entry [j][k] is the derivative of column j with respect to joint k.
+    Entry [j][k] is the derivative of Jacobian column j with respect to the value of joint k.
 
-    The angular part of an entry is omega_k x omega_j if joint k is before joint j. Otherwise, the
-    angular part is zero.
+    The angular part of entry [j][k] is omega_k x omega_j if joint k is before joint j, otherwise
+    zero.
     """
     count = range(len(screws))
     return [
@@ -148,7 +151,8 @@ def _turning(terms: Terms, station: Station, choices: Sequence[tuple[Basis, Vect
     sign = sp.Integer(station.sign)
     _, _, z = choices[0][0]
     omega = named(terms, (sign * component for component in z))
-    # The product is computed in the frame that needs the fewest multiplications.
+    # The cross product of joint axis and lever is computed in the frame that needs the fewest
+    # multiplications.
     spun = [(axes, (-sign * y, sign * x, ZERO)) for axes, (x, y, _) in choices]
     v = _cheapest(terms, spun)
     if station.pitch != 0:
@@ -184,7 +188,7 @@ def _total(terms: Terms, twists: Sequence[Twist]) -> Twist:
 
 
 def _partial_sums(terms: Terms, twists: Sequence[Twist]) -> list[Twist]:
-    """Return a list whose entry j is the sum of the twists before j."""
+    """Return a list whose entry j is the sum of all twists before twist j."""
     sums = [NO_TWIST]
     for twist in twists[:-1]:
         sums.append(_total(terms, (sums[-1], twist)))

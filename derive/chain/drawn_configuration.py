@@ -11,26 +11,26 @@ from ..model.mechanism import Mechanism
 from .rigid_bodies import Array, RigidBodies, motions
 
 ANGLES = (0, 30, -30, 60, -60, 90, -90, 45, -45, 120, -120)
-"""Candidate joint angles (degrees)."""
+"""Joint angles that are tried for the drawing of a robot (degrees)."""
 SLIDES = (0.5, 0.7, 0.9)
 """Candidate positions of prismatic joints, as fractions of the joint range."""
 TRIED = 2000
 AZIMUTH, ELEVATION = math.radians(-56), math.radians(22)
-"""View direction of spatial drawings (radian). In this view, legs that are 60 degrees apart do not
-overlap."""
+"""Azimuth and elevation of the view direction of spatial drawings (radian). In the default view,
+legs that are 60 degrees apart do not overlap."""
 _AREA = 4.0
-"""Weight of the spread of the joints in the image. The spread is relative to the robot size."""
+"""Weight of the spread of the joints in the image, with the spread relative to the robot size."""
 _BENDS = 0.02
-"""Dimensionless cost of each 90 degrees of joint angle."""
+"""Dimensionless cost of each 90 degrees by which a joint angle differs from 0."""
 _BELOW = 0.5
-"""Cost per unit of depth of the lowest joint below the base. The depth is relative to the robot
+"""Cost per unit of depth of the lowest joint below the base, with the depth relative to the robot
 size."""
 _SHORT = 0.02
 """Links that are shorter than this fraction of the robot size are drawn as one point."""
 
 
 def from_aside() -> Array:
-    """Return the right, up and viewer directions of a spatial drawing, as rows (3, 3)."""
+    """Return three directions of a spatial drawing as rows (3, 3): right, up, toward the viewer."""
     (ca, sa), (ce, se) = ((math.cos(v), math.sin(v)) for v in (AZIMUTH, ELEVATION))
     return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
 
@@ -38,21 +38,22 @@ def from_aside() -> Array:
 def drawn_configuration(rigid: RigidBodies) -> tuple[float, ...]:
     """Return a configuration within the limits whose joints lie well apart in the default view.
 
-    The function compares up to two thousand combinations of the joint angles ``ANGLES``. It returns
-    the configuration with the highest score. The score increases with the smallest distance between
-    joints in the image and with the spread of the joints. Joint angles other than 0 and joints
-    below the base reduce the score.
+    The function compares up to two thousand combinations of the joint angles ``ANGLES`` and returns
+    the configuration with the highest score. The score of a configuration increases with the
+    smallest distance between joints in the image and with the spread of the joints. Joint angles
+    other than 0 and joints below the base reduce the score.
 
     Args:
         rigid: The bodies of a serial robot.
 
     Returns:
-        One value per coordinate (radian or meter). The tuple is empty for a robot with loops.
+        One value per coordinate (radian or meter), or an empty tuple for a robot with loops.
     """
     if isinstance(rigid.robot, Mechanism):
         return ()
     tried = np.array(_tried([_choices(rigid, k) for k in range(len(rigid.names))]))
-    # The costs are rounded, because their rounding errors differ between computers.
+    # The costs of the configurations are rounded, because their rounding errors differ between
+    # computers.
     best = tried[int(np.argmin(np.round(_costs(rigid, tried), 6)))]
     return tuple(map(float, best))
 
@@ -82,7 +83,7 @@ def _of_joint(
 
 
 def _tried(choices: list[list[float]]) -> list[tuple[float, ...]]:
-    """Return all combinations of joint values, or ``TRIED`` evenly spread combinations."""
+    """Return all combinations of joint values, or an evenly spread sample of size ``TRIED``."""
     if math.prod(map(len, choices)) <= TRIED:
         return list(itertools.product(*choices))
     # Multiples of square roots of primes, taken modulo 1, are spread evenly.

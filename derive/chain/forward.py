@@ -1,12 +1,13 @@
-"""Forward kinematics of a chain: axes of groups, link poses, and vectors from joint axes.
+"""Forward kinematics of a chain: axes, link poses, and vectors from joint axes to tool and base.
 
 The groups of parallel axes are defined in ``chasles.derive.chain.groups``. A tilt (a constant
 rotation about x) follows each group of parallel axes. The last joint rotation of a group and the
-tilt after it turn the axes of this group into the axes of the next group. Horner's scheme
-transforms a point p from the tool to the base. The angle phi_k is the rotation of station k about
-the z axis of group g. A station contains the frames and prismatic joints between two consecutive
-joint axes. The vector reach_k to the next joint axis is constant. The vector lever_k from joint
-axis k to the tool follows from reach_k and the next lever:
+following tilt turn the axes of this group into the axes of the next group. Horner's scheme
+transforms a point p from the tool to the base. A `Station` is the section of a chain between two
+consecutive joint axes, with its frames and prismatic joints. Station k rotates by the angle phi_k
+about the z axis of its group of parallel axes. The vector reach_k leads from joint axis k to the
+next joint axis, in axes that rotate with station k. The vector lever_k from joint axis k to the
+tool follows from reach_k and the next lever:
 
     lever_k = Rz(phi_k) reach_k + lever_(k+1),    lever_last = Rz(phi_last) (reach + Rx(alpha) p').
 
@@ -44,9 +45,10 @@ class Levers:
     """Vectors from the joint axes of one group to a point.
 
     Attributes:
-        from_axis: Vector from each joint axis to the point, in the axes of the group frame.
-        turned: Vector from the last joint axis to the point, in the axes that rotate with the last
-            joint.
+        from_axis: Vector from each joint axis of the group to the point, in the axes of the group
+            frame.
+        turned: Vector from the last joint axis of the group to the point, in axes that rotate with
+            the last joint.
     """
 
     from_axis: tuple[Vector, ...]
@@ -58,10 +60,9 @@ class Forward:
 
     Attributes:
         terms: Table of named terms.
-        groups: The chain.
-        axes: Axes of each group in the base frame.
-        end_axes: For each group, the axes after the rotation of the last joint of the group, in the
-            base frame.
+        groups: The groups of parallel axes of the chain.
+        axes: Axes of the frame of each group, in the base frame.
+        end_axes: Axes of each group after the rotation of its last joint, in the base frame.
     """
 
     def __init__(self, terms: Terms, groups: Sequence[Group]) -> None:
@@ -112,7 +113,7 @@ class Forward:
         return levers[::-1]
 
     def levers_of_base(self) -> list[Levers]:
-        """Return the levers of each group: the vectors from each joint axis to the base origin."""
+        """Return the vectors from the joint axes to the base origin, in one list per group."""
         levers: list[Levers] = []
         point = ORIGIN
         for group, angles in zip(self.groups, self.trigonometry, strict=True):
@@ -132,8 +133,8 @@ class Forward:
     def axes_in_tool(self) -> tuple[list[Basis], list[Basis]]:
         """Return the orientations of the start and end frames of all groups in the tool frame.
 
-        The first list contains the frame of each group. The second list contains the frame after
-        the last joint of each group.
+        The first returned list contains the start frame of each group, and the second list the
+        frame after its last joint.
         """
         tool = self.groups[-1].stations[-1].frames[-1]
         end_axes = [_transposed(tool.orientation)]

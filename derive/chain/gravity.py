@@ -6,8 +6,8 @@ gravity vector g and a moment vector w_k:
 
     w_k = M_k v_k + omega_k x c_k, tau_k = g . w_k.
 
-The derivative of tau_k with respect to a later joint j is (g x omega_k) . w_j. The derivative is
-symmetric in j and k, because the torques have a potential.
+The derivative of the torque tau_k with respect to the value of a later joint j is (g x omega_k) .
+w_j. The matrix of all torque derivatives is symmetric, because gravity torques have a potential.
 """
 
 from collections.abc import Sequence
@@ -68,7 +68,7 @@ def gravity_torques(
     derivatives = sp.Matrix(
         [[dot(terms, turned[min(j, k)], works[max(j, k)]) for j in count] for k in count]
     )
-    # A coupled joint exerts its torque on all its coordinates.
+    # A coupled joint exerts its torque on all coordinates that move the joint.
     by_q = robot.joint_values_D_q()
     of_q = by_q.T * sp.Matrix(torques)
     D_q = by_q.T * derivatives * by_q
@@ -79,18 +79,18 @@ def gravity_torques(
 
 
 def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
-    """Return an upper bound of sum_j |d tau_k / d q_j| for each joint k.
+    """Return a bound of sum_j |d tau_k / d q_j| for the gravity torque tau_k of each joint k.
 
     Args:
-        robot: A chain of revolute and prismatic joints, whose link frames at zero equal the base
-            frame.
+        robot: A chain of revolute and prismatic joints, whose link frames coincide with the base
+            frame if all coordinates are 0.
         load: One mass per link, with the gravity vector.
 
     Returns:
-        One bound for each joint (N m/rad or N/m).
+        One upper bound of the torque derivatives for each joint (N m/rad or N/m).
 
     Raises:
-        DescriptionError: A prismatic joint has no limits.
+        DescriptionError: A prismatic joint has no limits, but the bound depends on these limits.
     """
     gravity = float(sp.sqrt(sum(g**2 for g in load.gravity)))
     work = []
@@ -121,7 +121,7 @@ def _reaches(robot: SerialRobot, load: Load, first: int) -> list[float]:
 def _stroke(joint: Joint) -> float:
     low, high = joint.limits
     if low is None or high is None:
-        raise DescriptionError(f"prismatic joint {joint.name!r} has no limits; springs need limits")
+        raise DescriptionError(f"prismatic joint {joint.name!r}: a spring requires joint limits")
     return max(abs(float(low)), abs(float(high)))
 
 

@@ -1,18 +1,19 @@
-"""Reduces a chain to its minimal form.
+"""Reduces a chain to groups of parallel joint axes.
 
-The equations of every serial robot are built from this form.
+The equations of every serial robot are built from the groups of parallel joint axes.
 
 A chain is a product of rotations about z, constant rotations about x (tilts) and translations.
-Adjacent rotations about z are merged. Therefore consecutive parallel axes share one angle, which is
-the sum of their joint angles:
+Adjacent rotations of the chain about z are merged. Therefore consecutive parallel axes share one
+angle, which is the sum of their joint angles:
 
     R_0_ee = Rz(phi_1) Rx(alpha_1) Rz(phi_2) Rx(alpha_2) ...
 
 A *group* consists of consecutive parallel axes between two tilts. All axes of a group are along the
 z axis of the group frame. A *station* consists of the angle phi of one revolute joint and the
-translation to the next joint axis. The field `reach` contains this translation, in axes that rotate
-with the angle phi. Antiparallel axes stay in one group and have the sign -1. Rotations by constant
-right angles only permute the axes, so they need no operations.
+translation to the next joint axis. The field `reach` of a station contains the translation to the
+next joint axis, in axes that rotate with the angle phi. A joint axis that is antiparallel to the z
+axis of its group stays in the group, with the sign -1. Rotations by constant right angles only
+permute the coordinate axes, so these rotations need no arithmetic operations.
 """
 
 from collections.abc import Callable, Sequence
@@ -41,15 +42,16 @@ from ..terms.vectors import (
 )
 
 ANGLE_FRACTIONS = 24
-"""Constant angles are rounded to multiples of pi divided by this number."""
+"""A constant angle that equals a multiple of pi divided by this number, except for rounding errors,
+is replaced by the exact multiple."""
 
 
 @dataclass(frozen=True)
 class SlidingJoint:
     """A prismatic joint with its index among the moving joints.
 
-    The prismatic joint belongs to a `Station`. The direction is expressed in a frame that rotates
-    with the joint of this `Station`.
+    The direction of the prismatic joint is expressed in axes that rotate with the `Station` of this
+    joint.
     """
 
     joint: int
@@ -72,12 +74,14 @@ class Station:
     Attributes:
         joint: Index of the revolute or helical joint of the station, or None for the first station
             of a group.
-        sign: 1 if the joint axis is the z axis of the group, -1 if opposite.
+        sign: Direction of the joint axis: 1 along the z axis of the group, -1 opposite to this
+            axis.
         pitch: Advance of a helical joint along its axis per radian.
-        angle: Rotation of the station about the z axis of the group frame.
-        reach: Vector from this joint axis to the next, in axes that are rotated by ``angle``.
-        slides: The prismatic joints between this joint axis and the next.
-        frames: The link frames between this joint axis and the next.
+        angle: Rotation angle of the station about the z axis of the group frame.
+        reach: Vector from the axis of ``joint`` to the next joint axis, in axes that are rotated by
+            ``angle``.
+        slides: The prismatic joints between the axis of ``joint`` and the next joint axis.
+        frames: The link frames between the axis of ``joint`` and the next joint axis.
     """
 
     joint: int | None
@@ -113,7 +117,7 @@ class Group:
 
 
 class _Turn(NamedTuple):
-    """A constant rotation about x or z, with an exact angle or 40 digits."""
+    """A constant rotation about x or z, whose angle is exact or has 40 digits."""
 
     axis: str
     angle: sp.Expr
@@ -132,7 +136,8 @@ def groups(robot: SerialRobot, terms: Terms, values: Sequence[sp.Expr]) -> tuple
 
     Args:
         robot: The description.
-        terms: Table of named terms, to which the constants and angles are added.
+        terms: Table of named terms, to which this function adds the constants and angles of the
+            robot.
         values: The value of every moving joint (radian or meter).
 
     Returns:
@@ -253,8 +258,8 @@ class _Builder:
         stations: The stations of the last group, which is not finished yet.
         turned: Sum of the joint values in the last group.
         offset: Sum of the constant angles in the last group.
-        unsettled: Constant angle after the last joint; the builder later adds this angle to the
-            last station.
+        unsettled: Constant angle after the last joint, which the builder later adds to the angle of
+            the last station.
         sign: -1 if the joint axes are opposite to the z axis of the group, otherwise 1.
     """
 
@@ -277,7 +282,7 @@ class _Builder:
     def stretch(self, stretch: _Stretch) -> None:
         """Add the constant transform after a joint.
 
-        If the transform tilts the joint axis, a new group of parallel axes starts.
+        If the constant transform tilts the next joint axis, a new group of parallel axes starts.
         """
         self._fill(stretch)
         for rotation in _factored(self.terms, stretch.rotations):
@@ -304,8 +309,8 @@ class _Builder:
 
     def _close_group(self, tilt: sp.Expr) -> None:
         self._settle()
-        # If the axes at the start and the end of the group are antiparallel, the tilt increases by
-        # pi.
+        # If the axes at the start and the end of a group are antiparallel, the tilt to the next
+        # group increases by pi.
         total = tilt if self.sign == 1 else tilt + sp.pi
         self.groups.append(Group(tuple(self.stations), self.terms.cos_sin(total)))
         self._open_group()

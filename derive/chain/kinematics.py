@@ -1,9 +1,8 @@
 """Functions of a chain: poses, Jacobians and their derivatives, twists, accelerations.
 
-The coordinates can differ from the joint values. A
-``Motion`` maps coordinates to joint values. In a serial
-robot, the joint values are linear functions of the coordinates. In a robot with loops, the joint
-values follow from the loop equations.
+The coordinates of a robot can differ from its joint values. A ``Motion`` maps coordinates to joint
+values. In a serial robot, the joint values are linear functions of the coordinates. In a robot with
+loops, the joint values follow from the loop equations.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -22,7 +21,7 @@ from .groups import Group
 
 REPRESENTATIONS: tuple[Representation, ...] = ("space", "body", "mixed")
 OBSERVED: dict[Representation, str] = {
-    "space": "of the tool body's point at the base origin, in base axes",
+    "space": "of the point of the tool body at the base origin, in base axes",
     "body": "of the tool's origin, in tool axes",
     "mixed": "of the tool's origin, in base axes",
 }
@@ -36,7 +35,7 @@ FUNCTIONS = (
     *(f"twist_{representation}" for representation in REPRESENTATIONS),
     *(f"acceleration_{representation}" for representation in REPRESENTATIONS),
 )
-"""Names of all functions of a chain, in output order."""
+"""Names of all kinematic functions of a chain, in output order."""
 ROLES = {
     "fk": "pose",
     "link_poses": "link poses",
@@ -91,15 +90,15 @@ class Kinematics:
         return cls(robot, terms, motion, arguments, forward, links or forward)
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """Derive the named functions.
+        """Derive the kinematic functions with the given names.
 
-        The order of ``names`` does not change the names of the terms.
+        The order of the function names in ``names`` does not affect the names of the terms.
         """
         derivation = _Derivation(self)
         return {name: derivation.function(name) for name in FUNCTIONS if name in names}
 
     def function(self, name: str) -> SymbolicFunction:
-        """Derive one function of ``FUNCTIONS``."""
+        """Derive the kinematic function with the given name from ``FUNCTIONS``."""
         return self.functions([name])[name]
 
 
@@ -202,8 +201,8 @@ class _Derivation:
         table = hessian(self.terms, self._joints("mixed"))
         count = range(len(self.q))
         D_q = self.motion.D_q()
-        # The next two lines convert the two joint indices of the Hessian to coordinate indices. The
-        # first index is the variable of differentiation.
+        # The next two lines convert the two joint indices of the Hessian to coordinate indices,
+        # first the index of the variable of differentiation.
         by_coordinate = [[self._combined(row, D_q, k) for row in table] for k in count]
         entries = [[self._combined(row, D_q, j) for row in by_coordinate] for j in count]
         bend = self.motion.D_q_q()
@@ -306,7 +305,7 @@ def arguments_of(units: Sequence[str], what: str = "joint") -> dict[str, Argumen
 
 
 def common_unit(units: Iterable[str]) -> str:
-    """Return the unit of a vector from the units of its entries."""
+    """Return the common unit of the entries of a vector, or "rad or m" if the units differ."""
     found = set(units)
     return found.pop() if len(found) == 1 else "rad or m"
 

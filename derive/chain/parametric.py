@@ -1,12 +1,13 @@
 """Parametric functions of a serial robot, with geometry and coordinates as inputs.
 
 Each elementary motion that depends on q or on a parameter is one joint of an extended chain.
-Therefore, the Jacobian of the extended chain contains the screw of every motion. Motion m has the
-value v_m and the screw S_m. The Jacobians J_q and J_p are sums over the motions m:
+Therefore, the Jacobian of the extended chain contains the screw of every motion. The elementary
+motion m has the value v_m (angle or length) and the screw S_m. The Jacobians J_q and J_p are sums
+over the motions m:
 
     J_q = sum_m S_m dv_m/dq,    J_p = sum_m S_m dv_m/dp,
 
-The formulas are exact for any function v_m(q, p).
+The formulas for J_q and J_p are exact for any function v_m(q, p).
 
 Source:
     I.-W. Park, B.-J. Lee, S.-H. Cho, Y.-D. Hong, J.-H. Kim, Laser-based kinematic calibration of
@@ -61,16 +62,16 @@ _TO_Z: dict[str, Placement] = {
 
 @dataclass(frozen=True)
 class Parametric:
-    """The extended chain of a serial robot.
+    """The extended chain of a serial robot, with one joint per variable elementary motion.
 
     Attributes:
         geometry: Geometry of the robot, with a symbol for each parameter.
         arguments: The arguments ``q`` and ``p``.
-        values: Angle or length of each elementary motion of the extended chain. The value is a
-            function of q, p and the torques.
+        values: Angle or length of each elementary motion of the extended chain, as a function of q,
+            p and the gravity torques.
         forward: Forward kinematics of the extended chain.
         pose: Name of the tool pose.
-        torques: The gravity torques, or None without compliance.
+        torques: The gravity torques, or None for a robot with rigid joints.
     """
 
     geometry: Geometry
@@ -82,7 +83,7 @@ class Parametric:
 
     @classmethod
     def of(cls, robot: SerialRobot, terms: Terms) -> "Parametric":
-        """Return the extended chain of a robot.
+        """Return the extended chain of a serial robot.
 
         Args:
             robot: The description.
@@ -98,7 +99,7 @@ class Parametric:
         return cls(found, {"q": q, "p": _argument(found)}, values, forward, pose, torques)
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """Derive the named functions in the order of ``PARAMETRIC``."""
+        """Derive the functions with the given names, in the order of ``PARAMETRIC``."""
         return {name: self._function(name) for name in PARAMETRIC if name in names}
 
     def _function(self, name: str) -> SymbolicFunction:

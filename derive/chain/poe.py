@@ -16,18 +16,19 @@ PLACEMENTS = 1024
 def product_of_exponentials(
     description: SerialRobot,
 ) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
-    """Screw axes and home pose of a robot in any convention.
+    """Return the screw axes and the home pose of a serial robot in any convention.
 
     ``T_0_ee(q) = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee``, where theta are the values of the
-    moving joints. If no joint is coupled or reversed, theta equals q.
+    n moving joints. If no joint is coupled or reversed, theta equals the coordinates q. Otherwise,
+    ``description.joint_values(q)`` returns theta.
 
     Args:
         description: A serial robot, for example from ``read``.
 
     Returns:
-        ``S_space`` (6, moving joints) and ``M_0_ee`` (4, 4). Each column of ``S_space`` is a screw
-        axis (v, omega) in the base frame. ``M_0_ee`` is the home pose of the tool, with all joints
-        at zero. The home pose excludes the offsets of couplings.
+        ``S_space`` (6, n) and ``M_0_ee`` (4, 4), in meters. Each column of ``S_space`` is a screw
+        axis (v, omega) in the base frame. ``M_0_ee`` is the pose of the tool frame in the base
+        frame at theta = 0. The entries may contain the symbols of the robot's parameters.
 
     Source:
         Brockett 1984; Lynch and Park, Modern Robotics, 4.1.

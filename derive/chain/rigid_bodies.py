@@ -1,13 +1,14 @@
-"""Numeric tree of a robot's rigid bodies: joints, struts and tip frame.
+"""Numeric tree of a robot's rigid bodies, with joints, struts and tip frame.
 
 The pose of a body in the base frame follows from the pose of its parent body:
 
     T_0_body = T_0_parent * placement * motion(ratio * z[coordinate] + offset)
 
-Here, z is the full configuration of a robot with loops, or q of a serial robot. The motion is a
-rotation about the joint axis or a translation along the axis. If several coordinates move a joint,
-each coordinate has a body and a motion of its own about the joint axis. A strut connects two
-bodies; the z axes of its sections are along the strut.
+In this formula, z is the full configuration of a robot with loops, or the coordinates q of a serial
+robot. The joint motion is a rotation about the joint axis or a translation along this axis. If
+several coordinates move one joint, the tree contains one body per coordinate, each with its own
+joint motion. A strut connects two bodies. The z axes of the sections of a strut are along the
+strut.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,13 +37,14 @@ class TreeBody:
 
     Attributes:
         name: Unique name of the body.
-        parent: Index of the body that carries the joint, or -1 for the ground and for parts of
-            struts.
+        parent: Index of the parent body, which carries the joint, or -1 for the ground and for
+            strut sections.
         placement: The body frame in the parent frame at joint value 0 (4, 4).
-        joint: The joint, or None for the ground and strut sections.
-        span: For a section of a strut, the two end points of the strut. None for other bodies.
-        limits: Minimum and maximum of the coordinate, or None if unbounded.
-        is_part: Whether this body and the next body belong to one joint with several motions.
+        joint: The joint that moves the body, or None for the ground and strut sections.
+        span: The two end points of the strut if the body is a strut section, otherwise None.
+        limits: Minimum and maximum of the coordinate that moves the body, each None if unbounded.
+        is_part: Whether the joint of this body has further motions, so that the next body belongs
+            to the same joint.
     """
 
     name: str
@@ -55,19 +57,22 @@ class TreeBody:
 
 
 class RigidBodies:
-    """The bodies of a description.
+    """The rigid bodies of a robot description.
 
-    The ground is first, then the bodies on joints, then the strut sections.
+    The list of bodies starts with the ground, followed by the bodies on joints and the strut
+    sections.
 
     Attributes:
         robot: The description.
-        bodies: The bodies. A parent is always before its children.
+        bodies: All bodies, with each parent body before its children.
         index: The index of each body, keyed by its name in the description.
         names: The names of the coordinates that move the bodies.
-        poses: The reference pose of each body on a joint, in the base frame (4, 4).
-        tip: Index of the body that carries the tip.
+        poses: Pose of each body on a joint in the reference configuration, relative to the base
+            frame (4, 4).
+        tip: Index of the body that carries the tip frame of the robot.
         tip_placement: The tip frame in the frame of the tip body (4, 4).
-        size: Diagonal of the box around frames, joints and tip at the reference (meter).
+        size: Size of the robot (meter): diagonal of the bounding box of frames, joints and tip in
+            the reference configuration.
     """
 
     def __init__(self, robot: Described, terms: Terms, reference: Mapping[str, float]) -> None:
@@ -121,8 +126,7 @@ class RigidBodies:
         row = list(
             self.robot.linear_map.C.row([j.name for j in self.robot.moving].index(joint.name))
         )
-        # If the value of a joint is constant, the joint refers to the first coordinate with the
-        # ratio 0.
+        # A joint with a constant value refers to the first coordinate and has the coupling ratio 0.
         moving = [k for k, ratio in enumerate(row) if ratio != 0] or [0]
         coordinates = self.robot.coordinates
         return [(k, float(joint.direction * row[k]), coordinates[k].limits) for k in moving]
@@ -151,7 +155,7 @@ class RigidBodies:
         return any(j.coordinate == index and j.kind != "prismatic" for j in joints)
 
     def end(self, frame: Frame) -> tuple[int, Array]:
-        """Return the body index of a frame, and the frame in body coordinates (4, 4)."""
+        """Return the index of a frame's body, and the pose of the frame in this body (4, 4)."""
         k = self.index[frame.body]
         return k, self._on(k, frame.placement)
 
@@ -159,17 +163,20 @@ class RigidBodies:
         return placed(self.terms, (*self.robot.base, *placement) if body == 0 else placement)
 
     def closure_frames(self, closure: Closure) -> ClosureFrames:
-        """Return the two frames connected by a closure."""
+        """Return the two frames that a loop-closing joint connects."""
         (a, A), (b, B) = self.end(closure.a), self.end(closure.b)
         return ClosureFrames(closure.name, closure.kind, (a, b), (pose_rows(A), pose_rows(B)))
 
     def span(self, strut: Strut, *, from_end: bool = False) -> Span:
-        """Return the end points of a strut. At a pin, the y axis of the strut is the pin axis."""
+        """Return the end points of a strut.
+
+        At a pin joint, the y axis of the strut is the pin axis.
+        """
         (a, A), (b, B) = self.end(strut.a), self.end(strut.b)
         displacement = (self.poses[b] @ B)[:3, 3] - (self.poses[a] @ A)[:3, 3]
         parts = np.abs(self.poses[a][:3, :3].T @ displacement)
-        # In planar mechanisms, the frame at a strut end may define only a point. The z axis of this
-        # frame is then in the plane of the mechanism.
+        # In planar mechanisms, a frame that defines only the position of a strut end has its z axis
+        # in the plane.
         length = max(float(np.linalg.norm(displacement)), 1e-300)
         along = abs(displacement @ self.poses[a][:3, :3] @ A[:3, 2]) / length
         is_pin = strut.ends == "pin" and along < PIN_ACROSS
@@ -179,18 +186,19 @@ class RigidBodies:
 
     @staticmethod
     def _aside(parts: Array) -> Array:
-        # The components are rounded, because their rounding errors differ between computers.
+        # The components of the strut direction are rounded, because their rounding errors differ
+        # between computers.
         found: Array = np.eye(3)[int(np.argmin(np.round(parts / max(parts.max(), 1e-300), 6)))]
         return found
 
 
 def pose_rows(T: Array) -> tuple[Vector, ...]:
-    """Return the first three rows of a pose as nested lists."""
+    """Return the first three rows of a pose as nested tuples."""
     return tuple(vector(row) for row in T[:3])
 
 
 def vector(values: Array) -> Vector:
-    """Return an array as nested lists."""
+    """Return a vector as a tuple of floats."""
     return tuple(float(value) + 0.0 for value in values)
 
 
@@ -226,8 +234,9 @@ def tree_poses(bodies: Sequence[TreeBody], values: Sequence[float]) -> list[Arra
     """Return the poses (4, 4) of all bodies except strut sections, in the base frame.
 
     Args:
-        bodies: The bodies of the robot. Strut sections are skipped.
-        values: The coordinates: z, or q of a serial robot (radian or meter).
+        bodies: The bodies of the robot, from which strut sections are skipped.
+        values: The full configuration z of a robot with loops, or the coordinates q of a serial
+            robot (radian or meter).
     """
     poses, row = [np.eye(4)], np.array([values])
     for body in bodies[1:]:

@@ -1,7 +1,7 @@
 """Conversion between controller readings and true coordinates.
 
 A calibration identifies drive gains, periodic drive errors and joint compliance together with the
-geometry. All other functions use the true coordinates q. The functions
+geometry. Kinematic functions such as ``fk`` use the true coordinates q. The functions
 ``coordinates_from_readings`` and ``readings_from_coordinates`` relate the coordinates q to the
 controller readings r:
 
@@ -9,8 +9,8 @@ controller readings r:
     r = readings_from_coordinates(q), where q is one of ik(T).
 
 Newton's method computes the reading of each drive. Newton's method starts at r = q / gain and
-converges quadratically. Springs couple the drives, so the computation is repeated. Each repetition
-computes the joint deflections from the readings of the previous repetition.
+converges quadratically. Springs couple the drives, so the computation of the readings is repeated.
+Each repetition computes the joint deflections from the readings of the previous repetition.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ from .gravity import gravity_torques, most_stiffness
 from .kinematics import coordinates
 
 TRANSMISSIONS = ("coordinates_from_readings", "readings_from_coordinates")
-"""Names of the functions for robots with transmissions or springs."""
+"""Names of the functions that exist only for robots with transmissions or springs."""
 _STEPS = 3
 _ROUNDS = 12
 
@@ -37,7 +37,7 @@ _ROUNDS = 12
 def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, SymbolicFunction]:
     """Return ``coordinates_from_readings`` and ``readings_from_coordinates``, keyed by name.
 
-    The dictionary is empty for ideal drives and rigid joints.
+    The dictionary is empty for a robot with ideal drives and rigid joints.
 
     Args:
         robot: The description.

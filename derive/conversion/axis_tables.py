@@ -1,7 +1,7 @@
 """Converts a serial robot to a table of Denavit-Hartenberg parameters or screw axes.
 
-Axis 0 is the z axis of the base frame; the last axis is the z axis of the tool frame. A step is the
-constant transform from an axis to the next axis. The tool pose is the product of all steps and
+Axis 0 is the z axis of the base frame, and the last axis is the z axis of the tool frame. A step is
+the constant transform from an axis to the next axis. The tool pose is the product of all steps and
 joint motions, and of a last rotation and translation along the tool axis:
 
     T_0_ee = step_0 motion_1 step_1 ... motion_n step_n rest.
@@ -10,9 +10,9 @@ A step from an axis to the next axis is a product of four motions:
 
     step = Rz(turn) Tz(shift) Tx(a) Rx(alpha).
 
-Row k of a modified (Craig) table contains a and alpha of step k-1. The rotation and the shift of
-row k come from step k. Row k of a standard table contains turn, shift, a and alpha of step k. The
-poses of base and tool contain the remaining motions.
+Row k of a modified (Craig) table contains a and alpha of step k-1, and turn and shift of step k.
+Row k of a standard table contains turn, shift, a and alpha of step k. The poses of base and tool
+contain the motions that do not fit into the table rows.
 """
 
 import math
@@ -51,7 +51,7 @@ class AxisStep:
 
     @property
     def along(self) -> Placement:
-        """Return the rotation about the first axis, and the translation along the same axis."""
+        """Return the rotation about, and the translation along, the first axis of the step."""
         return along_z(self.turn, self.shift)
 
     @property
@@ -67,12 +67,13 @@ def in_table(robot: SerialRobot, convention: Convention) -> SerialRobot:
     without a short exact form have 17 digits, or more if a length is 10 m or more.
 
     Raises:
-        InputValueError: The robot has masses, whose positions depend on the link frames.
+        InputValueError: The robot has masses, whose positions are given in link frames that a table
+            would move.
     """
     if robot.load is not None:
         raise InputValueError(
-            f"{robot.name}: the masses are positioned in link frames, which a table in the "
-            f'convention {convention.name!r} changes; convert to "toml" to keep the masses'
+            f"{robot.name}: masses are positioned in link frames, which a table changes; to keep "
+            f'the masses, convert to "toml" instead of {convention.name!r}'
         )
     with mpmath.workdps(EVALUATION_DIGITS):
         pairs = neighbours(robot)
@@ -192,7 +193,7 @@ def _steps_table(pairs: Sequence[Neighbours], home: Any, convention: Convention)
 
 
 def axis_steps(pairs: Sequence[Neighbours], home: Any) -> tuple[tuple[AxisStep, ...], Placement]:
-    """Return the table row of each joint axis, and the transform from the last axis to the tool."""
+    """Return the steps between consecutive axes, and the remaining motion along the tool axis."""
     own = original = mpmath.eye(4)
     steps = []
     for pair in pairs:
@@ -222,8 +223,8 @@ def _stepped(own: Any, original: Any, line: AxisLine, is_line: bool) -> tuple[Ax
         a, alpha = -a, -alpha if alpha != sp.pi else alpha
     step = AxisStep(_turned(turn), found.shift, a, alpha)
     own = own * pose_in_digits(step.along + step.across, {})
-    # Each step corrects the rounding errors of the steps before it. Without the correction, the
-    # rounding errors would add up, and parallel axes would intersect at a distant point.
+    # Each step corrects the rounding errors of the steps before it. Uncorrected rounding errors
+    # would add up, and parallel axes would intersect at a distant point.
     off = own**-1 * original
     x, y = (off[0, 3], off[1, 3]) if is_line else (0, 0)
     return step, own * _small(off[0, 2], off[1, 2], x, y)
@@ -243,10 +244,11 @@ def _small(tilt_x: Any, tilt_y: Any, x: Any, y: Any) -> Any:
 def _shortened(step: AxisStep, turn: sp.Expr, shift: sp.Expr) -> tuple[AxisStep, Placement]:
     """Merge the motion along the tool axis into the last step.
 
-    A translation is added if the tool axis and the last joint axis are parallel. If the two axes
-    coincide, the rotation about the tool axis is added as well.
+    The translation along the tool axis is merged if the tool axis and the last joint axis are
+    parallel. The rotation about the tool axis is merged only if the tool axis and the last joint
+    axis coincide.
 
-    Return the new step and the remaining motion.
+    Return the new last step and the remaining motion along the tool axis.
     """
     if step.alpha != 0:
         return step, along_z(turn, shift)

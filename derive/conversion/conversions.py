@@ -29,7 +29,7 @@ Format = Literal["toml", "urdf", "dh", "mdh", "poe"]
 FORMATS: tuple[str, ...] = get_args(Format)
 TABLES: dict[str, Convention] = {"dh": dh, "mdh": mdh, "poe": poe}
 _LONG = 1e3
-"""A note reports a DH table with an ``a`` or ``d`` larger than the robot's size by this factor."""
+"""A note reports a DH table if a length ``a`` or ``d`` exceeds the robot's size by this factor."""
 _VISIBLE = 1e-12
 """Maximum pose error (meter, radian) that a conversion does not report in a note."""
 
@@ -39,13 +39,12 @@ class Conversion:
     """A robot that was converted to another format.
 
     Attributes:
-        format: The file format. ``convert`` lists the formats.
-        text: The robot file or the URDF.
-        robot: The robot that the text describes, with the rounded numbers of the text.
-        error: Upper bounds (distance in meter, angle in radian) of the difference between the tool
-            poses of the written and the original robot, within the joint limits.
-        notes: Sentences that describe changes to the robot, and facts that the format cannot
-            express.
+        format: "toml", "urdf", "dh", "mdh" or "poe", as passed to ``convert``.
+        text: The text of the robot file or of the URDF.
+        robot: The converted robot, with the rounded numbers of the text.
+        error: Upper bounds of the tool pose error within the joint limits: distance (meter) and
+            angle (radian) between the converted and the original tool pose.
+        notes: Sentences about changes to the robot, and about facts that the format cannot express.
     """
 
     format: Format
@@ -56,28 +55,28 @@ class Conversion:
 
     @property
     def base(self) -> Placement:
-        """Pose of the first frame of the table in the base frame."""
+        """Pose of the first frame of the joint table in the base frame."""
         return self.robot.base
 
     @property
     def tool(self) -> Placement:
-        """Pose of the tool frame in the last frame of the table."""
+        """Pose of the tool frame in the last frame of the joint table."""
         return self.robot.tool
 
     def save(self, path: str | Path) -> None:
-        """Write the text to a file, or the table to a .csv or .tex file.
+        """Write the text to a file, or the joint table to a .csv or .tex file.
 
         Each row of a table contains the convention fields of one joint, in meter and radian, with
-        up to 17 digits. The first and last row of a .csv file contain the poses of base and tool. A
-        .tex file states the poses of base and tool below the table.
+        up to 17 digits. In a .csv file, the first row is the base pose and the last row is the tool
+        pose. In a .tex file, both poses follow the table.
 
         Args:
-            path: The path of the file, which ends in .urdf for URDF, otherwise in .toml. For "dh",
-                "mdh" and "poe", the path may also end in .csv, or in .tex for LaTeX with the
-                package booktabs.
+            path: The path of the file: .urdf for the format "urdf", and .toml for all other
+                formats. A table ("dh", "mdh" or "poe") may also be a .csv file, or a .tex file for
+                the LaTeX package booktabs.
 
         Raises:
-            InputValueError: The suffix belongs to another format, or the file cannot be written.
+            InputValueError: The suffix does not fit the format, or the file cannot be written.
         """
         path, table = as_path("path", path), TABLES.get(self.format)
         text_suffix = ".urdf" if self.format == "urdf" else ".toml"
@@ -95,25 +94,24 @@ class Conversion:
 
 
 def convert(robot: Described, to: Format) -> Conversion:
-    """Write a robot as a robot file, as URDF, or as a table of joint parameters.
-
-    Constant transforms that the joint table cannot represent become part of the base pose or the
-    tool pose.
+    """Convert a serial robot to a robot file, to URDF, or to a table of joint parameters.
 
     Args:
-        robot: A serial robot in any convention, from ``read``.
-        to: The format. The format "toml" preserves conventions and parameters. The format "urdf"
-            has origins with 17 digits. The formats "dh" (standard), "mdh" (modified, Craig) and
-            "poe" (screw axes) write a robot file in which all joints have this convention. Fixed
-            joints become part of the links.
+        robot: A serial robot in any convention, for example from ``read``.
+        to: The format. "toml" is a robot file with the robot's own conventions and parameters.
+            "urdf" is a URDF whose origins have 17 digits. "dh" (standard Denavit-Hartenberg),
+            "mdh" (modified, Craig) and "poe" (screw axes) are tables: robot files in which all
+            joints have this convention. In a table, fixed joints become part of the links.
+            Constant transforms that a table cannot represent become part of the base pose or of
+            the tool pose.
 
     Returns:
-        The conversion, with the text in the new format and an upper bound of the pose error.
+        The conversion, with the text in the new format and upper bounds of the tool pose error.
         Multiples of pi/12 and short decimals stay exact. Other computed numbers have 17 digits.
 
     Raises:
-        InputValueError: The format is unknown, the robot has loops, or the robot has masses and a
-            table would move the link frames that locate the masses.
+        InputValueError: The format is unknown, the robot has loops, or the format cannot express
+            the robot. A table cannot express masses on link frames that the table would move.
     """
     check_type("convert: robot", robot, SerialRobot, Mechanism)
     if to not in FORMATS:
@@ -145,9 +143,9 @@ def _written(robot: SerialRobot, to: Format) -> SerialRobot:
 def _error(
     robot: SerialRobot, text: str, to: Format
 ) -> tuple[tuple[float, float], tuple[str, ...]]:
-    """Return the pose error of the written robot, and notes.
+    """Return the pose error of the written robot, and notes about the text.
 
-    If the error is large, a note states its value.
+    If the pose error is large, a note states its value.
     """
     form = "urdf" if to == "urdf" else "toml"
     try:
@@ -156,7 +154,7 @@ def _error(
             found = read_text(text, format=form, file=f"{robot.name}.{form}")
     except DescriptionError as refused:
         raise InputValueError(
-            f"{robot.name}: {form} cannot express this robot ({refused})"
+            f"{robot.name}: {form}: the format cannot express this robot ({refused})"
         ) from refused
     expected = [joint.name for joint in robot.coordinates]
     assert isinstance(found, SerialRobot)
@@ -164,11 +162,11 @@ def _error(
     names_read = [joint.name for joint in found.coordinates]
     if names_read != expected and sorted(names_read) == sorted(expected):
         raise InputValueError(
-            f"{robot.name}: URDF would change the order of the coordinates to "
-            f"{', '.join(names_read)}, because joint 1 of a four-bar linkage follows joint 2"
+            f"{robot.name}: URDF would change the order of the coordinates, because joint 1 of a "
+            f"four-bar linkage follows joint 2; new order: {', '.join(names_read)}"
         )
     if names_read != expected:
-        # The reader omits joints that are named like fingers or wheels.
+        # The URDF reader omits joints that are named like fingers or wheels.
         names = urdf_names(robot)
         found = cleaned(UrdfFile(f"{robot.name}.urdf", text).robot(names.base, names.tool, None))
         notes = (f"because of the names of its joints, read the URDF with tip={names.tool!r}",)
@@ -224,7 +222,7 @@ def _urdf_notes(robot: SerialRobot, written: SerialRobot) -> Iterator[str]:
 
 
 def _long_rows(written: SerialRobot) -> Iterator[str]:
-    """Warn about joints with long DH lengths, which nearly parallel axes cause."""
+    """Yield a note for each joint with long DH lengths, which nearly parallel axes cause."""
     size = max(robot_size(screw_form(written)), 1e-3)
     values = {parameter.symbol: parameter.value for parameter in written.parameters}
     for joint in written.moving:

@@ -1,8 +1,8 @@
 """Writes exact numbers for robot files and URDF.
 
-The reader of robot files replaces decimals that look rounded by exact values
-(``noise``). Therefore the writer converts such decimals to fractions
-with denominator 3, which the reader keeps unchanged.
+The reader of robot files replaces a decimal that looks rounded with an exact value (module
+``noise``). Therefore the writer converts decimals that look rounded to fractions with denominator
+3, which the reader keeps unchanged.
 """
 
 import math
@@ -28,14 +28,14 @@ DIGITS = 17
 """Significant digits of a number that has no short exact form. A double has 17 significant digits.
 """
 _PLACES = 16
-"""Decimal places of the lengths in a table (meter)."""
+"""Number of decimal places of the lengths in a joint table (meter)."""
 _LONGEST = 40
-"""Maximum number of digits of a decimal that is not rounded."""
+"""Maximum number of digits of a decimal that is written without rounding."""
 _SAME = sp.Rational(1, 10**16)
 """Maximum error of a number that is written as text and read back [m, rad or 1]."""
 _EXACT = Context(prec=200)
 _PLAIN = 6
-"""Maximum number of leading zeros of a decimal without an exponent."""
+"""Maximum number of leading zeros of a decimal that is written without an exponent."""
 
 
 def digits_for(size: float) -> int:
@@ -66,7 +66,7 @@ class NumberText:
     """Converts the numbers of a robot to the text of its robot file.
 
     Attributes:
-        noise: Maximum rounding error of a length (meter) that is removed when the file is read.
+        noise: Maximum rounding error of a length that the reader of robot files removes (meter).
     """
 
     noise: Fraction
@@ -77,7 +77,7 @@ class NumberText:
         return cls(2 * Fraction(NOISE * (robot_size(robot) or 1.0)))
 
     def field(self, value: sp.Expr | Vector, kind: FieldKind) -> str:
-        """Return the value of a convention field."""
+        """Return the text of the value of a convention field."""
         if not isinstance(value, tuple):
             return self.scalar(value, kind)
         if kind == "direction":
@@ -89,7 +89,7 @@ class NumberText:
 
         Args:
             value: An exact number, or an expression with parameters.
-            kind: "length", "angle", or the name of another quantity.
+            kind: Quantity that the number measures: "length", "angle" or another name.
         """
         return _guarded(value) if abs(self._read(value, kind) - value) > _SAME else literal(value)
 
@@ -129,8 +129,8 @@ def _guarded(value: sp.Expr) -> str:
     count = max(DIGITS, _digits(value, decimal_places(value) or 0))
     triple = Decimal(nearest(3 * value, count))
     digits = triple.scaleb(count - 1 - triple.adjusted()).to_integral_value()
-    # If the numerator is a multiple of 3, the fraction equals a finite decimal. The digit 1 is
-    # therefore appended to such a numerator.
+    # If the numerator is a multiple of 3, the digit 1 is appended, because the fraction would
+    # otherwise equal a finite decimal.
     step = Decimal(0) if int(digits) % 3 else Decimal("0.1")
     return f'"{_decimal_text((digits + step).scaleb(triple.adjusted() - count + 1))}/3"'
 

@@ -25,7 +25,7 @@ from ..model.tolerances import EVALUATION_DIGITS, ZERO_COMPONENT
 from .number_text import rounded
 
 Origin = tuple[Vector, Vector]
-"""The position (meter), and the angles roll, pitch and yaw (radian)."""
+"""The position (meter) of a frame, and its angles roll, pitch and yaw (radian)."""
 _ZERO: Vector = (sp.S.Zero,) * 3
 
 
@@ -39,7 +39,7 @@ def is_described(joint: Joint) -> bool:
 
 
 def fields_of(joint: Joint, convention: Convention) -> dict[str, sp.Expr | Vector]:
-    """Return the convention fields of a described joint."""
+    """Return the values of the convention fields of a joint."""
     values, fields = dict(joint.given), {}
     for field in convention.fields:
         parts = tuple(values[name] for name in field.components)
@@ -48,7 +48,7 @@ def fields_of(joint: Joint, convention: Convention) -> dict[str, sp.Expr | Vecto
 
 
 def origin_of(placement: Placement) -> Origin | None:
-    """Return the exact xyz and rpy of a placement, or None if it is not a product T Rz Ry Rx."""
+    """Return the exact xyz and rpy of a placement with the form T Rz Ry Rx, otherwise None."""
     xyz, angles = _ZERO, dict.fromkeys("zyx", sp.S.Zero)
     order = ["", *angles]
     last = -1
@@ -88,9 +88,9 @@ def with_origins(robot: SerialRobot, *, keeps_links: bool = False) -> SerialRobo
             found, pending = _at_its_link(joint, pending)
             if pending and keeps_links:
                 raise InputValueError(
-                    f"{robot.name}: the link frame of joint {joint.name!r} would move to the "
-                    "joint axis, but masses are positioned in link frames; state the convention "
-                    "of the joint"
+                    f"{robot.name}: a link frame would move to the joint axis, but masses are "
+                    "positioned in link frames; state the convention of joint "
+                    f"{joint.name!r}"
                 )
             joints.append(found)
         base = from_xyz_rpy(*placed(plain.base))

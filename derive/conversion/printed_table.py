@@ -1,7 +1,7 @@
 r"""Prints a table of joint parameters as CSV or LaTeX, in meter and radian.
 
-All joints have the same convention. Numbers have 17 significant digits, or more if the table
-contains lengths of 10 m or more.
+All joints of the table have the same convention. Numbers in the table have 17 significant digits,
+or more if the table contains lengths of 10 m or more.
 """
 
 import csv
@@ -23,9 +23,10 @@ _POSE = ("xyz_x", "xyz_y", "xyz_z", "rpy_x", "rpy_y", "rpy_z")
 
 
 def csv_table(robot: SerialRobot, convention: Convention) -> str:
-    """Return the table as CSV: the base, one row per joint, and the tool.
+    """Return the joint table as CSV, with rows for the base, each joint and the tool.
 
-    Columns for directions, screw pitches, couplings and limits exist only if a joint needs them.
+    The table has columns for directions, screw pitches, couplings and limits only if a joint needs
+    them.
     """
     digits = digits_for(robot_size(robot))
     rules = {rule.joint: rule for rule in robot.couplings}
@@ -64,7 +65,7 @@ def _pose_row(name: str, kind: str, placement: Placement, digits: int) -> dict[s
 
 
 def latex_table(robot: SerialRobot, convention: Convention) -> str:
-    r"""Return the table as a LaTeX `tabular`, which needs the package booktabs."""
+    r"""Return the joint table as a LaTeX `tabular`, which needs the package booktabs."""
     columns = [(name, heading) for _, name, heading in convention.columns]
     headings = ["joint", "type", *(f"${tex or _symbol(name)}$" for name, tex in columns)]
     rows = [_latex_row(robot, joint, [name for name, _ in columns]) for joint in robot.joints]

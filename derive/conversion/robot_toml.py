@@ -23,7 +23,7 @@ def robot_toml(robot: SerialRobot) -> str:
     """Return the text of a robot file, in meter and radian, with all numbers exact.
 
     Args:
-        robot: The robot. Each joint is described in a convention.
+        robot: The robot, whose joints all have a convention.
     """
     return "\n".join(_Writer(robot, NumberText.of(robot)).lines()) + "\n"
 
@@ -34,7 +34,7 @@ class _Writer:
     numbers: NumberText
 
     def lines(self) -> Iterator[str]:
-        """Yield the lines of the file."""
+        """Yield the lines of the robot file."""
         robot = self.robot
         conventions = [joint.convention for joint in robot.joints if joint.convention]
         common = max(dict.fromkeys(conventions), key=conventions.count)
@@ -108,7 +108,7 @@ class _Writer:
             yield f"assumed = {json.dumps(assumed)}"
 
     def _fields(self, joint: Joint, convention: Convention) -> Mapping[str, str]:
-        """Return the fields that differ from their defaults, and always the axis."""
+        """Return the joint axis, and the joint fields that differ from their defaults."""
         values = fields_of(joint, convention)
         return {
             field.name: self.numbers.field(values[field.name], field.kind)

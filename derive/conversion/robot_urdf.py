@@ -2,7 +2,7 @@
 
 URDF has no joint directions and no helical joints. If a joint moves opposite to its coordinate, the
 written axis is reversed. A helical joint is written as a revolute joint and a prismatic joint that
-mimics its angle.
+mimics the angle of the revolute joint.
 """
 
 from dataclasses import dataclass, replace
@@ -21,7 +21,8 @@ from .origins import fields_of, placed
 from .urdf_drives import Mimic, urdf_drives, write_gears
 
 _EFFORT = "1000"
-"""URDF requires effort and velocity limits, but robot descriptions do not contain them."""
+"""Placeholder for the effort and velocity limits, which URDF requires and robot descriptions do not
+contain."""
 
 
 @dataclass(frozen=True)
@@ -38,10 +39,10 @@ def robot_urdf(robot: SerialRobot) -> str:
     """Return the text of a URDF, with 17 significant digits.
 
     Args:
-        robot: A robot whose joints have the convention `urdf` and no parameters.
+        robot: A robot without parameters, whose joints have the convention `urdf`.
 
     Raises:
-        InputValueError: Mimic joints and transmissions cannot express the couplings.
+        InputValueError: Mimic joints and transmissions cannot express the couplings of the robot.
     """
     mimics, gears = urdf_drives(robot)
     root = etree.Element("robot", name=robot.name)
@@ -161,9 +162,9 @@ def _append_origin(element: etree._Element, xyz: object, rpy: object) -> None:
 
 
 def _limits(joint: Joint) -> dict[str, str]:
-    """Return the limits of a joint.
+    """Return the limits of a joint as URDF attributes.
 
-    The range of a prismatic joint without limits is 20 km.
+    A prismatic joint without limits is written with a range of 20 km.
     """
     lower, upper = joint.limits
     bounds = {"lower": str(-UNLIMITED), "upper": str(UNLIMITED)}

@@ -1,8 +1,9 @@
 """Writes the couplings of a serial robot as mimic joints and transmissions of ros2_control.
 
-Joints that depend on the same coordinates form a group. A group with one coordinate becomes a joint
-or a simple transmission. A group with two coordinates becomes a differential or a four-bar linkage.
-The remaining joints of a group mimic one of its joints.
+Joints that depend on the same coordinates form a group. A group of joints that depend on one
+coordinate becomes an ordinary joint or a simple transmission. A group of joints that depend on two
+coordinates becomes a differential or a four-bar linkage. The remaining joints of a group of coupled
+joints mimic another joint of the group.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,7 +19,7 @@ from ..model.robot import SerialRobot
 from .number_text import nearest
 
 Row = tuple[tuple[sp.Expr, ...], sp.Expr]
-"""The equation of a joint: the ratios of the coordinates, and the offset."""
+"""The equation of a coupled joint: the coupling ratios of the coordinates, and the offset."""
 
 
 @dataclass(frozen=True)
@@ -32,10 +33,10 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Gears:
-    """A transmission with its reductions.
+    """A transmission with its gear reductions.
 
     Attributes:
-        kind: The type in ros2_control.
+        kind: The type of the transmission in ros2_control.
         actuators: Names and reductions of the actuators.
         joints: Names, reductions and offsets of the joints.
     """
@@ -61,8 +62,9 @@ def urdf_drives(robot: SerialRobot) -> tuple[dict[str, Mimic], tuple[Gears, ...]
         found = _group(coordinates, rows) if len(coordinates) in (1, 2) else None
         if found is None:
             raise InputValueError(
-                f"{robot.name}: URDF cannot express the coupling of {', '.join(rows)}; a joint "
-                "mimics one joint, and a transmission is simple, differential or a four-bar linkage"
+                f"{robot.name}: URDF cannot express the coupling of {', '.join(rows)}; in URDF, "
+                "a joint mimics one joint, and a transmission is simple, differential or a "
+                "four-bar linkage"
             )
         leaders, transmission = found
         gears += [transmission] if transmission else []
@@ -119,7 +121,7 @@ def _followers(rows: Mapping[str, Row], leaders: Sequence[str]) -> dict[str, Mim
 
 
 def _gears(coordinates: Sequence[str], rows: Mapping[str, Row]) -> Gears | None:
-    """Return the transmission with these joint equations, or None if none fits."""
+    """Return the transmission with the joint equations ``rows``, or None if none exists."""
     names, offsets = list(rows), [offset for _, offset in rows.values()]
     ratios = [row for row, _ in rows.values()]
     one = sp.S.One

@@ -39,10 +39,9 @@ class Finding:
 
     Attributes:
         severity: "error" if the robot cannot be derived, "warning" for numbers that are probably
-            wrong, "note" for assumed and snapped values.
-        where: File, line and field of the finding, if known.
-        message: Text of the error, warning or note. The text of an error states the expected value
-            and the value in the file.
+            wrong, "note" for other remarks, such as assumed or rounded values.
+        where: The file, followed by line and field if they are known.
+        message: The text. The text of an error states the found and the expected value.
     """
 
     severity: Severity

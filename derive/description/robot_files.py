@@ -66,36 +66,33 @@ def read(
     conventions: Sequence[Convention] = CONVENTIONS,
     exact: bool = False,
 ) -> Described:
-    """Read a robot from a file. The suffix determines the format.
+    """Read a robot from a file, whose suffix determines the format.
 
     Args:
         source: A robot file (.toml), URDF (.urdf), xacro file (.xacro), MJCF model (.xml) or SDF
             (.sdf). The source may also be the name of a robot installed with chasles, or
             ``robot:NAME`` for a robot in the package robot_descriptions.
-        base: The link of the base frame. The default is the root of the tree, or the base of a
-            robot file.
-        tip: The link of the tool frame. The default is the end of the longest chain, or the tool of
-            a robot file.
-        group: A group of the SRDF file in the same folder. The group defines base and tip of the
-            robot.
+        base: The link whose frame is the base frame. The default is the base of a robot file,
+            otherwise the root of the link tree.
+        tip: The link whose frame is the tool frame. The default is the tool of a robot file,
+            otherwise the end of the longest chain.
+        group: A group of the SRDF file in the same folder, which defines base and tip.
         name: Name of the robot. The default is the name in the file.
         arguments: Argument values of a xacro file, each as ``name:=value``.
-        conventions: The conventions that a robot file may use. The default is all conventions of
-            chasles.
-        exact: Whether the numbers of the file are used exactly. If ``exact`` is False, noise is
-            removed, and rounded angles, directions and arrangements become exact. The field
-            ``cleaning`` of the robot lists all changed numbers.
+        conventions: The conventions that a robot file may use; all conventions by default.
+        exact: Whether to keep the numbers exactly as in the file. By default, rounding noise is
+            removed: nearly exact angles, directions and axis arrangements become exact. The
+            attribute ``cleaning`` of the robot lists the changed numbers.
 
     Returns:
-        The robot, in meters and radians. The result is a Mechanism if the file has closed loops,
-        actuated joints or parent bodies. The result is a SerialRobot if the file has no closed
-        loops, actuated joints or parent bodies. If several tips are possible, ``notes`` states the
-        selected tip.
+        The robot, in meters and radians. It is a Mechanism if the file describes loops, lists the
+        actuated joints, or names the parent of a joint. Otherwise, it is a SerialRobot. If several
+        tips are possible, the attribute ``notes`` states the selected tip.
 
     Raises:
-        DescriptionError: The file or its parent file cannot be read, is invalid or has an
-            unsupported suffix. The error is also raised if the chain does not exist or the file has
-            several arms.
+        DescriptionError: The file, or the file that it extends, cannot be read, is invalid or has
+            an unsupported suffix. The error is also raised if no chain connects base and tip, or if
+            the file has several arms and no tip is selected.
         UnknownRobotError: The robot name is unknown.
     """
     file, words = located(source)
@@ -122,24 +119,24 @@ def read_text(
     conventions: Sequence[Convention] = CONVENTIONS,
     exact: bool = False,
 ) -> Described:
-    """Read a robot from text.
+    """Read a robot from the text of a robot file or URDF.
 
     Args:
-        text: The text of a robot file or URDF.
-        format: The format of the text, "toml" or "urdf". Xacro files and MJCF models must be read
-            from a file.
-        file: File name for error messages. A relative path after `extends` starts at the folder of
-            this file.
-        conventions: The conventions that a robot file may use. The default is all conventions of
-            chasles.
-        exact: Whether the numbers of the text are used exactly. See ``read``.
+        text: The text.
+        format: The format of the text: "toml" for a robot file, or "urdf". Use ``read`` for other
+            formats.
+        file: File name for error messages. A relative path in the field `extends` starts at the
+            folder of this file.
+        conventions: The conventions that a robot file may use; all conventions by default.
+        exact: Whether to keep the numbers exactly as in the text. By default, rounding noise is
+            removed, as in ``read``.
 
     Returns:
-        The robot in meters and radians. See ``read``.
+        The robot in meters and radians, with the same type as from ``read``.
 
     Raises:
-        DescriptionError: The text or its parent file is invalid, the text is too long, or the
-            format is unknown.
+        DescriptionError: The text, or the file that it extends, is invalid, the text is too long,
+            or the format is unknown.
     """
     if not isinstance(text, str):
         raise InputTypeError(f"text: expected a str, got {text!r}")

@@ -1,13 +1,14 @@
 """Writes C with the code generator of CasADi.
 
-The default C output of chasles has a different interface. This output is for programs that call
-robot functions through ``casadi.external``. The C functions have the names ``<robot>_<function>``
-and use dense row-major vectors. The derivatives of the C functions have the names
-``jac_<robot>_<function>``.
+The default C output of chasles has a different interface. The C code that CasADi generates is for
+programs that call robot functions through ``casadi.external``. The C functions have the names
+``<robot>_<function>`` and use dense row-major vectors. The derivatives of the C functions have the
+names ``jac_<robot>_<function>``.
 
-A CasADi rootfinder closes loops without a closed form. Inverses with branches have no CasADi graph
-and are omitted. For robots with iterated loops, velocity functions are omitted. The derivatives of
-the position functions replace the velocity functions.
+A CasADi rootfinder solves loops that have no closed-form solution. Inverse kinematics functions
+with several branches have no CasADi graph and are omitted. For robots whose loops are solved by
+iteration, velocity functions are omitted. The derivatives of the position functions replace the
+omitted velocity functions.
 """
 
 import textwrap

@@ -23,10 +23,10 @@ OF_GEOMETRY = "parametric pose"
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Return the file for ``casadi.Function.load``, keyed by its name.
+    """Return the text of the file for ``casadi.Function.load``, keyed by file name.
 
-    The file contains the function that ``joined`` returns. CasADi prints its own graph, so this
-    function ignores the programs of the derivation.
+    The file contains the function that ``joined`` returns. CasADi saves its own expression graph,
+    so the second argument is ignored.
     """
     function = joined(derivation)
     if function is None:
@@ -40,9 +40,9 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 def joined(derivation: Derivation) -> ca.Function | None:
     """Return one CasADi function with all position functions as outputs.
 
-    The outputs are the functions in ``POSITIONS``. If ``fk_p(q, p)`` was derived, ``fk_p`` is
-    also an output. CasADi can differentiate all outputs. The result is None if the robot has no
-    position function.
+    The outputs are the robot functions whose roles are in ``POSITIONS``. The forward kinematics
+    function ``fk_p(q, p)`` with variable geometry is also an output if it was derived. CasADi can
+    differentiate all outputs. The result is None if the robot has no position function.
     """
     kept = [
         f
@@ -58,7 +58,7 @@ def joined(derivation: Derivation) -> ca.Function | None:
 
 def output_of(everything: ca.Function, name: str) -> ca.Function:
     """Return one output as a CasADi function of only those arguments that affect it."""
-    # An implicit function has no graph of scalar operations.
+    # A CasADi function that solves equations by iteration has no graph of scalar operations (SX).
     kind: Any = ca.SX if everything.is_a("SXFunction") else ca.MX
     inputs = {i: kind.sym(i, everything.numel_in(i)) for i in everything.name_in()}
     outputs: Any = everything.call(list(inputs.values()), kind is ca.MX, False)

@@ -14,8 +14,8 @@ from ..terms.casadi_graph import combined, lower
 from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
-"""Number of points on the line from the reference coordinates to the given coordinates. Each search
-starts at the previous solution."""
+"""Number of points on the line from the reference coordinates to the given coordinates. At each
+point of this line, the loops are solved by iteration from the solution at the previous point."""
 OPTIONS = {
     "error_on_fail": False,
     "max_iter": 20,
@@ -27,8 +27,8 @@ OPTIONS = {
 def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.Function:
     """Build the position functions of a robot whose loops are solved by iteration.
 
-    ``casadi.rootfinder`` computes the loop variables w. CasADi differentiates w with the implicit
-    function theorem.
+    ``casadi.rootfinder`` computes the loop variables w. CasADi differentiates the loop variables w
+    with the implicit function theorem.
 
     Args:
         derivation: The robot.
@@ -64,7 +64,7 @@ def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.F
 
 
 def is_of_positions(function: SymbolicFunction) -> bool:
-    """Whether all loop solvers that the function calls solve for positions."""
+    """Return whether every loop solver that a function calls computes positions."""
     return all(
         not call.system or (call.entry == FIRST and call.system in ("loops", SYSTEM))
         for call in function.calls
@@ -72,10 +72,9 @@ def is_of_positions(function: SymbolicFunction) -> bool:
 
 
 def _variables(closure: LoopClosure | None, q: ca.MX) -> ca.MX:
-    """Return the loop variables w.
+    """Return the loop variables w at the coordinates q.
 
-    The coordinates move along a straight line from the reference coordinates to q. The solver
-    tracks the loop variables along this line.
+    The solver tracks the loop variables along a straight line from the reference coordinates to q.
     """
     assert closure is not None
     start, ratios = closure.start, np.array(closure.ratios)
@@ -95,7 +94,7 @@ def _variables(closure: LoopClosure | None, q: ca.MX) -> ca.MX:
 def _of_geometry(
     loops: ParametricLoops | None, inputs: Mapping[str, ca.MX], configuration: ca.MX
 ) -> ca.MX:
-    """Return the loop variables w for a geometry."""
+    """Return the loop variables w for the coordinates q and the geometric parameters p."""
     assert loops is not None
     q, p = inputs["q"], inputs["p"]
     names, n = [variable.name for variable in loops.hybrid.variables], len(loops.hybrid.q)

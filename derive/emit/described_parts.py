@@ -1,7 +1,7 @@
 """Writes the description of a robot with loops, with placeholders for the robot's geometry.
 
 The runtime replaces ``$xyz_k`` by the position of frame k, ``$rpy_k`` by its angles (degrees), and
-``$x_k`` by a single value. The placeholders are in the order of
+``$x_k`` by a single value. The placeholders in the robot file are in the order of
 ``chasles.derive.loops.parametric.parametric_loops.file_parts``. The runtime also replaces
 ``$name``, ``$title``, ``$source`` and ``$closure``.
 """
@@ -107,7 +107,7 @@ def _couplings(mechanism: Mechanism) -> Iterator[str]:
 
 
 def _turn(mechanism: Mechanism, name: str) -> sp.Expr:
-    """Return the value of one radian or meter in the units of the file."""
+    """Return the value of one radian or meter in the units of the robot file (degree, meter)."""
     return sp.S.One if is_length(mechanism.members[name]) else 180 / sp.pi
 
 

@@ -16,9 +16,10 @@ class Emitter:
 
     Attributes:
         language: The name of the language in the manifest.
-        files: Returns the generated files of the language. The same derivation gives the same texts
-            on every machine.
-        prints_equations: Whether the files contain equations (an article) instead of program code.
+        files: Function that returns the generated files of a robot, with the same texts on every
+            machine.
+        prints_equations: Whether the generated files contain equations (a LaTeX article) instead of
+            program code.
     """
 
     language: str

@@ -55,14 +55,14 @@ def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:
     for language in languages:
         if isinstance(language, str) and language not in known:
             raise InputValueError(
-                f"unknown language {language!r}; the languages are {', '.join(known)}"
+                f"unknown language {language!r}; expected one of {', '.join(known)}"
             )
         found.append(known[language] if isinstance(language, str) else language)
     return tuple(found)
 
 
 def with_detail(emitters: Iterable[Emitter], detail: str) -> tuple[Emitter, ...]:
-    """Return the emitters, with the chosen level of detail for the article."""
+    """Return the emitters, with the chosen level of detail for the LaTeX article."""
     if detail == "full":
         return tuple(emitters)
     article = (BRIEF,) if detail == "brief" else ()

@@ -68,8 +68,9 @@ def manifest(
 
     Args:
         derivation: The derivation of the robot.
-        programs: The programs of the functions, for the operation counts.
-        files: The files of each language. The manifest lists the hashes of the files.
+        programs: The expression graphs of the robot's functions, from which the operations are
+            counted.
+        files: The generated files of each output language, whose hashes the manifest lists.
     """
     robot, hybrid = derivation.robot, derivation.hybrid
     found = Manifest(
@@ -120,7 +121,8 @@ def _together(files: Mapping[str, Files]) -> dict[str, str]:
 def description_text(robot: Described) -> str:
     """Return the complete description of a robot as text.
 
-    Empty fields are omitted, so that new fields do not change the text of other robots.
+    The text omits empty fields of the description, so that new fields do not change the text of
+    other robots.
     """
     own: tuple[object, ...]
     if isinstance(robot, SerialRobot):
@@ -157,7 +159,7 @@ def _cleaning(cleaning: Cleaning) -> contract.Cleaning:
 
 
 def _load(derivation: Derivation) -> contract.Load:
-    """Return the masses and the gravity as numbers."""
+    """Return the link masses and the gravity vector of a robot as numbers."""
     load = derivation.robot.load
     if load is None:
         return contract.Load()
@@ -295,10 +297,12 @@ def _argument(value: Argument | Result) -> contract.Argument:
 
 
 def json_text(value: Any, depth: int = 0) -> str:
-    """Format data as JSON. Short values stay on one line.
+    """Format data as JSON.
+
+    Lists and dictionaries that fit into a line stay on one line.
 
     Args:
-        value: Dictionaries, lists, texts, numbers, booleans and None.
+        value: Data that consist of dictionaries, lists, texts, numbers, booleans and None.
         depth: Indentation in spaces.
     """
     line = json.dumps(value, ensure_ascii=False)
@@ -314,7 +318,9 @@ def json_text(value: Any, depth: int = 0) -> str:
 
 
 def skeleton_facts(found: Skeleton) -> SkeletonFacts:
-    """Return the bodies in meters and radians. Each pose has three rows.
+    """Return the bodies of a robot in meters and radians.
+
+    The pose of each body is a matrix with three rows.
 
     Args:
         found: The bodies of the robot, with their shapes.

@@ -16,7 +16,7 @@ _START = 0.4
 
 
 def printed_functions(derivation: Derivation) -> list[SymbolicFunction]:
-    """Return the public functions that call no solver."""
+    """Return the public functions that call no iterative solver."""
     return [f for f in derivation.functions if not (f.calls or f.role.is_intermediate)]
 
 
@@ -42,7 +42,7 @@ def coordinate_lines(derivation: Derivation) -> list[str]:
 def example_inverse(
     derivation: Derivation, printed: Sequence[SymbolicFunction]
 ) -> SymbolicFunction | None:
-    """Return the first inverse whose inputs are a pose and fixed joints, or None."""
+    """Return the first inverse kinematics function of a pose and fixed joints, or None."""
     robot = derivation.robot
     has_joints = isinstance(robot, SerialRobot) and not robot.couplings
     for function in printed:

@@ -31,7 +31,7 @@ _FIXED = "fixed: Mapping[str, ArrayLike] | None = None,\n    "
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Return the files ``__init__.py`` and ``__init__.pyi`` of a robot's package.
 
-    Compiled functions are loaded at first use.
+    The Python package loads compiled functions at first use.
     """
     robot, functions = derivation.robot, (*derivation.functions, *derivation.written)
     title = robot.title.replace("\\", "\\\\").replace('"', "'")

@@ -12,18 +12,18 @@ from .c.passive_limits import limited_variables
 from .c.windings import shares_limits
 
 MAX_SLOTS = MAX_JOINTS = 64
-"""Maximum numbers of solutions and of coordinates in the support files."""
+"""Maximum numbers of solutions and of coordinates that the support files can process."""
 _NO_INPUTS = "In no language, because a seed does not determine the inputs"
 
 
 @dataclass(frozen=True)
 class SeedInputs:
-    """Inputs of an inverse that are computed from a seed.
+    """Inputs of an inverse kinematics function that are computed from a seed configuration.
 
     Attributes:
         names: Names of the inputs.
         entries: Index of each input in the seed or in the result of ``function``.
-        function: The function that computes inputs from the seed. The function is None if the seed
+        function: Name of the function that computes the inputs from the seed, or None if the seed
             contains all inputs.
         size: Number of results of ``function``.
     """
@@ -44,18 +44,18 @@ def has_nearest(robot: Described, function: Signature) -> bool:
 
 
 def inverses(derivation: Derivation) -> list[Signature]:
-    """Return the inverses for which a nearest-solution function is generated."""
+    """Return the inverse kinematics functions that fit the size limits of the support files."""
     functions = (*derivation.functions, *derivation.written)
     return [function for function in functions if has_nearest(derivation.robot, function)]
 
 
 def seeded(derivation: Derivation) -> list[Signature]:
-    """Return the inverses whose inputs, except the target, all follow from a seed configuration."""
+    """Return the inverse kinematics functions whose inputs except the target follow from a seed."""
     return [f for f in inverses(derivation) if seed_inputs(derivation, f) is not None]
 
 
 def seed_inputs(derivation: Derivation, function: Signature) -> SeedInputs | None:
-    """Return all inputs of an inverse function except the pose.
+    """Return all inputs of an inverse kinematics function except the target.
 
     The result is None if a seed does not determine these inputs.
     """
@@ -84,11 +84,10 @@ def _of_joints(names: tuple[str, ...], joints: Sequence[str]) -> SeedInputs | No
 def printed_nearest(
     derivation: Derivation, printed: Sequence[SymbolicFunction]
 ) -> list[tuple[SymbolicFunction, SeedInputs]]:
-    """Return the inverses that have a nearest-solution function in every language.
+    """Return the inverse kinematics functions with a nearest-solution function in every language.
 
-    The list is empty if the robot needs a search over full turns. Some inverses have further
-    inputs, which another function computes from the seed. If this function is not in ``printed``,
-    the inverse is omitted.
+    The list is empty if the robot needs a search over full turns. An inverse kinematics function is
+    omitted if another function computes its further inputs from the seed and is not in ``printed``.
     """
     if shares_limits(derivation, wraps_of(derivation)) or limited_variables(derivation):
         return []
@@ -128,9 +127,9 @@ def _reason(
 
 
 def counts(derivation: Derivation, function: Signature) -> list[bool]:
-    """Whether each coordinate counts in the distance from a seed.
+    """Return whether each coordinate contributes to the distance from a seed configuration.
 
-    Fixed coordinates do not count.
+    Fixed coordinates do not contribute to the distance.
     """
     fixed = {*function.role.fixed, *function.role.free}
     return [k not in fixed for k in range(len(derivation.robot.coordinates))]
@@ -143,7 +142,7 @@ def periodic(derivation: Derivation, function: Signature) -> list[bool]:
 
 
 def wraps_of(derivation: Derivation) -> list[bool]:
-    """Whether a full turn of each coordinate keeps the pose."""
+    """Return, for each coordinate, whether a full turn leaves the tool pose unchanged."""
     robot = derivation.robot
     if isinstance(robot, SerialRobot):
         return [

@@ -7,7 +7,7 @@ from pathlib import Path
 def filled(template: Path, values: Mapping[str, str]) -> str:
     """Return the text of a template with its placeholders replaced.
 
-    A placeholder looks like ``@robot@``.
+    A placeholder is a name between two at signs, such as ``@robot@``.
     """
     text = template.read_text(encoding="utf-8")
     for name, value in values.items():

@@ -89,7 +89,7 @@ def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
     unknown = [name for name in fixed if name not in names]
     if unknown:
         raise InputValueError(
-            f"{robot.name}: cannot fix unknown joint {', '.join(unknown)}; the joints are "
+            f"{robot.name}: cannot fix unknown joint {', '.join(unknown)}; expected one of "
             f"{', '.join(names)}"
         )
     if len({*fixed}) >= len(names):

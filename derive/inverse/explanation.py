@@ -47,17 +47,14 @@ _GAP = 3
 
 @dataclass(frozen=True)
 class Explanation:
-    """Text that explains the inverse kinematics of a robot.
-
-    ``print(explain(robot))`` prints the text.
+    """An explanation of a robot's inverse kinematics, printed by ``print(explain(robot))``.
 
     Attributes:
         robot: The robot's title.
-        chain: The explained chain.
-        inverses: The solved tasks and the structure of the chain. None for robots with several tool
-            poses per configuration of the actuators, such as parallel platforms.
-        loops: A sentence about the inverse kinematics of the loops. The text is empty for a serial
-            robot.
+        chain: The explained chain of joints, from the base to the tool.
+        inverses: The axis structure of the chain and the solved inverse functions, such as ``ik``.
+            None for robots with several tool poses per q, such as parallel platforms.
+        loops: A sentence about the inverse kinematics of the loops, or "" for a serial robot.
         hybrid: The loops and their solution, or None for a serial robot.
     """
 
@@ -80,7 +77,7 @@ class Explanation:
 
     @property
     def line(self) -> str:
-        """One-line explanation."""
+        """The explanation in one line: the kind of inverse and the maximum number of solutions."""
         if self.inverses is None:
             return self.loops
         classification, general = self.inverses.classification, self.inverses.general
@@ -146,20 +143,23 @@ def explain(
     fixed: str | Sequence[str] = (),
     families: Sequence[Family] = FAMILIES,
 ) -> Explanation:
-    """Explain the inverse of a robot, or why there is none.
-
-    For a mechanism, the text starts with the degrees of freedom and the loops.
+    """Explain the inverse kinematics of a robot, or why there is no closed form.
 
     Args:
-        description: A serial robot, or a mechanism with a main chain.
-        fixed: Names of the fixed joints, whose values are inputs of ``ik``. The default () fixes
-            joints only if needed.
-        families: The families of axis structures to try, in order.
+        description: A serial robot or a mechanism, from ``read`` or built in Python.
+        fixed: Names of fixed joints, whose values are inputs of ``ik``. By default, joints are
+            fixed only if the robot is redundant.
+        families: The axis structures with a closed-form inverse, in the order in which to try them.
 
     Returns:
-        The explanation. The text lists the structure of the axes, the solution steps and the
-        maximum number of solutions. If no closed-form structure fits, the text compares the axes
-        with each known structure.
+        The explanation. Its text lists the structure of the axes, the solution steps and the
+        maximum number of solutions. If no structure with a closed form fits, the text compares the
+        axes with each known structure. For a mechanism, the text starts with the degrees of freedom
+        and the loops.
+
+    Raises:
+        InputValueError: A joint in ``fixed`` is unknown, or the other joints have no closed-form
+            inverse.
     """
     check_type("explain: description", description, SerialRobot, Mechanism)
     if not isinstance(description, Mechanism):

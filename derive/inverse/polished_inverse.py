@@ -137,7 +137,7 @@ def refined_inverse(
     labels = tuple(f"further {k + 1}" for k in range(further))
     return NativeSolverFunction(
         nominal.name,
-        f"Every solution of the inverse kinematics, in {slots} slots.",
+        f"All inverse kinematics solutions, in {slots} solution slots.",
         nominal.identity,
         nominal.inputs,
         (

@@ -163,7 +163,7 @@ class Convention:
             known = ", ".join(field.name for field in self.fields)
             raise DescriptionError(
                 f"convention {self.name!r} has no field {', '.join(sorted(unknown))};"
-                f" its fields are {known}"
+                f" fields: {known}"
             )
         return self.place(kind, **{field.name: field.value(given) for field in self.fields})
 
@@ -245,7 +245,7 @@ def motions_before(transform: Placement, variable: str) -> int:
     indices = [k for k, motion in enumerate(transform) if variable in map(str, _arguments(motion))]
     if not indices or not _is_along_z(transform[indices[0]], variable):
         raise DescriptionError(
-            f"{variable!r} is neither a rotation about z nor a translation along z of the link"
+            f"{variable!r}: expected a rotation about z or a translation along z of the link"
         )
     count = indices[0] + 1
     while count < len(transform) and transform[count].is_along_z:

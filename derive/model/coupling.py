@@ -17,13 +17,13 @@ MotorKind = Literal["revolute", "prismatic"]
 
 @dataclass(frozen=True)
 class Motor:
-    """An actuated coordinate that is not a joint. A motor moves joints through couplings.
+    """An actuated coordinate that is not a joint and moves joints through couplings.
 
     Attributes:
         name: Unique name among joints and motors.
         kind: ``revolute`` or ``prismatic``.
-        limits: Lowest and highest value (radian or meter), or None if unbounded.
-        assumed: Names of the fields that the source does not state.
+        limits: Lowest and highest value (radian or meter). None means no limit.
+        assumed: Names of the fields whose values the data source of the robot does not state.
     """
 
     name: str
@@ -42,24 +42,23 @@ class Motor:
 
     @property
     def unit(self) -> str:
-        """Unit of the coordinate: m for a prismatic motor, otherwise rad."""
+        """Unit of the motor coordinate: m for a prismatic motor, otherwise rad."""
         return "m" if self.kind == "prismatic" else "rad"
 
 
 @dataclass(frozen=True)
 class Coupling:
-    """The equation of a coupled joint: theta = sum of ratio * coordinate + offset.
+    """The equation of a coupled joint: joint value = sum(ratio * coordinate) + offset.
 
-    A coordinate belongs to a motor or to a joint. If the ratios contain the name of the coupled
-    joint itself, this joint has its own coordinate. The coupling then adds multiples of other
-    coordinates to the joint's own coordinate. The ratios may also contain the name of another
-    coupled joint. In this case, the name is replaced by the equation of that joint.
+    A coordinate is a motor or a joint. If the ratios name the coupled joint itself, this joint also
+    has its own coordinate. If the ratios name another coupled joint, the equation of that joint
+    replaces its name.
 
     Attributes:
-        joint: Name of the joint.
-        ratios: The joint motion per unit of each coordinate, by name. A joint whose ratios are all
-            zero is constant.
-        offset: Value of the joint if all coordinates are 0 (radian or meter).
+        joint: Name of the coupled joint.
+        ratios: Pairs (coordinate name, ratio). The ratio is the joint displacement per unit of the
+            coordinate. A joint whose ratios are all zero is constant.
+        offset: Joint value if all coordinates are 0 (radian or meter).
     """
 
     joint: str
@@ -99,13 +98,14 @@ def check_joint_couplings(
             if name not in members:
                 known = ", ".join(members)
                 raise DescriptionError(
-                    f"{begin} needs moving joints or cylinders, and {name!r} is not one of "
-                    f"{known}; a gear or shaft with its own angle is a revolute joint with a link"
+                    f"{begin}: expected moving joints or cylinders, {known}, got {name!r}; a gear "
+                    "or shaft with its own angle is a revolute joint with a link"
                 )
         if coupling.has_own:
             raise DescriptionError(
-                f"{begin} names this joint itself; in a robot with loops, a joint has no "
-                "coordinate of its own: add a revolute joint for the motor, and name it instead"
+                f"{begin}: a joint must not be coupled to itself; in a robot with loops, a joint "
+                "has no coordinate of its own: add a revolute joint for the motor, and name it "
+                "instead"
             )
     if wrong := contradictory(couplings):
         raise DescriptionError(f"robot {robot!r}: {no_solution(wrong)}")
@@ -205,8 +205,8 @@ def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMa
     c = sp.ImmutableMatrix([offset for _, offset in rows])
     if len(names) > len(joints) or (rules and C.rank() < len(names)):
         raise DescriptionError(
-            f"the {len(joints)} joints do not determine the {len(names)} coordinates "
-            f"{', '.join(names)}; several motors move the same joints"
+            f"several motors move the same joints; {len(joints)} joints cannot determine "
+            f"{len(names)} coordinates: {', '.join(names)}"
         )
     return LinearMap(names, C, c)
 

@@ -90,7 +90,7 @@ def read(
         return _number(str(value))
     if not isinstance(value, str):
         kind = _KINDS.get(type(value), f"a {type(value).__name__}")
-        raise NotExact(f"{kind} is not an exact number")
+        raise NotExact(f"expected an exact number, got {kind}")
     try:
         return checked(_Reader(value, names or {}, angle_unit).read())
     except NoValue as error:
@@ -106,7 +106,9 @@ def exact(value: object) -> sp.Expr:
     if isinstance(value, sp.Expr) and not value.has(sp.Float):
         return checked(value)
     if isinstance(value, float | sp.Float):
-        raise NotExact(f"{value} is a float, which is not exact: write '{value}' or a fraction")
+        raise NotExact(
+            f"expected an exact number, got the float {value}; write a fraction or '{value}'"
+        )
     if isinstance(value, Fraction):
         return sp.Rational(value.numerator, value.denominator)
     return read(value)
@@ -202,10 +204,10 @@ class _Reader:
                 ) from error
             raise NotExact(f"not {EXPECTED}") from error
         if _nesting(tree.body) > MAX_NESTED:
-            raise NotExact(f"more than {MAX_NESTED} nested functions and powers")
+            raise NotExact(f"more nested functions and powers than {MAX_NESTED}")
         expression = self._expression(tree.body)
         if addends(expression) > MAX_ADDENDS:
-            raise NotExact(f"more than {MAX_ADDENDS} terms after expansion of products")
+            raise NotExact(f"more terms after expansion of products than {MAX_ADDENDS}")
         return expression
 
     def _expression(self, node: ast.expr) -> sp.Expr:
@@ -227,13 +229,13 @@ class _Reader:
             case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in _FUNCTIONS:
                 return self._call(name, args)
         written = ast.get_source_segment(self.text, node)
-        raise NotExact(f"{written!r} is not understood; expected {KNOWN}")
+        raise NotExact(f"expected {KNOWN}, got {written!r}")
 
     def _constant(self, node: ast.Constant) -> sp.Expr:
         # Reads the digits from the text, because Python would round the number.
         written = ast.get_source_segment(self.text, node) or ""
         if type(node.value) not in (int, float) or not re.fullmatch(r"[0-9.eE+_-]+", written):
-            raise NotExact(f"{written!r} is not a decimal number")
+            raise NotExact(f"expected a decimal number, got {written!r}")
         return _number(written.replace("_", ""))
 
     def _name(self, name: str) -> sp.Expr:

@@ -40,9 +40,12 @@ FREEDOM: Mapping[str, int] = {"pin": 1, "slider": 1, "ball": 3, "weld": 0}
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame on a body: the name of the body, and the pose relative to the body frame.
+    """A frame that is fixed to a body.
 
-    ``assumed`` is True if the source of the dimensions does not state the pose of the frame.
+    Attributes:
+        body: Name of the body.
+        placement: Pose of the frame in the body frame (meter, radian).
+        assumed: Whether the pose is an assumption, because the robot's data source omits it.
     """
 
     body: str
@@ -56,8 +59,9 @@ class Closure:
 
     Attributes:
         name: Unique name among joints, closures and struts.
-        kind: ``pin`` rotates about the common z axis, ``slider`` moves along the common z axis,
-            ``ball`` keeps the origins together, ``weld`` keeps the frames together.
+        kind: The joint between the frames a and b. A ``pin`` allows rotation about their common z
+            axis, and a ``slider`` allows translation along it. A ``ball`` keeps the origins
+            together, and a ``weld`` keeps the frames together.
         a: The frame on the first body.
         b: The frame on the second body.
     """
@@ -74,22 +78,22 @@ class Closure:
 
 @dataclass(frozen=True)
 class Strut:
-    """A straight member between two bodies: a rod of constant length, or a cylinder.
+    """A straight part between two bodies: a rod of constant length, or a cylinder.
 
     Attributes:
-        name: Unique name among joints, closures and struts. The name of a cylinder is also the name
-            of its coordinate.
-        a: The frame at the first end of the strut.
-        b: The frame at the second end of the strut.
+        name: Unique name among joints, closures and struts. The coordinate of a cylinder has the
+            name of the cylinder.
+        a: The frame of the first end, on the first body.
+        b: The frame of the second end, on the second body.
         length: Length of a rod, or of a cylinder at coordinate zero (meter).
-        is_cylinder: Whether the length is a coordinate.
-        ends: Kind of both end joints: pins or balls.
-        has_universal: Whether one end joint is a universal joint instead of a ball joint. A strut
-            with a universal joint does not spin about its own axis.
-        swing: Name of the passive rotation angle of the strut relative to the body at the first
-            end.
-        limits: Lowest and highest coordinate of a cylinder (meter).
-        assumed: Names of the fields (``length`` or ``limits``) that the source of the dimensions
+        is_cylinder: Whether the strut is a cylinder, whose length is variable.
+        ends: Kind of the joints at both ends: ``pin`` or ``ball``.
+        has_universal: Whether one of the ball joints is a universal joint instead. A strut with a
+            universal joint does not rotate about its own axis.
+        swing: Name of the passive rotation angle of a strut with pin ends, relative to the first
+            body. The default is ``<name>_swing``.
+        limits: Lowest and highest coordinate of a cylinder (meter). None means no limit.
+        assumed: Names of the fields (``length`` or ``limits``) whose values the robot's data source
             does not state.
     """
 
@@ -113,7 +117,7 @@ class Strut:
 
     @property
     def swing_name(self) -> str:
-        """Name of the passive angle."""
+        """Name of the passive rotation angle: ``swing``, or its default."""
         return self.swing or f"{self.name}_swing"
 
     @property
@@ -126,17 +130,16 @@ class Strut:
 class Drive:
     """A motor that moves a joint through a gear, a rack, a belt or a chain.
 
-    If a drive is not actuated, the joint moves the motor. The angle of a motor that is not actuated
-    is a passive coordinate. For example, if two motors move one slide, the second motor is not
-    actuated.
+    If two motors move one joint, only one drive is actuated. The joint moves the other motor, whose
+    angle is then a passive coordinate.
 
     Attributes:
         name: Name of the motor coordinate.
-        joint: The joint or cylinder that moves.
-        ratio: Joint displacement per radian of the motor: meters for a prismatic joint,
-            dimensionless for a revolute joint.
+        joint: Name of the joint or cylinder that the motor moves.
+        ratio: Joint displacement per radian of the motor (meter for a prismatic joint, radian for a
+            revolute joint).
         kind: The transmission between motor and joint.
-        assumed: Whether the source does not state the ratio.
+        assumed: Whether the ratio is an assumption, because the robot's data source omits it.
     """
 
     name: str
@@ -183,38 +186,39 @@ class Mechanism:
     """A robot with loops, or with motors that drive joints through gears.
 
     Attributes:
-        name: A C identifier. All generated names start with the robot's name.
-        joints: The joints of the kinematic tree. The ``parent`` of a joint is the body that carries
-            it.
-        actuated: Names of joints, cylinders and drives in the order of ``q``.
+        name: A C identifier, with which all generated names start.
+        joints: The joints of the kinematic tree, each after its parent. The ``parent`` of a joint
+            is the body that carries it. The ``link`` of a joint is the body that it moves.
+        actuated: Names of the actuated joints, cylinders and drives, in the order of ``q``.
         closures: Joints that close loops.
-        struts: Rods and cylinders.
-        drives: Motors behind gears.
-        tool_body: The body that carries the tool.
-        title: The name of the robot in printed sentences.
-        source: Source of the dimensions.
-        base: The pose of the base body in the frame ``base_frame``.
-        tool: The tool frame in the frame of its body.
-        base_frame: Name of the base frame and the base body.
+        struts: Rods and cylinders, which also close loops.
+        drives: Motors that move joints through gears, racks, belts or chains.
+        tool_body: Name of the body that carries the tool; by default the link of the last joint.
+        title: Name of the robot in printed texts.
+        source: Publication or data sheet with the dimensions.
+        base: Pose of the base body in the base frame (meter, radian).
+        tool: Pose of the tool frame in the frame of the tool body (meter, radian).
+        base_frame: Name of the base frame and of the base body.
         tool_frame: Name of the tool frame.
-        parameters: The named lengths and angles of the placements.
-        reference: Coordinates and joint values that select the branch of each loop. By default, a
-            cylinder, or a joint whose limits exclude zero, is at the middle of its limits. A joint
-            whose limits include zero is at zero by default. Values of passive joints may be
+        parameters: The named lengths and angles that occur in dimensions.
+        reference: Pairs (name, value) of coordinates and joints (radian or meter), which select the
+            branch of each loop. The default is the middle of the limits for cylinders with limits
+            and for joints whose limits exclude 0, otherwise 0. Values of passive joints may be
             approximate.
-        notes: Changes and assumptions that the file reader made.
+        notes: Changes and assumptions of the file reader.
         transmissions: The transmission errors of coordinates with imperfect drives.
-        closure: Whether loops with slightly misaligned pins are closed with minimum squared error.
+        closure: "exact", or "least squares" to close loops with slightly misaligned pins with
+            minimum squared error.
         nominal: The nominal design of a calibrated robot, with the same joints and struts, or None.
-        springs: Passive joints with springs, and their values at rest (radian or meter). The
-            mobility of the mechanism is computed without the springs.
+        springs: Pairs (joint name, value at rest) for passive joints with springs (radian or
+            meter). The springs do not affect the degrees of freedom of the mechanism.
         couplings: Linear equations between joints or cylinders, such as gear pairs.
         load: The masses of links and of strut sections, or None.
         cleaning: The numbers that were replaced by exact values.
-        as_written: The robot with all numbers of its file, or None if no number was replaced by an
-            exact value.
-        omitted: Names of coordinates for which the description omits the reference value. The
-            middle of the limits then serves as the reference value.
+        as_written: The robot with all numbers as in its file, or None if no number was replaced by
+            an exact value.
+        omitted: Names of joints and cylinders whose reference value is the middle of the limits,
+            because the description omits it.
 
     Raises:
         DescriptionError: Names clash, a body or joint is unknown, or a body has two parents.
@@ -267,7 +271,7 @@ class Mechanism:
         check_unique("actuated coordinate", [c.moves for c in self.coordinates])
         self._check_known("reference of", [n for n, _ in self.reference], known | self._swings)
         if not self.actuated:
-            raise DescriptionError(f"robot {self.name!r} has no actuated coordinate")
+            raise DescriptionError(f"robot {self.name!r}: expected an actuated coordinate")
         check_transmissions(self.transmissions, self.actuated)
         if self.nominal is not None:
             self._check_nominal(self.nominal)
@@ -293,7 +297,7 @@ class Mechanism:
 
     @property
     def placed(self) -> Iterator[tuple[str, Placement]]:
-        """The body and the placement of each joint, closure frame and strut frame."""
+        """The body of each joint, closure frame and strut frame, with the pose on this body."""
         for joint in self.joints:
             yield joint.parent, joint.before
         for loop_joint in self.loop_joints:
@@ -340,7 +344,7 @@ class Mechanism:
         return tuple(found)
 
     def path_to(self, body: str) -> list[Joint]:
-        """Return the joints from the base to a body."""
+        """Return the joints from the base to the named body."""
         return joints_to_root(self.joint_of, body)[::-1]
 
     @cached_property
@@ -360,9 +364,9 @@ class Mechanism:
 
     @property
     def passive(self) -> tuple[str, ...]:
-        """Names of the joints and swing angles that are neither actuated nor in the main chain.
+        """Names of the passive joints, cylinders and swing angles outside the main chain.
 
-        Passive drives, which follow a joint, are not included.
+        Motors that are not actuated are not included.
         """
         taken = {c.moves for c in self.coordinates}
         taken |= {joint.name for joint in self.main_chain.moving}
@@ -377,7 +381,7 @@ class Mechanism:
 
     @property
     def swings(self) -> tuple[str, ...]:
-        """Names of all swing angles."""
+        """Names of the swing angles: the passive rotation angles of the struts with pin ends."""
         return tuple(strut.swing_name for strut in self.struts if strut.ends == "pin")
 
     @property
@@ -394,7 +398,7 @@ class Mechanism:
 
     @property
     def link_names(self) -> tuple[str, ...]:
-        """Names of the links of the main chain."""
+        """Names of the links from the base to the tool."""
         return self.main_chain.link_names
 
     @property
@@ -402,7 +406,7 @@ class Mechanism:
         return {strut.swing_name for strut in self.struts}
 
     def reference_of(self, name: str) -> sp.Expr:
-        """Return the reference value of a coordinate, joint or swing angle."""
+        """Return the reference value of a coordinate, joint or swing angle (radian or meter)."""
         return dict(self.reference).get(name, sp.S.Zero)
 
     def _middles(self) -> Iterator[tuple[str, sp.Expr]]:
@@ -438,8 +442,8 @@ class Mechanism:
             if mine != other:
                 apart = [a[0] for a in (*mine, *other) if a not in mine or a not in other]
                 raise DescriptionError(
-                    f"robot {self.name!r}: its {what} differ from the nominal robot "
-                    f"{nominal.name!r}: {', '.join(dict.fromkeys(apart)) or 'their order'}"
+                    f"robot {self.name!r} and nominal robot {nominal.name!r}: different {what}: "
+                    f"{', '.join(dict.fromkeys(apart)) or 'their order'}"
                 )
         if (self.actuated, self.tool_body) != (nominal.actuated, nominal.tool_body):
             raise DescriptionError(
@@ -452,7 +456,7 @@ class Mechanism:
             if name not in known:
                 there = ", ".join(sorted(known))
                 raise DescriptionError(
-                    f"robot {self.name!r}: {role} {name!r} is not one of {there}"
+                    f"robot {self.name!r}: unknown {role} {name!r}; expected one of {there}"
                 )
 
     def _check_load(self) -> None:
@@ -463,8 +467,8 @@ class Mechanism:
         for mass in self.load.masses:
             if mass.link in sections and any(mass.at[:2]):
                 raise DescriptionError(
-                    f"robot {self.name!r}: the mass of strut section {mass.link!r} must be on the "
-                    "z axis of the section"
+                    f"robot {self.name!r}: {mass.link!r}: the mass of a strut section must be on "
+                    "the z axis of the section"
                 )
 
     def _check_symbols(self) -> None:

@@ -43,4 +43,4 @@ def check_choice(what: str, name: str, value: object, choices: Sequence[object])
     """Raise DescriptionError if a value is not among the choices."""
     if value not in choices:
         expected = ", ".join(map(str, choices))
-        raise DescriptionError(f"{what} {name!r}: {value!r} is not one of {expected}")
+        raise DescriptionError(f"{what} {name!r}: expected one of {expected}, got {value!r}")

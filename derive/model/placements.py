@@ -24,7 +24,10 @@ _ORIGIN: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 
 @dataclass(frozen=True)
 class Rotation:
-    """Rotation by ``angle`` (radian) about an axis of the current frame."""
+    """A rotation in a placement, by ``angle`` (radian) about an ``axis`` of the current frame.
+
+    The current frame results from the preceding motions of the placement.
+    """
 
     axis: Literal["x", "y", "z"]
     angle: sp.Expr
@@ -39,7 +42,7 @@ class Rotation:
 
     @property
     def is_along_z(self) -> bool:
-        """Whether the motion commutes with all motions along the z axis."""
+        """Whether the motion commutes with all motions about and along the z axis."""
         return self.axis == "z"
 
     def at(self, values: Mapping[sp.Symbol, sp.Expr]) -> "Rotation":
@@ -49,7 +52,10 @@ class Rotation:
 
 @dataclass(frozen=True)
 class Translation:
-    """Translation by ``vector`` (meter) along the axes of the current frame."""
+    """A translation in a placement, by ``vector`` (meter) in the current frame.
+
+    The current frame results from the preceding motions of the placement.
+    """
 
     vector: Vector
 
@@ -63,11 +69,11 @@ class Translation:
 
     @property
     def is_along_z(self) -> bool:
-        """Whether the motion commutes with all motions along the z axis."""
+        """Whether the motion commutes with all motions about and along the z axis."""
         return self.vector[:2] == _ORIGIN[:2]
 
     def at(self, values: Mapping[sp.Symbol, sp.Expr]) -> "Translation":
-        """Return the translation with values for its symbols."""
+        """Return the translation with its symbols replaced by values."""
         x, y, z = (component.xreplace(values) for component in self.vector)
         return Translation((x, y, z))
 

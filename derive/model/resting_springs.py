@@ -8,14 +8,18 @@ from .mechanism import Mechanism
 
 
 def springs_at_rest(robot: Mechanism) -> Mechanism:
-    """Return a robot whose passive joints with springs are rigid.
+    """Replace passive joints with springs by fixed joints at the rest values of the springs.
 
-    In an MJCF model, passive joints with springs have a stiffness and no actuator. The rigid joints
-    keep the values at which the springs exert no torque. Therefore, loops with stiff springs, such
-    as the leaf springs of a leg, are solved without spring forces.
+    The loops of a robot with stiff springs, such as the leaf springs of a leg, can then be solved
+    without spring forces. In an MJCF model, a passive joint with a spring is a joint with a
+    stiffness and no actuator.
 
     Args:
-        robot: A robot with loops.
+        robot: A robot with loops, for example from ``read``. Its attribute ``springs`` lists the
+            joints with springs.
+
+    Returns:
+        The robot with fixed joints. A robot without springs is returned unchanged.
 
     Raises:
         InputTypeError: The robot is not a ``Mechanism``.

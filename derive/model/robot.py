@@ -49,9 +49,14 @@ Vector4 = tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]
 
 @dataclass(frozen=True)
 class Parameter:
-    """A named length, angle or ratio with its default value (meter, radian, 1).
+    """A named dimension of a robot.
 
-    ``assumed`` is True if the source does not state the value.
+    Attributes:
+        name: Name of the parameter and of its symbol.
+        value: Default value (meter, radian, 1 or kilogram, depending on ``kind``).
+        kind: ``length``, ``angle``, ``ratio`` or ``mass``.
+        meaning: Meaning in a few words.
+        assumed: Whether the value is an assumption, because the robot's data source omits it.
     """
 
     name: str
@@ -73,23 +78,25 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint and its link.
+    """A joint and the link that it moves.
+
+    The pose of the link in the frame of the previous link is ``before * motion(q) * after``. The
+    motion is about or along the z axis of the joint frame.
 
     Attributes:
         name: Unique name.
-        kind: Revolute, prismatic, helical or fixed.
-        before: The frame of the joint in the frame of the previous link.
-        after: The frame of the link in the frame of the moved joint.
-        link: Name of the link frame.
-        parent: Name of the body that carries the joint in a robot with loops. `parent` is empty in
-            a serial robot.
-        limits: Lowest and highest value of the coordinate (radian or meter), or None if unbounded.
+        kind: ``revolute``, ``prismatic``, ``helical`` or ``fixed``.
+        before: Pose of the joint frame in the frame of the previous link.
+        after: Pose of the link frame in the joint frame after the joint motion.
+        link: Name of the link and of its frame.
+        parent: In a mechanism, the name of the body that carries the joint. In a serial robot, "".
+        limits: Lowest and highest joint coordinate (radian or meter). None means no limit.
         pitch: Translation of a helical joint per radian (meter).
         direction: 1, or -1 if the joint moves against its coordinate.
-        convention: The convention of the description, or None if it has plain placements.
-        given: Values of the convention fields for the printed table. Vectors are split into
-            components.
-        assumed: Names of the fields that the source does not state.
+        convention: The convention that defines ``before`` and ``after``, or None.
+        given: Names and values of the convention fields in the printed joint table. Vectors are
+            split into components.
+        assumed: Names of the fields whose values the robot's data source does not state.
     """
 
     name: str
@@ -119,10 +126,11 @@ class Joint:
         return "m" if self.kind == "prismatic" else "rad"
 
     def fixed_at(self, value: sp.Expr) -> "Joint":
-        """Return a fixed joint instead of a revolute or prismatic joint.
+        """Return a fixed joint that replaces this revolute or prismatic joint.
 
         Args:
-            value: Displacement along the z axis (radian or meter).
+            value: Constant displacement about or along z (radian or meter). ``direction`` is not
+                applied to this value.
         """
         along = Translation((sp.S.Zero, sp.S.Zero, value))
         motion = Rotation("z", value) if self.kind == "revolute" else along
@@ -194,8 +202,8 @@ class Load:
         for mass in self.masses:
             if mass.link not in links:
                 raise DescriptionError(
-                    f"robot {robot!r} has a mass on {mass.link!r}: expected one of the links "
-                    f"{', '.join(links)}"
+                    f"robot {robot!r}: expected a mass on one of the links {', '.join(links)}, "
+                    f"got {mass.link!r}"
                 )
 
 
@@ -230,8 +238,8 @@ class Transmission:
         largest = MAX_WAVES * abs(float(self.gain))
         if self.gain == 0 or sum(sizes) + sum(sizes[2:]) > largest:
             raise DescriptionError(
-                f"transmission of {self.coordinate!r}: expected a nonzero gain and waves of at "
-                f"most {MAX_WAVES} times the gain (sin2 and cos2 count twice)"
+                f"transmission of {self.coordinate!r}: expected a nonzero gain, and waves relative "
+                f"to the gain of at most {MAX_WAVES} (sin2 and cos2 count twice)"
             )
 
 
@@ -290,29 +298,30 @@ class SerialRobot:
     """A serial chain from a base frame to a tool frame.
 
     Attributes:
-        name: A C identifier. All generated names start with this identifier.
+        name: A C identifier, with which all generated names start.
         joints: The joints in order from the base.
-        title: Name of the robot in articles and messages.
+        title: Name of the robot in printed texts.
         source: Publication or data sheet with the dimensions.
-        base: The first frame of the chain in the base frame.
-        tool: The tool frame in the frame of the last link.
-        base_frame: Name of the base frame in ``T_<base>_<tool>``.
-        tool_frame: Name of the tool frame.
-        parameters: The named lengths and angles of the placements.
-        notes: Changes and assumptions that the file reader made, such as rounded angles.
-        cleaning: The numbers that were replaced by exact values. Robots may be equal although
-            `cleaning` differs.
-        load: The masses whose weight deflects the joints, or None for rigid joints.
+        base: Pose of the first frame of the chain in the base frame (meter, radian). The first
+            joint is placed in the first frame.
+        tool: Pose of the tool frame in the frame of the last link (meter, radian).
+        base_frame: Name of the base frame, such as ``0`` in ``T_0_ee``.
+        tool_frame: Name of the tool frame, such as ``ee`` in ``T_0_ee``.
+        parameters: The named lengths and angles that occur in dimensions.
+        notes: Changes and assumptions of the file reader, such as rounded angles.
+        cleaning: The numbers that were replaced by exact values. The comparison of two robots
+            ignores ``cleaning``.
+        load: The masses whose weight deflects elastic joints, or None.
         transmissions: The transmission errors of coordinates with imperfect drives.
-        springs: The springs between controller readings and true coordinates, or None for rigid
-            joints.
-        couplings: The equations of coupled joints. Joints without a coupling have their own
-            coordinates.
-        motors: The motors and the coordinates of coupled joints, each with its limits.
+        springs: The joint elasticities, from which the true coordinates follow for controller
+            readings. None for rigid joints.
+        couplings: The equations of coupled joints. Each joint without a coupling is a coordinate.
+        motors: The motors that move coupled joints. To limit the own coordinate of a coupled joint,
+            the list also contains a motor with the name of this joint.
 
     Raises:
-        DescriptionError: Names are not unique, a symbol is not a parameter, coordinates are
-            undetermined, or no joint moves.
+        DescriptionError: Names are not unique, a symbol is not a parameter, a coupling names an
+            unknown coordinate, or no joint has a coordinate.
     """
 
     name: str
@@ -342,7 +351,7 @@ class SerialRobot:
         check_unique("parameter", [parameter.name for parameter in self.parameters])
         self._check_motors()
         if not self.coordinates:
-            raise DescriptionError(f"robot {self.name!r} has no joint with its own coordinate")
+            raise DescriptionError(f"robot {self.name!r}: expected a joint with its own coordinate")
         check_transmissions(self.transmissions, [joint.name for joint in self.coordinates])
         self._check_springs()
 
@@ -381,8 +390,8 @@ class SerialRobot:
         unknown = sorted(str(symbol) for symbol in used - known)
         if unknown:
             raise DescriptionError(
-                f"robot {self.name!r} uses {', '.join(unknown)}: expected symbols of its "
-                "parameters (Parameter(name, value).symbol)"
+                f"robot {self.name!r}: expected symbols of its parameters "
+                f"(Parameter(name, value).symbol), got {', '.join(unknown)}"
             )
 
     def _check_springs(self) -> None:
@@ -390,8 +399,8 @@ class SerialRobot:
         expected = [joint.name for joint in self.coordinates]
         if rows and ([row.coordinate for row in rows] != expected or self.couplings):
             raise DescriptionError(
-                f"robot {self.name!r}: expected a spring for each coordinate, in this order "
-                f"({', '.join(expected)}) and no coupled joints; a rigid joint has the "
+                f"robot {self.name!r}: expected no coupled joints, and a spring for each "
+                f"coordinate in this order: {', '.join(expected)}; a rigid joint has the "
                 "compliance 0"
             )
 
@@ -402,7 +411,7 @@ class SerialRobot:
 
     @property
     def placements(self) -> tuple[Placement, ...]:
-        """The constant placements from the base to the tool."""
+        """All constant poses in order: base, ``before`` and ``after`` of each joint, tool."""
         return (self.base, *(p for j in self.joints for p in (j.before, j.after)), self.tool)
 
     @property
@@ -430,34 +439,34 @@ class SerialRobot:
         return linear_map([joint.name for joint in self.moving], self.couplings)
 
     def is_coupled(self, joint: str) -> bool:
-        """Whether a joint depends on the coordinate of another joint."""
+        """Whether a coupling determines the value of the named joint."""
         return any(rule.joint == joint for rule in self.couplings)
 
     def coupling_of(self, joint: str) -> Coupling:
-        """Return the equation for a joint value in terms of the coordinates."""
+        """Return the value of the named moving joint as an equation in all coordinates."""
         k = [other.name for other in self.moving].index(joint)
         own = self.linear_map
         return Coupling(joint, tuple(zip(own.coordinates, own.C.row(k), strict=True)), own.c[k])
 
     @property
     def uncoupled(self) -> "SerialRobot":
-        """The chain without couplings. Each joint value is a coordinate of this chain."""
+        """The same chain without couplings, so that each joint value is a coordinate."""
         return replace(self, couplings=(), motors=(), transmissions=(), springs=None)
 
     @property
     def link_names(self) -> tuple[str, ...]:
-        """Names of the links. The default names are ``link1`` and so on."""
+        """Names of the links, by default ``link1``, ``link2`` and so on."""
         return tuple(joint.link or f"link{k}" for k, joint in enumerate(self.joints, 1))
 
     def joint_values(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """Return the motions of all moving joints at q."""
+        """Return the signed displacements of all moving joints at q (radian or meter)."""
         theta = self.linear_map.at(q) if self.couplings else q
         return tuple(
             joint.direction * value for joint, value in zip(self.moving, theta, strict=True)
         )
 
     def joint_values_D_q(self) -> sp.ImmutableMatrix:
-        """Return the constant (moving, n) derivative of the joint values with respect to q."""
+        """Return the constant Jacobian (moving joints, n) of ``joint_values`` with respect to q."""
         signs = sp.diag(*(joint.direction for joint in self.moving))
         return sp.ImmutableMatrix(signs * self.linear_map.C)
 

@@ -80,7 +80,7 @@ class Values:
         for value, condition in expression.args:
             if self._holds(condition):
                 return self._of(value)
-        raise NoValue(f"{expression} has no value, because no condition holds")
+        raise NoValue(f"no value, because no condition holds: {expression}")
 
     def _holds(self, condition: Boolean) -> bool:
         if condition in (sp.true, sp.false):
@@ -128,7 +128,7 @@ def _sum(addends: list[mpmath.mpf]) -> mpmath.mpf:
 
 def _power(base: mpmath.mpf, exponent: sp.Expr) -> mpmath.mpf:
     if not exponent.is_Rational:
-        raise NoValue(f"a power with the exponent {exponent} has no value")
+        raise NoValue(f"no value for a power with the exponent {exponent}")
     if base == 0 and exponent.is_negative:
         raise NoValue("division by zero")
     if base < 0 and not exponent.is_Integer:

@@ -83,7 +83,7 @@ def programs(lowered: Sequence[ca.Function]) -> list[Program]:
     found = {int(number): text for number, text in _BODY.findall(generator.dump())}
     if len(found) != len(lowered):
         raise LoweringError(
-            f"expected {len(lowered)} functions in the generated C, got {len(found)}"
+            f"number of functions in the generated C: expected {len(lowered)}, got {len(found)}"
         )
     return [_program(function, found[k]) for k, function in enumerate(lowered)]
 

@@ -48,18 +48,18 @@ def model_report(
     conventions: Sequence[Convention] = CONVENTIONS,
     rng: int | np.random.Generator | None = 0,
 ) -> ModelReport:
-    """Report which conventions suit the joints of a robot.
+    """Report which conventions suit the calibration of each joint.
 
     Args:
-        description: A serial robot or a robot with loops. If the robot has loops, the report
-            describes only the main chain.
-        conventions: The conventions to compare. Conventions that cannot represent an axis are
-            omitted.
-        rng: Seed or generator of the random configurations at which the rank is computed. With
-            None, each call uses different random configurations.
+        description: A serial robot or a mechanism, from ``read`` or built in Python. For a
+            mechanism, the report describes only the joints between base and tool.
+        conventions: The conventions to compare; all conventions of chasles by default.
+        rng: Seed or generator of the random configurations at which parameter ranks are computed.
+            With None, each call uses different configurations.
 
     Raises:
-        DescriptionError: Legs carry the tool, and there is no chain of joints to evaluate.
+        DescriptionError: The tool of a mechanism is on a free platform, so that no chain of joints
+            leads from the base to the tool.
     """
     check_type("model_report: description", description, SerialRobot, Mechanism)
     chain = _chain(description)

@@ -99,21 +99,19 @@ class JointQuality:
 
 @dataclass(frozen=True)
 class ModelReport:
-    """Quality of a robot's model; ``print(model_report(robot))`` prints it.
+    """Quality of a robot's kinematic model, printed by ``print(model_report(robot))``.
 
     Attributes:
         robot: The robot's title.
-        joints: The quality of every joint except the first. The base frame determines the first
-            axis.
-        revolute: Number r of revolute joints, including helical joints.
+        joints: The quality of each joint except the first, whose axis follows from the base pose.
+        revolute: Number r of revolute and helical joints.
         prismatic: Number t of prismatic joints.
         helical: Number of helical joints.
-        numbers: Number of parameters of the robot, including base and tool.
-        rank: Rank of the Jacobian of the tool poses with respect to the robot's parameters, over
-            random configurations.
-        suitable_numbers: Number of parameters in the suitable conventions.
-        suitable_rank: Rank of the Jacobian of the tool poses with respect to the suitable
-            parameters.
+        numbers: Number of kinematic parameters in the robot description, including base and tool.
+        rank: Number of independent parameters in the robot description: the rank of the tool pose
+            Jacobian with respect to the parameters, at random configurations.
+        suitable_numbers: Number of parameters if each joint has its suitable convention.
+        suitable_rank: Number of independent parameters if each joint has its suitable convention.
     """
 
     robot: str
@@ -145,7 +143,14 @@ class ModelReport:
         return "\n".join(_lines(self))
 
     def conventions_of(self, *, slides: bool) -> tuple[ConventionQuality, ...]:
-        """Return the conventions that suit revolute or prismatic joints."""
+        """Return how well each convention describes the first joint of a type after joint 1.
+
+        Args:
+            slides: True for the first prismatic joint, False for the first other joint.
+
+        Returns:
+            The quality of each compared convention, or () if there is no such joint.
+        """
         found = (joint for joint in self.joints if (joint.kind == "prismatic") == slides)
         return next((joint.conventions for joint in found), ())
 

@@ -668,7 +668,7 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   J[6] = v146;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 117 operations: multiply 50, add 52, trig 6, other 9
 void board_installer_jacobian_space(const double q[6], double J[36]) {
   // inputs
@@ -2465,7 +2465,7 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   H[100] = v158;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 130 operations: multiply 64, add 53, trig 6, other 7
 void board_installer_twist_space(const double q[6], const double qd[6], double V[6]) {
   // inputs

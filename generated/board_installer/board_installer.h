@@ -43,7 +43,7 @@ void board_installer_link_poses(const double q[6], double T[128]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 117 operations: multiply 50, add 52, trig 6, other 9.
  *   q: actuator coordinates, 6 (rad or m)
@@ -95,7 +95,7 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void board_installer_hessian_mixed(const double q[6], double H[216]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 130 operations: multiply 64, add 53, trig 6, other 7.
  *   q: actuator coordinates, 6 (rad or m)
@@ -308,7 +308,7 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
  *   residual_D_z_dot: rate of the constraint Jacobian, 10 x 16 (1/s, m/s, 1/(m s)) */
 void board_installer_constraint_D_z_dot(const double z[16], const double zd[16], double residual_D_z_dot[160]);
 
-/* Every solution of the inverse kinematics, in 8 slots.
+/* All inverse kinematics solutions, in 8 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 942 operations: multiply 307, add 518, negate 22, trig 12, other 83.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)

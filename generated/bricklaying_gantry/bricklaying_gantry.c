@@ -146,7 +146,7 @@ void bricklaying_gantry_fk_jacobian_mixed(const double q[3], double T_0_ee[16], 
   T_0_ee[11] = v3;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 0 operations
 void bricklaying_gantry_jacobian_space(const double q[3], double J[18]) {
   (void)q;
@@ -360,7 +360,7 @@ void bricklaying_gantry_hessian_mixed(const double q[3], double H[54]) {
   H[53] = 0.0;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 3 operations: multiply 3
 void bricklaying_gantry_twist_space(const double q[3], const double qd[3], double V[6]) {
   (void)q;
@@ -1133,7 +1133,7 @@ void bricklaying_gantry_constraint_D_z_dot(const double z[13], const double zd[1
   residual_D_z_dot[129] = v30;
 }
 
-// Every solution of the inverse kinematics, in 1 slots.
+// All inverse kinematics solutions, in 1 solution slots.
 // 35 operations: multiply 14, add 14, other 7
 void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], double margin[1]) {
   // inputs

@@ -39,7 +39,7 @@ void bricklaying_gantry_link_poses(const double q[3], double T[48]);
  *   J: mixed Jacobian, 6 x 3 (m, 1) */
 void bricklaying_gantry_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 0 operations.
  *   q: actuator coordinates, 3 (rad)
@@ -91,7 +91,7 @@ void bricklaying_gantry_jacobian_mixed_dot(const double q[3], const double qd[3]
  *   H: Hessian, 6 x 3 x 3 (m, 1) */
 void bricklaying_gantry_hessian_mixed(const double q[3], double H[54]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 3 operations: multiply 3.
  *   q: actuator coordinates, 3 (rad)
@@ -265,7 +265,7 @@ void bricklaying_gantry_constraint_D_z(const double z[13], double residual_D_z[1
  *   residual_D_z_dot: rate of the constraint Jacobian, 10 x 13 (1/s, m/s, 1/(m s)) */
 void bricklaying_gantry_constraint_D_z_dot(const double z[13], const double zd[13], double residual_D_z_dot[130]);
 
-/* Every solution of the inverse kinematics, in 1 slots.
+/* All inverse kinematics solutions, in 1 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 35 operations: multiply 14, add 14, other 7.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)

@@ -204,7 +204,7 @@ void bricklaying_planar_fk_jacobian_mixed(const double q[3], double T_0_ee[16], 
   J[0] = v22;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 13 operations: multiply 4, add 3, negate 2, trig 4
 void bricklaying_planar_jacobian_space(const double q[3], double J[18]) {
   // inputs
@@ -651,7 +651,7 @@ void bricklaying_planar_hessian_mixed(const double q[3], double H[54]) {
   H[9] = v24;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 20 operations: multiply 8, add 7, negate 1, trig 4
 void bricklaying_planar_twist_space(const double q[3], const double qd[3], double V[6]) {
   // inputs

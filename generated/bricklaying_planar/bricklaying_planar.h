@@ -39,7 +39,7 @@ void bricklaying_planar_link_poses(const double q[3], double T[48]);
  *   J: mixed Jacobian, 6 x 3 (m, 1) */
 void bricklaying_planar_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 13 operations: multiply 4, add 3, negate 2, trig 4.
  *   q: joint coordinates, 3 (rad)
@@ -91,7 +91,7 @@ void bricklaying_planar_jacobian_mixed_dot(const double q[3], const double qd[3]
  *   H: Hessian, 6 x 3 x 3 (m, 1) */
 void bricklaying_planar_hessian_mixed(const double q[3], double H[54]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 20 operations: multiply 8, add 7, negate 1, trig 4.
  *   q: joint coordinates, 3 (rad)
@@ -142,7 +142,7 @@ void bricklaying_planar_acceleration_body(const double q[3], const double qd[3],
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void bricklaying_planar_acceleration_mixed(const double q[3], const double qd[3], const double qdd[3], double A[6]);
 
-/* Every solution of the inverse kinematics, in 2 slots.
+/* All inverse kinematics solutions, in 2 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 151 operations: multiply 55, add 64, negate 1, trig 4, other 27.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
@@ -151,7 +151,7 @@ void bricklaying_planar_acceleration_mixed(const double q[3], const double qd[3]
  *   margin: distance from the boundary of the reachable set, negative outside, 2 (1) */
 void bricklaying_planar_ik(const double T[16], double q[6], double residual[2], double margin[2]);
 
-/* Every solution of the inverse kinematics, in 2 slots.
+/* All inverse kinematics solutions, in 2 solution slots.
  * fk(q[k]) has its origin at x[:2] and its first axis at the angle x[2] if residual[k] is a
  * rounding error
  * 132 operations: multiply 46, add 52, negate 1, trig 6, other 27.

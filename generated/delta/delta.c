@@ -569,7 +569,7 @@ void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18])
   J[6] = v182;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 182 operations: multiply 93, add 66, negate 3, trig 6, other 14
 void delta_jacobian_space(const double q[3], double J[18]) {
   // inputs
@@ -3172,7 +3172,7 @@ void delta_hessian_mixed(const double q[3], double H[54]) {
   H[20] = v627;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 195 operations: multiply 103, add 72, trig 6, other 14
 void delta_twist_space(const double q[3], const double qd[3], double V[6]) {
   // inputs

@@ -40,7 +40,7 @@ void delta_link_poses(const double q[3], double T[96]);
  *   J: mixed Jacobian, 6 x 3 (m, 1) */
 void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 182 operations: multiply 93, add 66, negate 3, trig 6, other 14.
  *   q: actuator coordinates, 3 (rad)
@@ -92,7 +92,7 @@ void delta_jacobian_mixed_dot(const double q[3], const double qd[3], double J_do
  *   H: Hessian, 6 x 3 x 3 (m, 1) */
 void delta_hessian_mixed(const double q[3], double H[54]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 195 operations: multiply 103, add 72, trig 6, other 14.
  *   q: actuator coordinates, 3 (rad)
@@ -313,7 +313,7 @@ void delta_chain_fk(const double theta[6], double T_0_ee[16]);
  *   l: lengths, 6 (m) */
 void delta_rod_ends(const double q[3], double a[18], double l[6]);
 
-/* Every solution of the inverse kinematics, in 8 slots.
+/* All inverse kinematics solutions, in 8 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 963 operations: multiply 461, add 392, negate 12, trig 6, other 92.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)

@@ -719,7 +719,7 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   J[5] = v204;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 179 operations: multiply 87, add 63, negate 2, trig 2, other 25
 void excavator_jacobian_space(const double q[4], double J[24]) {
   // inputs
@@ -3149,7 +3149,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   H[42] = v384;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 179 operations: multiply 90, add 62, trig 2, other 25
 void excavator_twist_space(const double q[4], const double qd[4], double V[6]) {
   // inputs

@@ -40,7 +40,7 @@ void excavator_link_poses(const double q[4], double T[64]);
  *   J: mixed Jacobian, 6 x 4 (m, 1) */
 void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J[24]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 179 operations: multiply 87, add 63, negate 2, trig 2, other 25.
  *   q: actuator coordinates, 4 (rad or m)
@@ -92,7 +92,7 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
  *   H: Hessian, 6 x 4 x 4 (m, 1) */
 void excavator_hessian_mixed(const double q[4], double H[96]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 179 operations: multiply 90, add 62, trig 2, other 25.
  *   q: actuator coordinates, 4 (rad or m)
@@ -296,7 +296,7 @@ void excavator_constraint_D_z(const double z[12], double residual_D_z[96]);
  *   residual_D_z_dot: rate of the constraint Jacobian, 8 x 12 (1/s, m/s, 1/(m s)) */
 void excavator_constraint_D_z_dot(const double z[12], const double zd[12], double residual_D_z_dot[96]);
 
-/* Every solution of the inverse kinematics, in 2 slots.
+/* All inverse kinematics solutions, in 2 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 566 operations: multiply 269, add 229, negate 1, trig 1, other 66.
  *   T: pose of the tool, T_0_tip, 4 x 4 (1, m)

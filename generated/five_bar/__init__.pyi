@@ -66,7 +66,7 @@ def jacobian_space(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+    """Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 
     V = J(q) qd with V = twist_space(q, qd)
 
@@ -188,7 +188,7 @@ def twist_space(
     q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Twist (v, omega) of the tool body's point at the base origin, in base axes.
+    """Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 
     V = jacobian_space(q) qd
 
@@ -615,7 +615,7 @@ def ik(
     out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> Solutions:
-    """Every solution of the inverse kinematics, in 2 slots.
+    """All inverse kinematics solutions, in 2 solution slots.
 
     fk(q[k]) = T if residual[k] is a rounding error
 

@@ -243,7 +243,7 @@ void five_bar_fk_jacobian_mixed(const double q[2], double T_0_ee[16], double J[1
   J[0] = v52;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 42 operations: multiply 20, add 14, trig 4, other 4
 void five_bar_jacobian_space(const double q[2], double J[12]) {
   // inputs
@@ -1147,7 +1147,7 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   H[3] = v182;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 47 operations: multiply 25, add 15, trig 4, other 3
 void five_bar_twist_space(const double q[2], const double qd[2], double V[6]) {
   // inputs

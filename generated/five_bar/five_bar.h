@@ -38,7 +38,7 @@ void five_bar_link_poses(const double q[2], double T[32]);
  *   J: mixed Jacobian, 6 x 2 (m, 1) */
 void five_bar_fk_jacobian_mixed(const double q[2], double T_0_ee[16], double J[12]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 42 operations: multiply 20, add 14, trig 4, other 4.
  *   q: actuator coordinates, 2 (rad)
@@ -90,7 +90,7 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
  *   H: Hessian, 6 x 2 x 2 (m, 1) */
 void five_bar_hessian_mixed(const double q[2], double H[24]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 47 operations: multiply 25, add 15, trig 4, other 3.
  *   q: actuator coordinates, 2 (rad)
@@ -276,7 +276,7 @@ void five_bar_constraint_D_z(const double z[4], double residual_D_z[8]);
  *   residual_D_z_dot: rate of the constraint Jacobian, 2 x 4 (1/s, m/s, 1/(m s)) */
 void five_bar_constraint_D_z_dot(const double z[4], const double zd[4], double residual_D_z_dot[8]);
 
-/* Every solution of the inverse kinematics, in 2 slots.
+/* All inverse kinematics solutions, in 2 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 174 operations: multiply 73, add 77, trig 3, other 21.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)

@@ -232,7 +232,7 @@ void four_bar_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6
   J[0] = v47;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 34 operations: multiply 15, add 12, negate 1, trig 2, other 4
 void four_bar_jacobian_space(const double q[1], double J[6]) {
   // inputs
@@ -910,7 +910,7 @@ void four_bar_hessian_mixed(const double q[1], double H[6]) {
   H[0] = v100;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 38 operations: multiply 19, add 12, negate 1, trig 2, other 4
 void four_bar_twist_space(const double q[1], const double qd[1], double V[6]) {
   // inputs
@@ -2205,7 +2205,7 @@ void four_bar_constraint_D_z_dot(const double z[3], const double zd[3], double r
   residual_D_z_dot[3] = v29;
 }
 
-// Every solution of the inverse kinematics, in 1 slots.
+// All inverse kinematics solutions, in 1 solution slots.
 // 93 operations: multiply 41, add 40, trig 1, other 11
 void four_bar_ik(const double T[16], double q[1], double residual[1], double margin[1]) {
   // inputs

@@ -37,7 +37,7 @@ void four_bar_link_poses(const double q[1], double T[32]);
  *   J: mixed Jacobian, 6 x 1 (m, 1) */
 void four_bar_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 34 operations: multiply 15, add 12, negate 1, trig 2, other 4.
  *   q: actuator coordinates, 1 (rad)
@@ -89,7 +89,7 @@ void four_bar_jacobian_mixed_dot(const double q[1], const double qd[1], double J
  *   H: Hessian, 6 x 1 x 1 (m, 1) */
 void four_bar_hessian_mixed(const double q[1], double H[6]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 38 operations: multiply 19, add 12, negate 1, trig 2, other 4.
  *   q: actuator coordinates, 1 (rad)
@@ -268,7 +268,7 @@ void four_bar_constraint_D_z(const double z[3], double residual_D_z[6]);
  *   residual_D_z_dot: rate of the constraint Jacobian, 2 x 3 (1/s, m/s, 1/(m s)) */
 void four_bar_constraint_D_z_dot(const double z[3], const double zd[3], double residual_D_z_dot[6]);
 
-/* Every solution of the inverse kinematics, in 1 slots.
+/* All inverse kinematics solutions, in 1 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 93 operations: multiply 41, add 40, trig 1, other 11.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)

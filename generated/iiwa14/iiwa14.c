@@ -669,7 +669,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   T_0_ee[1] = v170;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 155 operations: multiply 92, add 41, negate 10, trig 12
 void iiwa14_jacobian_space(const double q[7], double J[42]) {
   // inputs
@@ -3289,7 +3289,7 @@ void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   H[138] = v401;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 206 operations: multiply 125, add 69, trig 12
 void iiwa14_twist_space(const double q[7], const double qd[7], double V[6]) {
   // inputs

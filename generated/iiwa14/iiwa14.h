@@ -43,7 +43,7 @@ void iiwa14_link_poses(const double q[7], double T[112]);
  *   J: mixed Jacobian, 6 x 7 (m, 1) */
 void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 155 operations: multiply 92, add 41, negate 10, trig 12.
  *   q: joint coordinates, 7 (rad)
@@ -95,7 +95,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
  *   H: Hessian, 6 x 7 x 7 (m, 1) */
 void iiwa14_hessian_mixed(const double q[7], double H[294]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 206 operations: multiply 125, add 69, trig 12.
  *   q: joint coordinates, 7 (rad)
@@ -146,7 +146,7 @@ void iiwa14_acceleration_body(const double q[7], const double qd[7], const doubl
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void iiwa14_acceleration_mixed(const double q[7], const double qd[7], const double qdd[7], double A[6]);
 
-/* Every solution of the inverse kinematics, in 8 slots.
+/* All inverse kinematics solutions, in 8 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 728 operations: multiply 379, add 238, negate 21, trig 23, other 67.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)

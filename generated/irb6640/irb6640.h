@@ -42,7 +42,7 @@ void irb6640_link_poses(const double q[6], double T[96]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 101 operations: multiply 54, add 24, negate 13, trig 10.
  *   q: joint coordinates, 6 (rad)
@@ -94,7 +94,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void irb6640_hessian_mixed(const double q[6], double H[216]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 137 operations: multiply 81, add 46, trig 10.
  *   q: joint coordinates, 6 (rad)
@@ -145,7 +145,7 @@ void irb6640_acceleration_body(const double q[6], const double qd[6], const doub
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void irb6640_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]);
 
-/* Every solution of the inverse kinematics, in 8 slots.
+/* All inverse kinematics solutions, in 8 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 931 operations: multiply 471, add 333, negate 26, trig 30, other 71.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)

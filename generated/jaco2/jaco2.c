@@ -696,7 +696,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   T_0_ee[5] = v167;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 156 operations: multiply 91, add 46, negate 9, trig 10
 void jaco2_jacobian_space(const double q[6], double J[36]) {
   // inputs
@@ -2894,7 +2894,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   H[212] = v242;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 196 operations: multiply 118, add 68, trig 10
 void jaco2_twist_space(const double q[6], const double qd[6], double V[6]) {
   // inputs

@@ -42,7 +42,7 @@ void jaco2_link_poses(const double q[6], double T[96]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 156 operations: multiply 91, add 46, negate 9, trig 10.
  *   q: joint coordinates, 6 (rad)
@@ -94,7 +94,7 @@ void jaco2_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void jaco2_hessian_mixed(const double q[6], double H[216]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 196 operations: multiply 118, add 68, trig 10.
  *   q: joint coordinates, 6 (rad)
@@ -145,7 +145,7 @@ void jaco2_acceleration_body(const double q[6], const double qd[6], const double
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void jaco2_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]);
 
-/* Every solution of the inverse kinematics, in 16 slots, solutions first.
+/* All inverse kinematics solutions, in 16 solution slots, valid slots first.
  * fk(q[k]) = T if residual[k] is a rounding error
  * About 60000 operations.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)

@@ -66,7 +66,7 @@ def jacobian_space(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+    """Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 
     V = J(q) qd with V = twist_space(q, qd)
 
@@ -188,7 +188,7 @@ def twist_space(
     q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Twist (v, omega) of the tool body's point at the base origin, in base axes.
+    """Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 
     V = jacobian_space(q) qd
 
@@ -300,7 +300,7 @@ def ik(
     out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> Solutions:
-    """Every solution of the inverse kinematics, in 4 slots.
+    """All inverse kinematics solutions, in 4 solution slots.
 
     fk(q[k]) = T if residual[k] is a rounding error
 
@@ -320,7 +320,7 @@ def ik_position(
     p: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> Solutions:
-    """Every solution of the inverse kinematics, in 4 slots.
+    """All inverse kinematics solutions, in 4 solution slots.
 
     fk(q[k]) has its origin at p if residual[k] is a rounding error; free joints are 0
 
@@ -339,7 +339,7 @@ def ik_position_pitch(
     x: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> Solutions:
-    """Every solution of the inverse kinematics, in 8 slots.
+    """All inverse kinematics solutions, in 8 solution slots.
 
     fk(q[k]) has its origin at x[:3] and its third axis has the elevation x[3] if residual[k] is a rounding error; a free joint is 0
 
@@ -358,7 +358,7 @@ def ik_position_direction(
     x: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> Solutions:
-    """Every solution of the inverse kinematics, in 4 slots.
+    """All inverse kinematics solutions, in 4 solution slots.
 
     fk(q[k]) has its origin at x[:3] and the third axis x[3:] / |x[3:]| if residual[k] is a rounding error; a free joint is 0
 

@@ -360,7 +360,7 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   J[6] = v62;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 36 operations: multiply 16, add 6, negate 6, trig 8
 void lynxmotion_jacobian_space(const double q[5], double J[30]) {
   // inputs
@@ -1390,7 +1390,7 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   H[56] = v62;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 65 operations: multiply 35, add 20, negate 2, trig 8
 void lynxmotion_twist_space(const double q[5], const double qd[5], double V[6]) {
   // inputs

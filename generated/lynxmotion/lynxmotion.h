@@ -41,7 +41,7 @@ void lynxmotion_link_poses(const double q[5], double T[80]);
  *   J: mixed Jacobian, 6 x 5 (m, 1) */
 void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J[30]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 36 operations: multiply 16, add 6, negate 6, trig 8.
  *   q: joint coordinates, 5 (rad)
@@ -93,7 +93,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
  *   H: Hessian, 6 x 5 x 5 (m, 1) */
 void lynxmotion_hessian_mixed(const double q[5], double H[150]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 65 operations: multiply 35, add 20, negate 2, trig 8.
  *   q: joint coordinates, 5 (rad)
@@ -144,7 +144,7 @@ void lynxmotion_acceleration_body(const double q[5], const double qd[5], const d
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void lynxmotion_acceleration_mixed(const double q[5], const double qd[5], const double qdd[5], double A[6]);
 
-/* Every solution of the inverse kinematics, in 4 slots.
+/* All inverse kinematics solutions, in 4 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 392 operations: multiply 151, add 160, negate 6, trig 10, other 65.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
@@ -153,7 +153,7 @@ void lynxmotion_acceleration_mixed(const double q[5], const double qd[5], const 
  *   margin: distance from the boundary of the reachable set, negative outside, 4 (1) */
 void lynxmotion_ik(const double T[16], double q[20], double residual[4], double margin[4]);
 
-/* Every solution of the inverse kinematics, in 4 slots.
+/* All inverse kinematics solutions, in 4 solution slots.
  * fk(q[k]) has its origin at p if residual[k] is a rounding error; free joints are 0
  * 296 operations: multiply 130, add 107, negate 4, trig 9, other 46.
  *   p: position of the tool in the base frame, 3 (m)
@@ -162,7 +162,7 @@ void lynxmotion_ik(const double T[16], double q[20], double residual[4], double 
  *   margin: distance from the boundary of the reachable set, negative outside, 4 (1) */
 void lynxmotion_ik_position(const double p[3], double q[20], double residual[4], double margin[4]);
 
-/* Every solution of the inverse kinematics, in 8 slots.
+/* All inverse kinematics solutions, in 8 solution slots.
  * fk(q[k]) has its origin at x[:3] and its third axis has the elevation x[3] if residual[k] is a
  * rounding error; a free joint is 0
  * 473 operations: multiply 161, add 197, negate 8, trig 15, other 92.
@@ -172,7 +172,7 @@ void lynxmotion_ik_position(const double p[3], double q[20], double residual[4],
  *   margin: distance from the boundary of the reachable set, negative outside, 8 (1) */
 void lynxmotion_ik_position_pitch(const double x[4], double q[40], double residual[8], double margin[8]);
 
-/* Every solution of the inverse kinematics, in 4 slots.
+/* All inverse kinematics solutions, in 4 solution slots.
  * fk(q[k]) has its origin at x[:3] and the third axis x[3:] / |x[3:]| if residual[k] is a rounding
  * error; a free joint is 0
  * 300 operations: multiply 106, add 118, negate 5, trig 8, other 63.

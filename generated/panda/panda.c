@@ -730,7 +730,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   J[0] = v186;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 161 operations: multiply 92, add 44, negate 13, trig 12
 void panda_jacobian_space(const double q[7], double J[42]) {
   // inputs
@@ -3394,7 +3394,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   H[106] = v405;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 209 operations: multiply 125, add 72, trig 12
 void panda_twist_space(const double q[7], const double qd[7], double V[6]) {
   // inputs

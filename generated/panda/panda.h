@@ -43,7 +43,7 @@ void panda_link_poses(const double q[7], double T[112]);
  *   J: mixed Jacobian, 6 x 7 (m, 1) */
 void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 161 operations: multiply 92, add 44, negate 13, trig 12.
  *   q: joint coordinates, 7 (rad)
@@ -95,7 +95,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
  *   H: Hessian, 6 x 7 x 7 (m, 1) */
 void panda_hessian_mixed(const double q[7], double H[294]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 209 operations: multiply 125, add 72, trig 12.
  *   q: joint coordinates, 7 (rad)
@@ -146,7 +146,7 @@ void panda_acceleration_body(const double q[7], const double qd[7], const double
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void panda_acceleration_mixed(const double q[7], const double qd[7], const double qdd[7], double A[6]);
 
-/* Every solution of the inverse kinematics, in 8 slots.
+/* All inverse kinematics solutions, in 8 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 1213 operations: multiply 632, add 427, negate 30, trig 34, other 90.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)

@@ -565,7 +565,7 @@ void photo_robot_fk_jacobian_mixed(const double q[8], double T_w_ee[16], double 
   T_w_ee[5] = v105;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 126 operations: multiply 65, add 31, negate 20, trig 10
 void photo_robot_jacobian_space(const double q[8], double J[48]) {
   // inputs
@@ -2523,7 +2523,7 @@ void photo_robot_hessian_mixed(const double q[8], double H[384]) {
   H[381] = v132;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 167 operations: multiply 97, add 59, negate 1, trig 10
 void photo_robot_twist_space(const double q[8], const double qd[8], double V[6]) {
   // inputs

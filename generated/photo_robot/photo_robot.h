@@ -44,7 +44,7 @@ void photo_robot_link_poses(const double q[8], double T[144]);
  *   J: mixed Jacobian, 6 x 8 (m, 1) */
 void photo_robot_fk_jacobian_mixed(const double q[8], double T_w_ee[16], double J[48]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 126 operations: multiply 65, add 31, negate 20, trig 10.
  *   q: joint coordinates, 8 (rad or m)
@@ -96,7 +96,7 @@ void photo_robot_jacobian_mixed_dot(const double q[8], const double qd[8], doubl
  *   H: Hessian, 6 x 8 x 8 (m, 1) */
 void photo_robot_hessian_mixed(const double q[8], double H[384]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 167 operations: multiply 97, add 59, negate 1, trig 10.
  *   q: joint coordinates, 8 (rad or m)
@@ -147,7 +147,7 @@ void photo_robot_acceleration_body(const double q[8], const double qd[8], const 
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void photo_robot_acceleration_mixed(const double q[8], const double qd[8], const double qdd[8], double A[6]);
 
-/* Every solution of the inverse kinematics, in 8 slots.
+/* All inverse kinematics solutions, in 8 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 885 operations: multiply 425, add 321, negate 34, trig 32, other 73.
  *   T: pose of the tool, T_w_ee, 4 x 4 (1, m)

@@ -65,7 +65,7 @@ def jacobian_space(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+    """Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 
     V = J(q) qd with V = twist_space(q, qd)
 
@@ -187,7 +187,7 @@ def twist_space(
     q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Twist (v, omega) of the tool body's point at the base origin, in base axes.
+    """Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 
     V = jacobian_space(q) qd
 
@@ -701,7 +701,7 @@ def chain_jacobian_space(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes, from the main-chain joints.
+    """Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes, from the main-chain joints.
 
     V = J(theta) thetad with V = twist_space(theta, thetad)
 
@@ -823,7 +823,7 @@ def chain_twist_space(
     theta: ArrayLike, thetad: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Twist (v, omega) of the tool body's point at the base origin, in base axes, from the main-chain joints.
+    """Twist (v, omega) of the point of the tool body at the base origin, in base axes, from the main-chain joints.
 
     V = jacobian_space(theta) thetad
 

@@ -174,7 +174,7 @@ void planar_3rrr_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double 
   T_0_ee[1] = v3;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 12 operations: multiply 6, add 6, after about 3335 operations of the loop iteration
 void planar_3rrr_jacobian_space(const double q[3], double J[18]) {
   planar_3rrr_loops_closed loops;
@@ -652,7 +652,7 @@ void planar_3rrr_hessian_mixed(const double q[3], double H[54]) {
   H[53] = w_q_q_44;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 4 operations: multiply 2, add 2, after about 3263 operations of the loop iteration
 void planar_3rrr_twist_space(const double q[3], const double qd[3], double V[6]) {
   planar_3rrr_loops_closed loops;
@@ -3347,8 +3347,8 @@ void planar_3rrr_chain_fk_jacobian_mixed(const double theta[3], double T_0_ee[16
   T_0_ee[1] = v3;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes, from
-// the main-chain joints.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes,
+// from the main-chain joints.
 // 1 operations: negate 1
 void planar_3rrr_chain_jacobian_space(const double theta[3], double J[18]) {
   // inputs
@@ -3591,8 +3591,8 @@ void planar_3rrr_chain_hessian_mixed(const double theta[3], double H[54]) {
   H[53] = 0.0;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes, from the main-chain
-// joints.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes, from the main-
+// chain joints.
 // 4 operations: multiply 2, add 2
 void planar_3rrr_chain_twist_space(const double theta[3], const double thetad[3], double V[6]) {
   // inputs

@@ -39,7 +39,7 @@ void planar_3rrr_link_poses(const double q[3], double T[48]);
  *   J: mixed Jacobian, 6 x 3 (m, 1) */
 void planar_3rrr_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 12 operations: multiply 6, add 6, after about 3335 operations of the loop iteration.
  *   q: actuator coordinates, 3 (rad)
@@ -91,7 +91,7 @@ void planar_3rrr_jacobian_mixed_dot(const double q[3], const double qd[3], doubl
  *   H: Hessian, 6 x 3 x 3 (m, 1) */
 void planar_3rrr_hessian_mixed(const double q[3], double H[54]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 4 operations: multiply 2, add 2, after about 3263 operations of the loop iteration.
  *   q: actuator coordinates, 3 (rad)
@@ -320,7 +320,7 @@ void planar_3rrr_chain_link_poses(const double theta[3], double T[48]);
  *   J: mixed Jacobian, 6 x 3 (m, 1) */
 void planar_3rrr_chain_fk_jacobian_mixed(const double theta[3], double T_0_ee[16], double J[18]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes, from the main-chain joints.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes, from the main-chain joints.
  * V = J(theta) thetad with V = twist_space(theta, thetad)
  * 1 operations: negate 1.
  *   theta: joints of the main chain, 3 (rad or m)
@@ -372,7 +372,7 @@ void planar_3rrr_chain_jacobian_mixed_dot(const double theta[3], const double th
  *   H: Hessian, 6 x 3 x 3 (m, 1) */
 void planar_3rrr_chain_hessian_mixed(const double theta[3], double H[54]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes, from the main-chain joints.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes, from the main-chain joints.
  * V = jacobian_space(theta) thetad
  * 4 operations: multiply 2, add 2.
  *   theta: joints of the main chain, 3 (rad or m)

@@ -506,7 +506,7 @@ void puma560_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   T_0_ee[1] = v101;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 109 operations: multiply 59, add 27, negate 13, trig 10
 void puma560_jacobian_space(const double q[6], double J[36]) {
   // inputs
@@ -2129,7 +2129,7 @@ void puma560_hessian_mixed(const double q[6], double H[216]) {
   H[214] = v128;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 146 operations: multiply 86, add 49, negate 1, trig 10
 void puma560_twist_space(const double q[6], const double qd[6], double V[6]) {
   // inputs

@@ -221,7 +221,7 @@ void scara_fk_jacobian_mixed(const double q[4], double T_0_ee[16], double J[24])
   J[0] = v19;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 13 operations: multiply 4, add 3, negate 2, trig 4
 void scara_jacobian_space(const double q[4], double J[24]) {
   // inputs
@@ -703,7 +703,7 @@ void scara_hessian_mixed(const double q[4], double H[96]) {
   H[16] = v15;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 20 operations: multiply 8, add 7, negate 1, trig 4
 void scara_twist_space(const double q[4], const double qd[4], double V[6]) {
   // inputs

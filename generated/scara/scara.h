@@ -40,7 +40,7 @@ void scara_link_poses(const double q[4], double T[64]);
  *   J: mixed Jacobian, 6 x 4 (m, 1) */
 void scara_fk_jacobian_mixed(const double q[4], double T_0_ee[16], double J[24]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 13 operations: multiply 4, add 3, negate 2, trig 4.
  *   q: joint coordinates, 4 (rad or m)
@@ -92,7 +92,7 @@ void scara_jacobian_mixed_dot(const double q[4], const double qd[4], double J_do
  *   H: Hessian, 6 x 4 x 4 (m, 1) */
 void scara_hessian_mixed(const double q[4], double H[96]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 20 operations: multiply 8, add 7, negate 1, trig 4.
  *   q: joint coordinates, 4 (rad or m)
@@ -143,7 +143,7 @@ void scara_acceleration_body(const double q[4], const double qd[4], const double
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void scara_acceleration_mixed(const double q[4], const double qd[4], const double qdd[4], double A[6]);
 
-/* Every solution of the inverse kinematics, in 2 slots.
+/* All inverse kinematics solutions, in 2 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 155 operations: multiply 55, add 66, negate 2, trig 4, other 28.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)

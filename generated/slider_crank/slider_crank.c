@@ -129,7 +129,7 @@ void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double
   J[0] = v19;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 18 operations: multiply 6, add 5, trig 2, other 5
 void slider_crank_jacobian_space(const double q[1], double J[6]) {
   // inputs
@@ -438,7 +438,7 @@ void slider_crank_hessian_mixed(const double q[1], double H[6]) {
   H[0] = v28;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 21 operations: multiply 9, add 5, trig 2, other 5
 void slider_crank_twist_space(const double q[1], const double qd[1], double V[6]) {
   // inputs

@@ -37,7 +37,7 @@ void slider_crank_link_poses(const double q[1], double T[16]);
  *   J: mixed Jacobian, 6 x 1 (m, 1) */
 void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 18 operations: multiply 6, add 5, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)
@@ -89,7 +89,7 @@ void slider_crank_jacobian_mixed_dot(const double q[1], const double qd[1], doub
  *   H: Hessian, 6 x 1 x 1 (m, 1) */
 void slider_crank_hessian_mixed(const double q[1], double H[6]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 21 operations: multiply 9, add 5, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)
@@ -300,7 +300,7 @@ void slider_crank_rods_D_chain(const double theta[1], const double q[1], double 
  *   J_q: actuators, 1 x 1 (1, m) */
 void slider_crank_velocity_relation(const double theta[1], const double q[1], double J_x[1], double J_q[1]);
 
-/* Every solution of the inverse kinematics, in 2 slots.
+/* All inverse kinematics solutions, in 2 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 79 operations: multiply 30, add 34, trig 2, other 13.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)

@@ -485,7 +485,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   J[0] = v101;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 91 operations: multiply 53, add 22, negate 8, trig 8
 void stanford_jacobian_space(const double q[6], double J[36]) {
   // inputs
@@ -2150,7 +2150,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   H[97] = v179;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 128 operations: multiply 78, add 42, trig 8
 void stanford_twist_space(const double q[6], const double qd[6], double V[6]) {
   // inputs

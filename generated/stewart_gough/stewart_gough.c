@@ -381,7 +381,7 @@ void stewart_gough_fk_jacobian_mixed(const double q[6], double T_0_ee[16], doubl
   J[29] = v73;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 170 operations: multiply 95, add 71, trig 4, after about 4280 operations of the loop iteration
 void stewart_gough_jacobian_space(const double q[6], double J[36]) {
   stewart_gough_loops_closed loops;
@@ -3454,7 +3454,7 @@ void stewart_gough_hessian_mixed(const double q[6], double H[216]) {
   H[215] = v713;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 50 operations: multiply 30, add 16, trig 4, after about 3560 operations of the loop iteration
 void stewart_gough_twist_space(const double q[6], const double qd[6], double V[6]) {
   stewart_gough_loops_closed loops;
@@ -8022,8 +8022,8 @@ void stewart_gough_chain_fk_jacobian_mixed(const double theta[6], double T_0_ee[
   T_0_ee[6] = v26;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes, from
-// the main-chain joints.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes,
+// from the main-chain joints.
 // 33 operations: multiply 17, add 5, negate 7, trig 4
 void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]) {
   // inputs
@@ -8830,8 +8830,8 @@ void stewart_gough_chain_hessian_mixed(const double theta[6], double H[216]) {
   H[214] = v17;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes, from the main-chain
-// joints.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes, from the main-
+// chain joints.
 // 50 operations: multiply 30, add 16, trig 4
 void stewart_gough_chain_twist_space(const double theta[6], const double thetad[6], double V[6]) {
   // inputs

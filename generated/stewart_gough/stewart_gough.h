@@ -43,7 +43,7 @@ void stewart_gough_link_poses(const double q[6], double T[96]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void stewart_gough_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 170 operations: multiply 95, add 71, trig 4, after about 4280 operations of the loop iteration.
  *   q: actuator coordinates, 6 (m)
@@ -95,7 +95,7 @@ void stewart_gough_jacobian_mixed_dot(const double q[6], const double qd[6], dou
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void stewart_gough_hessian_mixed(const double q[6], double H[216]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 50 operations: multiply 30, add 16, trig 4, after about 3560 operations of the loop iteration.
  *   q: actuator coordinates, 6 (m)
@@ -301,7 +301,7 @@ void stewart_gough_chain_link_poses(const double theta[6], double T[96]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void stewart_gough_chain_fk_jacobian_mixed(const double theta[6], double T_0_ee[16], double J[36]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes, from the main-chain joints.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes, from the main-chain joints.
  * V = J(theta) thetad with V = twist_space(theta, thetad)
  * 33 operations: multiply 17, add 5, negate 7, trig 4.
  *   theta: joints of the main chain, 6 (rad or m)
@@ -353,7 +353,7 @@ void stewart_gough_chain_jacobian_mixed_dot(const double theta[6], const double 
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void stewart_gough_chain_hessian_mixed(const double theta[6], double H[216]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes, from the main-chain joints.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes, from the main-chain joints.
  * V = jacobian_space(theta) thetad
  * 50 operations: multiply 30, add 16, trig 4.
  *   theta: joints of the main chain, 6 (rad or m)
@@ -472,7 +472,7 @@ void stewart_gough_closure_D_w_dot(const double w[12], const double wd[12], doub
  *   unsure: number of complex solutions that were not found for certain; 0 if no mode is missing, 1 (1) */
 void stewart_gough_modes(const double q[6], double theta[168], double margin[28], double unsure[1]);
 
-/* Every solution of the inverse kinematics, in 1 slots.
+/* All inverse kinematics solutions, in 1 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error; if residual[k] is infinite and q[k] is not NaN,
  * the loops close with q[k] at T, but in another assembly mode than at fk(q[k])
  * About 3200 operations.

@@ -56,8 +56,8 @@ static void CLOSURE_NAME(slope)(const CLOSURE_NAME(closed) * s, const double qd[
     CLOSURE_NAME(solve)(s, b, x);
 }
 
-/* Moves the configuration s->w to the coordinates q. The loops must be nearly closed at the initial
- * s->w. Returns 1 on success. */
+/* Moves the loop configuration s->w to the coordinates q, and returns 1 on success, otherwise 0.
+ * The loops must be nearly closed at the initial configuration s->w. */
 static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q], double sense,
                                 double tangent[CLOSURE_U])
 {
@@ -93,7 +93,8 @@ static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) * s, const double q[CLOSURE
     return 0;
 }
 
-/* Computes the variables w at q along the path from the reference configuration. */
+/* Computes the loop variables w at the coordinates q, along the path from the reference
+ * configuration. */
 static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                              double w[CLOSURE_W])
 {
@@ -113,7 +114,8 @@ static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q]
     memcpy(w, s->w, sizeof s->w);
 }
 
-/* Computes the variables w at q from a nearby configuration z. */
+/* Computes the loop variables w at the coordinates q by Newton's iteration from a nearby
+ * configuration z. */
 static void CLOSURE_NAME(seeded)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                                  const double *z, double w[CLOSURE_W])
 {
@@ -124,8 +126,8 @@ static void CLOSURE_NAME(seeded)(CLOSURE_NAME(closed) * s, const double q[CLOSUR
 }
 
 #if CLOSURE_RESUMES
-/* Computes the variables w at the coordinates q, starting from the given w. If w is NaN or too far
- * away, the computation starts from the reference configuration. */
+/* Computes the loop variables w at the coordinates q by Newton's iteration from the given w. If w
+ * is NaN or too far from the solution, the computation starts from the reference configuration. */
 static void CLOSURE_NAME(resumed)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                                   double w[CLOSURE_W])
 {

@@ -6,9 +6,9 @@
 #include "chasles_closure_tolerances.h"
 
 /* A configuration w, the values c of the closure equations at w, and their derivative D.
- * Householder reflections factor the columns D_u of the unknown variables into Q R. Column k of
- * `qr` contains R above the diagonal and the reflection vector below. If the geometry is an input,
- * `p` contains its parameters. */
+ * Householder reflections factor D_u, the columns of D for the unknown variables, into Q R. Column
+ * k of `qr` contains R above the diagonal and the reflection vector below. If the geometry is an
+ * input, `p` contains the geometry parameters. */
 typedef struct {
     double w[CLOSURE_W], c[CLOSURE_M], D[CLOSURE_M * CLOSURE_W];
     double qr[CLOSURE_U][CLOSURE_M], diagonal[CLOSURE_U], scale[CLOSURE_U];
@@ -53,7 +53,7 @@ static void CLOSURE_NAME(factored)(CLOSURE_NAME(closed) * s)
     }
 }
 
-/* Solves D_u x = b in the least-squares sense; overwrites b. */
+/* Solves D_u x = b in the least-squares sense, and overwrites b. */
 static void CLOSURE_NAME(solve)(const CLOSURE_NAME(closed) * s, double b[CLOSURE_M],
                                 double x[CLOSURE_U])
 {
@@ -84,7 +84,7 @@ static double CLOSURE_NAME(step)(CLOSURE_NAME(closed) * s)
     for (int k = 0; k < CLOSURE_U; k++) {
         const double part = fabs(x[k]) / CLOSURE_NAME(size_u)[k];
         s->w[CLOSURE_NAME(unknown)[k]] -= x[k];
-        /* NaN propagates, because comparisons with NaN are false. */
+        /* A NaN step size propagates, because comparisons with NaN are false. */
         if (part > size || part != part)
             size = part;
     }
@@ -110,7 +110,7 @@ static int CLOSURE_NAME(corrected)(CLOSURE_NAME(closed) * s, double sense, doubl
     return 0;
 }
 
-/* Evaluates the equations. Returns whether the loops are closed. */
+/* Evaluates the closure equations, and returns whether the loops are closed. */
 static int CLOSURE_NAME(is_closed)(CLOSURE_NAME(closed) * s)
 {
     int is_closed = 1;
@@ -120,7 +120,8 @@ static int CLOSURE_NAME(is_closed)(CLOSURE_NAME(closed) * s)
     return is_closed;
 }
 
-/* Writes NaN to w if the configuration was not reached. */
+/* Sets the loop variables s->w and the derivative s->D to NaN if the iteration has not reached the
+ * configuration. */
 static void CLOSURE_NAME(reached)(CLOSURE_NAME(closed) * s, int is_reached)
 {
     if (is_reached)
@@ -131,8 +132,9 @@ static void CLOSURE_NAME(reached)(CLOSURE_NAME(closed) * s, int is_reached)
         s->D[i] = NAN;
 }
 
-/* Computes the configuration at q by Newton's iteration from a nearby configuration, without
- * intermediate points. This function solves at most CLOSURE_STEPS linear systems. */
+/* Computes the configuration at the coordinates q by Newton's iteration from a nearby
+ * configuration, without intermediate points. This function solves at most CLOSURE_STEPS linear
+ * systems. */
 static void CLOSURE_NAME(near)(const double q[CLOSURE_Q], CLOSURE_NAME(closed) * s)
 {
     s->count = 0;

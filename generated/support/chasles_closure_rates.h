@@ -1,12 +1,13 @@
 /* Computes rates and derivatives of closed loops by the implicit function theorem. This file is
- * part of chasles and is the same for every robot. The file is included by chasles_closure.h.
+ * part of chasles and is the same for every robot. chasles_closure.h includes
+ * chasles_closure_rates.h.
  *
- * The linear equations are c_w w_q = 0, c_w wd = 0, c_w wdd = -(c_w)' wd and c_w (w_q)' = -(c_w)'
- * w_q. In w_q, wd and their derivatives, the rows of the actuated variables are known. The
- * equations determine the other rows. D_u is factored only once, in a configuration with closed
- * loops. */
+ * Differentiating the closure equations c(w) = 0 gives c_w w_q = 0, c_w wd = 0, c_w wdd = -(c_w)'
+ * wd and c_w (w_q)' = -(c_w)' w_q. In w_q, wd and their derivatives, the rows of the actuated
+ * variables are known, and the equations determine the other rows. The columns D_u of the unknown
+ * variables are factored only once, in a configuration with closed loops. */
 
-/* Computes the derivative (W x Q) of all variables with respect to the coordinates. */
+/* Computes the derivative (W x Q) of all loop variables with respect to the coordinates. */
 static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) * s, double *D)
 {
     for (int j = 0; j < CLOSURE_Q; j++) {
@@ -20,7 +21,7 @@ static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) * s, double *D)
     }
 }
 
-/* Computes the rates of all variables from the coordinate rates. */
+/* Computes the rates of all loop variables from the coordinate rates. */
 static void CLOSURE_NAME(rates)(const CLOSURE_NAME(closed) * s, const double *qd, double *wd)
 {
     double x[CLOSURE_U];
@@ -43,8 +44,8 @@ static void CLOSURE_NAME(bent)(const CLOSURE_NAME(closed) * s, const double *ben
     CLOSURE_NAME(solve)(s, b, x);
 }
 
-/* Computes the accelerations of all variables from the coordinate accelerations and the rates wd.
- */
+/* Computes the accelerations of all loop variables from the coordinate accelerations and the rates
+ * wd of the loop variables. */
 static void CLOSURE_NAME(accelerations)(const CLOSURE_NAME(closed) * s, const double *wd,
                                         const double *qdd, double *wdd)
 {
@@ -56,7 +57,8 @@ static void CLOSURE_NAME(accelerations)(const CLOSURE_NAME(closed) * s, const do
         wdd[CLOSURE_NAME(unknown)[k]] += x[k];
 }
 
-/* Computes the time derivative (W x Q) of w_q at rates wd of all variables. */
+/* Computes the time derivative of the matrix w_q = dw/dq (W x Q) at the rates wd of the loop
+ * variables w. */
 static void CLOSURE_NAME(w_D_q_dot)(const CLOSURE_NAME(closed) * s, const double *wd,
                                     const double *w_q, double *D)
 {
@@ -71,7 +73,7 @@ static void CLOSURE_NAME(w_D_q_dot)(const CLOSURE_NAME(closed) * s, const double
     }
 }
 
-/* Computes the derivative (Q x W x Q) of w_q with respect to each coordinate. */
+/* Computes the derivative (Q x W x Q) of the matrix w_q = dw/dq with respect to each coordinate. */
 static void CLOSURE_NAME(w_D_q_q)(const CLOSURE_NAME(closed) * s, const double *w_q, double *D)
 {
     for (int k = 0; k < CLOSURE_Q; k++) {
@@ -82,8 +84,8 @@ static void CLOSURE_NAME(w_D_q_q)(const CLOSURE_NAME(closed) * s, const double *
     }
 }
 
-/* Writes the square of the ratio between det c_u and its value at the reference. The result is 0 at
- * a singularity, and NaN if the loops cannot be closed. */
+/* Writes the margin, which is the squared ratio between det c_u and its value at the reference
+ * configuration. The margin is 0 at a singularity, and NaN if the loops cannot be closed. */
 static void CLOSURE_NAME(margin)(const CLOSURE_NAME(closed) * s, double *margin)
 {
     double part = 1.0 / CLOSURE_DETERMINANT;

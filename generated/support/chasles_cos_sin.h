@@ -1,9 +1,10 @@
 /* Computes the cosines and sines of several angles. This file is part of chasles and is the same
  * for every robot.
  *
- * Uses libmvec, the vector library of glibc, if the compiler supports AVX2 or AVX-512. Each call
- * then computes four or eight angles. Otherwise, libm is used. The results differ by at most one
- * unit in the last place. Define CHASLES_PLAIN to use libm everywhere. */
+ * Uses libmvec, the vector library of glibc, if the compiler supports AVX2 or AVX-512. Each libmvec
+ * call computes the cosines or sines of four or eight angles. Without libmvec, libm computes the
+ * cosines and sines. The results of libmvec and libm differ by at most one unit in the last place.
+ * Define CHASLES_PLAIN to use libm everywhere. */
 #ifndef CHASLES_COS_SIN_H
 #define CHASLES_COS_SIN_H
 
@@ -44,7 +45,7 @@ static inline void chasles_cos_sin(int n, const double *angle, double *c, double
 {
     for (int k = 0; k < n; k += CHASLES_ANGLES) {
         size_t bytes = (size_t)(n - k < CHASLES_ANGLES ? n - k : CHASLES_ANGLES) * sizeof(double);
-        /* The halves are joined in registers. */
+        /* The vector of angles is assembled in registers. */
         const chasles_angles some = {
             CHASLES_ANGLE(0), CHASLES_ANGLE(1), CHASLES_ANGLE(2), CHASLES_ANGLE(3),
 #if CHASLES_ANGLES == 8

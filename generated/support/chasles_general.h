@@ -18,13 +18,13 @@
 /* The solutions found so far, without duplicates. */
 typedef struct {
     int count;
-    int open; /* number of iterations that ended near a solution */
+    int open; /* number of iterations that ended near a solution without convergence */
     double q[CHASLES_SLOTS][6], residual[CHASLES_SLOTS], J[CHASLES_SLOTS][36];
 } chasles_general_found;
 
-/* Returns the index of the stored solution whose Jacobian is nearest to a singular matrix. The new
- * solution, with the Jacobian J, replaces this stored solution. Returns -1 if J is at least as near
- * to a singular matrix as the Jacobians of all stored solutions. */
+/* Selects the stored solution that a new solution with the Jacobian J replaces: the one whose
+ * Jacobian is nearest to a singular matrix. Returns the index of the stored solution, or -1 if J is
+ * at least as near to a singular matrix as all stored Jacobians. */
 static int chasles_general_room(const chasles_general_six *six, const chasles_general_found *found,
                                 const double *J)
 {
@@ -38,8 +38,8 @@ static int chasles_general_room(const chasles_general_six *six, const chasles_ge
     return margin[own] >= margin[CHASLES_SLOTS] ? -1 : own;
 }
 
-/* Returns the lowest index, not less than `from`, of a solution that equals q. Returns the solution
- * count if no solution equals q. */
+/* Returns the lowest index, not less than `from`, of a stored solution that equals q, or the number
+ * of stored solutions if none equals q. */
 static int chasles_general_same(const chasles_general_six *six, const chasles_general_found *found,
                                 const double *q, int from)
 {
@@ -55,8 +55,8 @@ static int chasles_general_same(const chasles_general_six *six, const chasles_ge
     return found->count;
 }
 
-/* Stores a solution. Returns the index at which the solution is stored, or -1 if the configuration
- * is not a solution. */
+/* Stores a configuration if it is a solution. Returns the index of the stored solution, or -1 if
+ * the configuration is not stored. */
 static int chasles_general_keep(const chasles_general_six *six, chasles_general_found *found,
                                 const chasles_general_iterate *iterate)
 {
@@ -79,8 +79,8 @@ static int chasles_general_keep(const chasles_general_six *six, chasles_general_
     return own;
 }
 
-/* Computes the direction of joint motion that changes the pose least, according to the Jacobian J.
- * The method is one step of inverse iteration. */
+/* Computes, by one step of inverse iteration, the direction of joint motion that changes the pose
+ * least according to the Jacobian J. */
 static void chasles_general_least(const double *J, double length, double *direction)
 {
     double a[6][7], norm = 0.0;
@@ -102,15 +102,15 @@ static void chasles_general_least(const double *J, double length, double *direct
         direction[k] /= norm;
 }
 
-/* Iterates a configuration to convergence and stores the solution. Returns a bit mask in which the
- * bit at the index of the solution is set, or 0 if the solution is not stored. */
+/* Iterates a configuration to convergence by Newton's method and stores the solution. Returns a bit
+ * mask in which the bit at the index of the solution is set, or 0 if the solution is not stored. */
 static unsigned chasles_general_finish(const chasles_general_six *six, const double *T,
                                        chasles_general_iterate *iterate,
                                        chasles_general_found *found)
 {
     chasles_general_polish(six, T, CHASLES_STEPS, iterate);
-    /* Near a double solution, each step only halves the error, so that many steps are necessary to
-     * recognize duplicates. */
+    /* Near a double solution, each Newton step only halves the error, so that many steps are
+     * necessary to recognize duplicates. */
     if (iterate->left <= CHASLES_SOLVED && !iterate->is_over)
         chasles_general_polish(six, T, 2 * CHASLES_STEPS, iterate);
     const int own = chasles_general_keep(six, found, iterate);
@@ -118,7 +118,7 @@ static unsigned chasles_general_finish(const chasles_general_six *six, const dou
     return own < 0 ? 0 : 1u << own;
 }
 
-/* Starts the iteration from two configurations, on both sides of a double root. */
+/* Starts Newton's iteration from two configurations, one on each side of a double root. */
 static void chasles_general_sides(const chasles_general_six *six, const double *T,
                                   const chasles_general_start *start,
                                   chasles_general_iterate *iterates)
@@ -162,8 +162,8 @@ static int chasles_general_is_short(const chasles_general_six *six,
     return near < roots || (near - roots) % 2;
 }
 
-/* If two roots of the determinant are close, Newton's iteration starts from both null vectors of
- * the matrix. Returns the indices of the solutions as a bit mask. */
+/* Finds the solutions at close roots of the determinant, by Newton's iteration from both null
+ * vectors of the matrix. Returns the indices of the stored solutions as a bit mask. */
 static unsigned chasles_general_by_twins(const chasles_general_six *six, const double *T,
                                          const chasles_general_order *order,
                                          const chasles_general_system *system,
@@ -182,8 +182,8 @@ static unsigned chasles_general_by_twins(const chasles_general_six *six, const d
     return places;
 }
 
-/* Finds the solutions that Newton's iteration reaches from the given starts. Returns the indices of
- * the solutions as a bit mask. */
+/* Finds the solutions that Newton's iteration reaches from the given start configurations. Returns
+ * the indices of the found solutions as a bit mask. */
 static unsigned chasles_general_by_starts(const chasles_general_six *six, const double *T,
                                           const chasles_general_start *starts, int count,
                                           chasles_general_found *found)
@@ -225,7 +225,7 @@ static int chasles_general_by_roots(const chasles_general_six *six, const double
     certain = certain && found->open == 0;
     for (int k = 0; k < count; k++)
         certain = certain && !chasles_general_is_short(six, order, starts, count, found, k);
-    /* The solutions of a pose come in pairs. */
+    /* A pose has an even number of solutions. */
     const int own = chasles_general_bits(places);
     return certain && own == found->count && own % 2 == 0;
 }
@@ -243,13 +243,14 @@ static int chasles_general_by_order(const chasles_general_six *six, const double
     return chasles_general_by_roots(six, T, order, &system, &roots, found) && certain;
 }
 
-/* Offsets of the nearby poses (rad, or relative to the arm length). */
+/* Sizes of the rotations [rad] and shifts (relative to the arm length) from a pose to nearby poses.
+ */
 #define CHASLES_NUDGES 6
 static const double chasles_general_sizes[CHASLES_NUDGES] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
 
-/* Returns a slightly rotated and shifted pose. The argument `number` selects the direction of the
- * rotation and of the shift. Every offset has an opposite offset, because the pose may be at the
- * boundary of the reachable set. */
+/* Computes a slightly rotated and shifted copy of the pose T. The argument `number` selects the
+ * direction of the rotation and of the shift. Every offset has an opposite offset, because the pose
+ * T may be at the boundary of the reachable set. */
 static void chasles_general_nudged(const double *T, double length, double size, int number,
                                    double *near)
 {
@@ -263,7 +264,7 @@ static void chasles_general_nudged(const double *T, double length, double size, 
     size = number % 2 ? -size : size;
     const double a = size * w[0], b = size * w[1], c = size * w[2];
     const double n = 1.0 / (1.0 + a * a + b * b + c * c);
-    /* Uses Cayley's formula, so that the result is a rotation. */
+    /* Cayley's formula ensures that the matrix R is a rotation. */
     const double R[3][3] = {
         {n * (1.0 + a * a - b * b - c * c), 2.0 * n * (a * b - c), 2.0 * n * (a * c + b)},
         {2.0 * n * (a * b + c), n * (1.0 - a * a + b * b - c * c), 2.0 * n * (b * c - a)},
@@ -278,9 +279,9 @@ static void chasles_general_nudged(const double *T, double length, double size, 
     }
 }
 
-/* Tries elimination orders until one order has certainly found all solutions. Returns 1 if there is
- * such an order, otherwise 0. If two elimination orders find no solution, the pose counts as
- * unreachable. */
+/* Tries elimination orders until one order has certainly found all solutions. Returns 1 if an
+ * elimination order has certainly found all solutions, otherwise 0. If two elimination orders find
+ * no solution, the pose counts as unreachable. */
 static int chasles_general_by_orders(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
 {
@@ -313,8 +314,8 @@ static int chasles_general_by_nearby(const chasles_general_six *six, const doubl
     return certain >= CHASLES_AGREED;
 }
 
-/* Finds all solutions of a pose. If roots coincide or the equations fail, Newton's iteration starts
- * from the solutions of nearby poses. */
+/* Finds all solutions of a pose. If no elimination order certainly finds all solutions, Newton's
+ * iteration also starts from the solutions of nearby poses. */
 static void chasles_general_search_all(const chasles_general_six *six, const double *T,
                                        chasles_general_found *found)
 {
@@ -322,15 +323,14 @@ static void chasles_general_search_all(const chasles_general_six *six, const dou
         chasles_general_by_nearby(six, T, found);
 }
 
-/* Configurations that nearly reach the pose, and their residuals; these configurations are not
- * solutions. */
+/* Configurations that nearly reach the pose but are not solutions, and their residuals. */
 typedef struct {
     double q[CHASLES_SLOTS][6], left[CHASLES_SLOTS];
 } chasles_general_rest;
 
-/* If no solution is known, finds the configurations with the smallest residuals from many starts.
- * Without a known solution, either the pose is unreachable, or several solutions coincide and
- * convergence is slow. */
+/* Finds the configurations with the smallest residuals from many starts, for a pose without a known
+ * solution. Such a pose is unreachable, or several of its solutions coincide and convergence is
+ * slow. */
 static void chasles_general_nearest(const chasles_general_six *six, const double *T,
                                     chasles_general_found *found, chasles_general_rest *rest)
 {
@@ -380,9 +380,8 @@ static void chasles_general_by_curve(const chasles_general_six *six, const doubl
     }
 }
 
-/* Solves the inverse kinematics for poses near T. For each solution of these poses, the function
- * starts a self-motion curve nearby, and searches the curve for solutions of T. The search ends as
- * soon as a solution is found. */
+/* Solves the inverse kinematics for poses near T, and searches a self-motion curve near each of
+ * these solutions for solutions of T. The search ends as soon as a solution of T is found. */
 static void chasles_general_by_self_motion(const chasles_general_six *six, const double *T,
                                            chasles_general_found *found)
 {
@@ -414,8 +413,8 @@ static void chasles_general_none(const chasles_general_six *six, const double *T
 }
 
 /* Writes the solutions of a pose to sixteen solution slots. If the pose has no solution, the slots
- * contain the configurations with the smallest residuals. Otherwise, each unused slot contains a
- * configuration that is not a solution. */
+ * contain the configurations with the smallest residuals. If the pose has a solution, each unused
+ * slot contains a configuration that is not a solution. */
 static inline void chasles_general_slots(const chasles_general_arm *arm, const double *value,
                                          const double *T, double *q, double *residual,
                                          double *margin)

@@ -1,6 +1,6 @@
-/* Back-substitution: computes the other joints from each root of det M. This file is part of
- * chasles and is the same for every robot. For a prismatic joint, c and s are the displacement and
- * its square. */
+/* Computes all joints by back-substitution from each real root of det M, the determinant of the
+ * matrix M. This file is part of chasles and is the same for every robot. For a prismatic joint,
+ * the variables c and s are the displacement and its square instead of cosine and sine. */
 #ifndef CHASLES_GENERAL_BACK_H
 #define CHASLES_GENERAL_BACK_H
 
@@ -11,7 +11,8 @@
 #include "chasles_general_newton.h"
 #include "chasles_general_roots.h"
 
-/* Computes cos and sin of the direction of (x, y), or 1 and 0 for the zero vector. */
+/* Computes cosine and sine of the direction of the vector (x, y), or 1 and 0 for the zero vector.
+ */
 CHASLES_INLINE void chasles_general_unit(chasles_vector x, chasles_vector y, chasles_vector *c,
                                          chasles_vector *s)
 {
@@ -22,7 +23,8 @@ CHASLES_INLINE void chasles_general_unit(chasles_vector x, chasles_vector y, cha
     *s = chasles_vector_chosen(is_there, y / size, zero);
 }
 
-/* Computes cos and sin of the two joints after the suppressed joint from the null vector of M. */
+/* Computes cosine and sine of the joints v and w, which follow the suppressed joint, from the null
+ * vector of the matrix M. */
 CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, chasles_vector *c,
                                         chasles_vector *s)
 {
@@ -53,7 +55,8 @@ CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, cha
     chasles_general_unit(sign * r[1], sign * r[2], c + 1, s + 1);
 }
 
-/* Computes cosine and sine of one joint of the pair from x and y. */
+/* Computes cosine and sine of one joint of the pair from the vector (x, y), or x and x^2 for a
+ * prismatic joint. */
 CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasles_vector y,
                                             chasles_vector *c, chasles_vector *s)
 {
@@ -63,10 +66,10 @@ CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasle
         chasles_general_unit(x, y, c, s);
 }
 
-/* Computes cos and sin of both joints of the pair, from the cosines and sines of the three joints
- * after the pair. Returns the sum of the absolute residuals of the equations whose pivots are zero.
- * If both joints of the pair are prismatic, three products of unknowns are absent from the
- * equations. */
+/* Computes cosine and sine of the first two joints in the elimination order (the pair) from the
+ * cosines and sines of the next three joints. Returns the sum of the absolute residuals of the
+ * equations whose pivots are zero. If both joints of the pair are prismatic, three products of
+ * unknowns are absent from the equations. */
 CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system *system,
                                                    chasles_vector *c, chasles_vector *s)
 {
@@ -91,8 +94,8 @@ CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system 
     return left;
 }
 
-/* Computes cos and sin of the last joint. The product of all other rotations maps the x axis to
- * (cos q, -sin q, 0), where q is the angle of the last joint. */
+/* Computes cosine and sine of the last joint in the elimination order. The product of all other
+ * rotations maps the x axis to (cos q, -sin q, 0), where q is the angle of the last joint. */
 CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, chasles_vector *c,
                                          chasles_vector *s)
 {
@@ -143,8 +146,8 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
     }
 }
 
-/* Computes the two smallest singular vectors of a triangular matrix by inverse iteration of both
- * vectors. */
+/* Computes the singular vectors of the two smallest singular values of a triangular matrix, by
+ * inverse iteration of both vectors. */
 static void chasles_general_plane(const double (*R)[6], double (*n)[6])
 {
     for (int k = 0; k < 6; k++)
@@ -213,8 +216,8 @@ static int chasles_general_products(const double (*n)[6], double (*product)[6])
     return 1;
 }
 
-/* The triangular matrices, one per SIMD lane. Each matrix is singular at its root of the
- * determinant. */
+/* Computes one triangular matrix per SIMD lane. Each triangular matrix is singular, because it is
+ * evaluated at a root of the determinant. */
 static void chasles_general_triangles(const chasles_general_system *system,
                                       const chasles_general_start *const *starts, int count,
                                       chasles_vector (*R)[6])
@@ -265,9 +268,9 @@ static int chasles_general_isolated(const chasles_general_system *system,
            (series.most > CHASLES_VANISHED || series.noise < rounding);
 }
 
-/* If both joints of the pair are prismatic, removes the start configurations that do not solve all
- * fourteen equations. In this case, about half of the start configurations are removed. Returns the
- * number of start configurations that remain. */
+/* If both joints of the pair are prismatic, removes the start configurations (about half of them)
+ * that do not solve all fourteen equations. Returns the number of start configurations that remain.
+ */
 static int chasles_general_kept(const chasles_general_system *system, chasles_general_start *starts,
                                 int count)
 {
@@ -281,9 +284,9 @@ static int chasles_general_kept(const chasles_general_system *system, chasles_ge
     return kept;
 }
 
-/* Computes starts for Newton's iteration: one start per real root, and one per nearly double root.
- * Returns the number of starts. The flag `certain` becomes 1 if no three roots are near each other.
- */
+/* Computes start configurations for Newton's iteration, one per real root and one per nearly double
+ * root. Returns the number of start configurations. The flag `certain` becomes 1 if no three roots
+ * of the determinant are near each other, otherwise 0. */
 static int chasles_general_starts(const chasles_general_six *six,
                                   const chasles_general_order *order,
                                   const chasles_general_system *system,
@@ -327,8 +330,8 @@ static int chasles_general_starts(const chasles_general_six *six,
     return chasles_general_kept(system, starts, count);
 }
 
-/* If a root is near another root, adds two start values for this root, one from each null vector.
- * Returns the number of starts. */
+/* For each root near another root, computes two start configurations, one from each null vector.
+ * Returns the number of computed configurations. */
 static int chasles_general_twins(const chasles_general_six *six, const chasles_general_order *order,
                                  const chasles_general_system *system,
                                  const chasles_general_start *starts, int count,

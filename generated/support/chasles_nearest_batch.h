@@ -1,8 +1,7 @@
 /* Selects the solutions nearest to seed configurations for a batch of poses while the solutions are
  * still in SIMD lanes. This file is part of chasles and is the same for every robot.
  *
- * The file is included after chasles_batch.h, once for each instruction set.
- */
+ * chasles_nearest_batch.h is included after chasles_batch.h, once for each instruction set. */
 #ifndef CHASLES_NEAREST_BATCH_H
 #define CHASLES_NEAREST_BATCH_H
 
@@ -18,11 +17,11 @@ typedef struct {
 } chasles_seeds;
 #endif
 
-/* Selects in each SIMD lane the solution that is nearest to the seed. The limits are ignored.
+/* Selects in each SIMD lane the solution that is nearest to the seed, without regard to the limits.
  * `found` receives the coordinates of the selected solution (shifted by full turns towards the
- * seed), its residual and its margin. The function writes the distance of this solution from the
- * seed to `least`. The lowest bits of `least` are replaced by the number of the solution slot.
- * `is_inside` becomes 1 in lanes whose solution is within the limits, otherwise 0.
+ * seed), its residual and its margin. The function writes the distance of the selected solution
+ * from the seed to `least`. The lowest bits of this distance are replaced by the index of the
+ * solution slot. `is_inside` becomes 1 in lanes whose solution is within the limits, otherwise 0.
  *
  * `slots` contains SIMD vectors: n coordinates for each of the k solution slots, then k residuals
  * and k margins. */
@@ -44,7 +43,8 @@ LANES_INLINE void LANES_NAME(chasles_select_lanes)(int n, int k, const lanes *sl
             LANES_NAME(lanes_fabs)(&move, &move);
             largest = LANES_MAX(move * moves->scale[j], largest);
         }
-        /* Comparisons with NaN are false. */
+        /* A solution with a NaN residual is not selected, because comparisons with NaN are false.
+         */
         key = (lanes)(((lanes_mask)largest & ~(int64_t)CHASLES_ROUNDING) | slot);
         const lanes_where is_nearer =
             LANES_AND(LANES_LT(key, *least), LANES_LE(residual, by->tolerance));
@@ -78,8 +78,9 @@ static LANES_TARGET __attribute__((noinline, unused)) int LANES_NAME(chasles_nea
 }
 
 /* Writes the nearest solution of each pose to q, residual and margin, without gaps between the
- * rows. Also writes the slot index of the solution, or the reason why there is no solution. The
- * compiled function is an inverse with k solution slots of n coordinates. */
+ * rows. Also writes to `slot` the index of the nearest solution, or the reason why there is no
+ * solution. The function `kernel` is an inverse kinematics function with k solution slots of n
+ * coordinates. */
 static LANES_TARGET __attribute__((unused)) void LANES_NAME(lanes_nearest)(
     LANES_NAME(lanes_kernel) kernel, const lanes_shape *shape, size_t count,
     const double *const *inputs, const ptrdiff_t *input_steps, int n, int k,

@@ -1,12 +1,12 @@
-/* Selects the nearest solution of an inverse whose branches are in SIMD lanes. Each lane computes
- * the distance of one branch from the seed. This file is part of chasles and is the same for every
- * robot. */
+/* Selects the solution nearest to a seed for an inverse kinematics function whose branches are in
+ * SIMD lanes. Each lane computes the distance of one branch from the seed. This file is part of
+ * chasles and is the same for every robot. */
 #ifndef CHASLES_NEAREST_LANES_H
 #define CHASLES_NEAREST_LANES_H
 
-/* Computes the distance of each branch from the seed, and ignores the limits. chasles_distances
- * computes the same results. Each lane of a vector contains one branch: its n coordinates and its
- * residual. */
+/* Computes the distance of each branch from the seed without regard to the limits, with the same
+ * results as chasles_distances. Each lane of the n + 1 vectors contains the n coordinates and the
+ * residual of one branch. */
 LANES_INLINE lanes LANES_NAME(chasles_lane_distances)(int n, const lanes *branches,
                                                       const chasles_moves *moves, double tolerance,
                                                       const double *q_seed)
@@ -35,9 +35,9 @@ LANES_INLINE double LANES_NAME(chasles_least_lane)(lanes x)
     return _mm256_cvtsd_f64(_mm256_min_pd(two, _mm256_permute_pd(two, 5)));
 }
 
-/* Selects the solution nearest to the seed without regard to the limits. If this solution is within
- * the limits, writes q, residual and margin, and returns its slot. Otherwise, returns a negative
- * number. */
+/* Selects the solution nearest to the seed without regard to the limits. If the nearest solution is
+ * within the limits, writes its q, residual and margin, and returns its slot index. Without such a
+ * solution, the function returns a negative number. */
 LANES_INLINE int LANES_NAME(chasles_nearest_lanes)(int n, int slots, int width,
                                                    const lanes *branches,
                                                    const chasles_moves *moves, double tolerance,

@@ -2,7 +2,7 @@
  * This file is part of chasles and is the same for every robot.
  *
  * The solutions are tested in the order of their distances from the seed. The configuration of a
- * solution contains its passive joints. */
+ * solution includes the values of the passive joints. */
 #ifndef CHASLES_PASSIVE_H
 #define CHASLES_PASSIVE_H
 
@@ -40,7 +40,8 @@ static inline int chasles_passive_inside(const chasles_moves *moves, int n, int 
     return 1;
 }
 
-/* Computes chasles_nearest for a robot with limits of passive joints. */
+/* Selects the solution nearest to a seed, like chasles_nearest, for a robot with limits of passive
+ * joints. */
 static inline int chasles_nearest_passive(const chasles_passive *p, const chasles_slots *of,
                                           const chasles_moves *moves, const double *q_seed,
                                           double *q, double *residual, double *margin)

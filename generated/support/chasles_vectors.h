@@ -24,11 +24,11 @@ typedef int64_t chasles_vector_mask __attribute__((vector_size(8 * CHASLES_VECTO
 #define CHASLES_ZERO {0.0}
 
 #define CHASLES_INLINE static inline __attribute__((always_inline))
-/* Loops are unrolled, because a matrix of vectors stays in registers only if its indices are
- * constants. */
+/* Loops are unrolled, because a matrix of SIMD vectors stays in registers only if its indices are
+ * compile-time constants. */
 #define CHASLES_UNROLL _Pragma("GCC unroll 16")
 
-/* Selects one of two values bit by bit; the unselected value may be NaN. */
+/* Selects one of two values bit by bit with a mask. The value that is not selected may be NaN. */
 CHASLES_INLINE chasles_vector chasles_vector_chosen(chasles_vector_mask where, chasles_vector x,
                                                     chasles_vector y)
 {
@@ -47,7 +47,7 @@ CHASLES_INLINE chasles_vector chasles_vector_signed(chasles_vector x, chasles_ve
                             ((chasles_vector_mask)y & INT64_MIN));
 }
 #else
-/* Plain C version, in which a vector contains one double. */
+/* In plain C, a vector contains one double. */
 #define CHASLES_VECTOR_LANES 1
 typedef double chasles_vector;
 typedef int chasles_vector_mask;

@@ -481,7 +481,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   J[0] = v97;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 76 operations: multiply 41, add 18, negate 7, trig 10
 void ur5e_jacobian_space(const double q[6], double J[36]) {
   // inputs
@@ -2108,7 +2108,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   H[79] = v125;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 116 operations: multiply 67, add 39, trig 10
 void ur5e_twist_space(const double q[6], const double qd[6], double V[6]) {
   // inputs

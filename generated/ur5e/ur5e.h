@@ -42,7 +42,7 @@ void ur5e_link_poses(const double q[6], double T[96]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 76 operations: multiply 41, add 18, negate 7, trig 10.
  *   q: joint coordinates, 6 (rad)
@@ -94,7 +94,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void ur5e_hessian_mixed(const double q[6], double H[216]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 116 operations: multiply 67, add 39, trig 10.
  *   q: joint coordinates, 6 (rad)
@@ -145,7 +145,7 @@ void ur5e_acceleration_body(const double q[6], const double qd[6], const double 
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void ur5e_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]);
 
-/* Every solution of the inverse kinematics, in 8 slots.
+/* All inverse kinematics solutions, in 8 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 1095 operations: multiply 458, add 421, negate 18, trig 26, other 172.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)

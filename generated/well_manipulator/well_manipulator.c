@@ -1051,7 +1051,7 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   J[15] = v267;
 }
 
-// Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 216 operations: multiply 106, add 81, negate 2, trig 2, other 25
 void well_manipulator_jacobian_space(const double q[7], double J[42]) {
   // inputs
@@ -4335,7 +4335,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[106] = v513;
 }
 
-// Twist (v, omega) of the tool body's point at the base origin, in base axes.
+// Twist (v, omega) of the point of the tool body at the base origin, in base axes.
 // 224 operations: multiply 116, add 80, negate 1, trig 2, other 25
 void well_manipulator_twist_space(const double q[7], const double qd[7], double V[6]) {
   // inputs

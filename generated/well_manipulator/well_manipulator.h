@@ -43,7 +43,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]);
  *   J: mixed Jacobian, 6 x 7 (m, 1) */
 void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], double J[42]);
 
-/* Jacobian for the twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Jacobian for the twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
  * 216 operations: multiply 106, add 81, negate 2, trig 2, other 25.
  *   q: actuator coordinates, 7 (rad or m)
@@ -95,7 +95,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
  *   H: Hessian, 6 x 7 x 7 (m, 1) */
 void well_manipulator_hessian_mixed(const double q[7], double H[294]);
 
-/* Twist (v, omega) of the tool body's point at the base origin, in base axes.
+/* Twist (v, omega) of the point of the tool body at the base origin, in base axes.
  * V = jacobian_space(q) qd
  * 224 operations: multiply 116, add 80, negate 1, trig 2, other 25.
  *   q: actuator coordinates, 7 (rad or m)
@@ -288,7 +288,7 @@ void well_manipulator_constraint_D_z(const double z[15], double residual_D_z[120
  *   residual_D_z_dot: rate of the constraint Jacobian, 8 x 15 (1/s, m/s, 1/(m s)) */
 void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15], double residual_D_z_dot[120]);
 
-/* Every solution of the inverse kinematics, in 2 slots.
+/* All inverse kinematics solutions, in 2 solution slots.
  * fk(q[k]) = T if residual[k] is a rounding error
  * 680 operations: multiply 335, add 286, trig 3, other 56.
  *   T: pose of the tool, T_0_R, 4 x 4 (1, m)

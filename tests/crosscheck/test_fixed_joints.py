@@ -240,7 +240,7 @@ def test_invalid_fixed_joint_is_rejected_by_name(fixed, error, message):
 
 def test_missing_seed_or_coupled_fixed_joint_is_explained():
     arm = chasles.load("ur5e")
-    with pytest.raises(chasles.InputValueError, match="fixed names keep their values at q_seed"):
+    with pytest.raises(chasles.InputValueError, match="fixed= without values requires q_seed"):
         arm.ik_numeric(np.eye(4), fixed=0)
     installer = chasles.load("board_installer")
     message = "joint elbow depends on slider, crank; fix coordinates by name"

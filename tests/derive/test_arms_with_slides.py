@@ -1,6 +1,6 @@
-"""The inverse of gantries, machine tools, cranes and planar arms with sliders misses no pose.
+"""For gantries, machine tools, cranes and planar arms with sliders, the inverse solves every pose.
 
-The campaign `slides` tests further random arms with prismatic joints.
+The test campaign `slides` tests further random arms with prismatic joints.
 """
 
 import pytest
@@ -10,7 +10,7 @@ from tests.support.generators.arms_with_slides import crane, decoupled, planar, 
 from tests.support.generators.drawn_arms import cases_of
 
 KINDS = {"PP": 2, "RP": 1, "RR": 2, "RRP": 1, "PPPR": 2, "RPPPR": 1}
-"""Joint types of arms with decoupled joints, with the seed of the random generator.
+"""Random generator seed of each arm with decoupled joints, keyed by joint types.
 
 Seed 1 generates lengths with few decimals, and joint axes that are parallel to the base axes. Seed
 2 generates joint axes in any direction.

@@ -1,4 +1,4 @@
-"""The command line of `derive`: written files, up-to-date checks and errors."""
+"""Test the command line of `derive`: written files, up-to-date checks and errors."""
 
 import json
 import math
@@ -338,7 +338,7 @@ def test_fixed_joints_are_selected_on_the_command_line(tmp_path):
     assert "nothing to derive" in run("derive", *wanted, "--to", to).output
     wrong = run("derive", "panda", "--fixed", "elbow", "--to", to)
     assert wrong.exit_code == 1
-    assert "panda: cannot fix unknown joint elbow; the joints are joint1, joint2" in wrong.output
+    assert "panda: cannot fix unknown joint elbow; expected one of joint1, joint2" in wrong.output
     explained = run("explain", "photo_robot", "--fixed", "theta2, r4")
     assert "Structure: spherical wrist, with theta2 and r4 fixed." in explained.output
 
@@ -366,5 +366,5 @@ def test_languages_and_detail_are_selected_on_the_command_line(tmp_path):
     assert (to / "scara" / "latex").is_dir()
     wrong = run("derive", *words, "--languages", "c,fortran")
     assert wrong.exit_code == 1
-    assert "unknown language 'fortran'; the languages are c, casadi, python, latex" in wrong.output
+    assert "unknown language 'fortran'; expected one of c, casadi, python, latex" in wrong.output
     assert "--to FOLDER is required" in run("derive", "scara", "--languages", "c").output

@@ -29,7 +29,7 @@ SCREW_ARM = SerialRobot(
 
 
 def arm_with_parallel_axes(dice):
-    """Return a seven-joint arm. Joints 4, 6 and 7 are parallel to the preceding joint."""
+    """Return a seven-joint arm whose axes 4, 6 and 7 are parallel to the preceding axis."""
     joints = [
         f"[[joints]]\naxis = [0, 0, 1]\nxyz = {[dice.randint(-999, 999) for _ in range(3)]}\n"
         f"rpy = {[0, 0, 0] if k in (3, 5, 6) else [dice.randint(1, 89) for _ in range(3)]}\n"

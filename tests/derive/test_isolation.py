@@ -85,7 +85,7 @@ def test_robot_is_read_in_either_process(run, tmp_path):
 
 
 def test_errors_with_causes_arrive_while_dask_is_imported(tmp_path):
-    """With Dask, pickle includes the causes of errors."""
+    """If Dask is imported, pickled errors include the causes of the errors."""
     pytest.importorskip("distributed", reason="missing package distributed")
     file = tmp_path / "arm.urdf"
     file.write_text("<robot><link>")

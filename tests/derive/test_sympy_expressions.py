@@ -1,4 +1,4 @@
-"""SymPy expressions have the same values as the compiled functions."""
+"""The exported SymPy expressions have the same values as the compiled functions."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from chasles.derive import expressions, read
 
 
 def evaluated(found, inputs, signs=()):
-    """Evaluate each output at numeric inputs and signs."""
+    """Evaluate each symbolic output of a function at numeric inputs and branch signs."""
     known = dict(zip(found.signs, map(sp.Integer, signs), strict=True))
     known |= {symbol: sp.N(value, 30) for symbol, value in found.parameters.items()}
     for name, symbols in found.inputs.items():

@@ -14,7 +14,7 @@ SIMPLIFIERS = {"simplify", "trigsimp", "nsimplify", "sympify", "parse_expr"}
 
 @cache
 def nodes(path):
-    """Return the imports and calls of a file."""
+    """Return the syntax nodes of all imports and calls in a Python file."""
     kinds = (ast.Import, ast.ImportFrom, ast.Call)
     tree = ast.parse(path.read_text(encoding="utf-8"))
     return [node for node in ast.walk(tree) if isinstance(node, kinds)]

@@ -12,7 +12,7 @@ ACCUSING = (
     "times the stated noise",
 )
 """Phrases in warnings that concern the robot or the measurements."""
-TOO_FEW = "do not determine"
+TOO_FEW = "measure more configurations"
 MAX_NOISE = 3.0
 """Maximum noise of correct measurements, relative to the stated noise."""
 MIN_SURPLUS = 2

@@ -1,7 +1,8 @@
-"""Conditions under which an arm is singular: factors of the Jacobian minors are 0.
+"""Conditions under which an arm is singular: common zeros of factors of the Jacobian minors.
 
-All minors are 0 if a shared factor is 0, or if one factor of each minor is 0. A condition is a
-minimal set of factors: if all its factors are 0, all minors are 0.
+All Jacobian minors are 0 if a shared factor is 0, or if one factor of each minor is 0. A
+singularity condition is a minimal set of factors: all Jacobian minors are 0 if these factors are
+all 0.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,17 +15,18 @@ from ...model.tolerances import FACTORS_VANISH
 from .factors import Factored
 
 Condition = tuple[sp.Expr, ...]
-"""Factors of Jacobian minors. All factors of a set are 0 at the same configurations."""
+"""A singularity condition: factors of Jacobian minors that are all 0 at the same configuration."""
 MAX_TOGETHER = 3
-"""Maximum number of factors in a condition. More than three factors rarely have a common zero."""
+"""Maximum number of factors in a singularity condition. More than three factors rarely have a
+common zero."""
 STARTS = 12
 STEPS = 60
 MIN_ZEROS = 6
-"""A factor is dropped only if the search finds at least this number of common zeros of the other
-factors."""
+"""A factor is dropped from a condition only if the search finds at least this number of common
+zeros of the other factors."""
 IMPLIED = 1e-4
-"""Maximum absolute value of a factor that counts as 0. Near q = pi, sin q is about sqrt(2 e) if 1 +
-cos q = e."""
+"""Maximum absolute value of a factor that counts as 0. The tolerance is large, because a search
+that stops at 1 + cos q = e leaves sin q at about sqrt(2 e)."""
 SEED = 40
 
 
@@ -34,7 +36,7 @@ def conditions(
     """Return the sets of factors that make all minors 0 in some reachable configuration.
 
     Args:
-        minors: The largest minors of a Jacobian. Minors that are always 0 are omitted.
+        minors: The largest minors of a Jacobian, except for minors that are always 0.
         q: The coordinates.
         values: The values of all symbols other than coordinates.
     """
@@ -112,7 +114,7 @@ def _where_zero(factor: sp.Expr, product: Condition) -> Condition | None:
     if any(part == 0 for part in zero):
         return None
     parts = chain.from_iterable(_parts(part) for part in zero)
-    # If the sine is 0, the cosine is 1 or -1.
+    # If the sine of an angle is 0, its cosine is 1 or -1 and therefore not a zero factor.
     return tuple(dict.fromkeys(part for part in parts if part != other))
 
 

@@ -1,8 +1,8 @@
 """Factored minors of the Jacobian of an arm. The arm is singular if all minors are 0.
 
 The only maximal minor of a square Jacobian is its determinant. A minor is the product of the
-determinants of its diagonal blocks. The module ``views`` selects the frame and the reference
-point for which these blocks are smallest.
+determinants of its diagonal blocks. The module ``views`` selects the frame and the reference point
+for which the diagonal blocks of the minors are smallest.
 """
 
 import math
@@ -26,7 +26,7 @@ LARGEST_OF_SEVERAL = 3
 MAX_OBLIQUE = 4
 """Maximum number of constant rotations by angles that are not multiples of 90 degrees."""
 LONGEST_ENTRY = 40
-"""Maximum number of terms of a Jacobian entry."""
+"""If a Jacobian entry has more terms than this number, the minors are not expanded."""
 MAX_PRODUCTS = 10_000
 """Maximum number of products of terms in the determinant of a block."""
 
@@ -39,8 +39,9 @@ def determinant(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Factored | None:
         q: The coordinates.
 
     Returns:
-        The determinant of the nonzero rows, up to sign. The result is None if the number of nonzero
-        rows differs from the number of joints, or if ``factored_minors`` returns None.
+        The determinant of the nonzero Jacobian rows, up to sign. The determinant is None if the
+        number of nonzero Jacobian rows differs from the number of joints, or if ``factored_minors``
+        returns None.
     """
     found = factored_minors(robot, q)
     return found[0] if found and len(found) == 1 else None
@@ -56,10 +57,11 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
         q: The coordinates.
 
     Returns:
-        The factored minors, up to sign. The robot is singular where all minors are 0. The tuple is
-        empty if the robot is singular in every configuration. The result is None for coupled or
-        helical joints, and for lengths that contain pi or inexact decimal numbers. The result is
-        also None if a symbolic determinant would contain too many joints.
+        The factored minors, up to sign. The robot is singular where all minors are 0. The tuple of
+        minors is empty if the robot is singular in every configuration. ``factored_minors`` returns
+        None for coupled or helical joints, and for lengths that contain pi or inexact decimal
+        numbers. ``factored_minors`` also returns None if a symbolic determinant would contain too
+        many joints.
     """
     joints = robot.moving
     if len(q) != len(joints) or robot.couplings or any(j.kind == "helical" for j in joints):

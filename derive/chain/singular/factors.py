@@ -1,8 +1,8 @@
 """Factors polynomials in cosines and sines after a conversion to half-angle tangents.
 
-A polynomial in tangents has unique factors. The factors are converted back to cosines and sines of
-coordinate sums. A factor is expressed with sums of the angles of parallel axes if the new
-expression is shorter.
+A polynomial in half-angle tangents has a unique factorization. The factors are converted back to
+cosines and sines of coordinate sums. A factor is expressed with sums of the angles of parallel axes
+if the new expression is shorter.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,7 +16,7 @@ from .screw_polynomials import Polynomial, ScrewRing
 MAX_SUMMED = 12
 """Maximum number of terms of a polynomial that is converted to cosines and sines of angle sums."""
 MAX_TERMS = 100
-"""Maximum number of terms of a polynomial to factor.
+"""Maximum number of terms of a polynomial that is factored.
 
 SymPy factors a polynomial with 100 terms in at most one second.
 """
@@ -37,9 +37,9 @@ class Factored:
 
 
 def factored(ring: ScrewRing, polynomial: Polynomial) -> Factored | None:
-    """Return the factors.
+    """Return the factors of a polynomial in cosines and sines.
 
-    The result is None if the polynomial is zero, too long or cannot be converted.
+    Polynomials that are zero, too long or impossible to convert give None.
     """
     if polynomial == 0 or len(polynomial) > MAX_TERMS:
         return None
@@ -72,9 +72,9 @@ class _Tangents:
     """A polynomial in cosines and sines, written in half-angle tangents.
 
     Attributes:
-        budget: For each coordinate with the half-angle tangent t, the exponent of 1 + t^2 in the
-            denominator.
-        factors: The factors of the numerator.
+        budget: Exponent of 1 + t^2 in the denominator for each coordinate, where t is the
+            half-angle tangent of the coordinate.
+        factors: Factors of the numerator, as polynomials in the half-angle tangents.
     """
 
     def __init__(self, ring: ScrewRing, polynomial: Polynomial) -> None:
@@ -209,7 +209,7 @@ def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
         alone = alone[2:]
         used -= 1
     if used > budget and alone and single:
-        # Each of these two factors contains an odd power of the tangent of the half angle. The
-        # product of the two factors contains only even powers, so the half angle drops out.
+        # The product of two factors with an odd degree in t = tan(q/2) has an even degree, so the
+        # half angle drops out.
         return [*even, *pairs, sp.expand(single[0] * alone[0]), *alone[1:]]
     return [*even, *pairs, *single, *alone]

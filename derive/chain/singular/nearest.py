@@ -2,7 +2,7 @@
 
 A configuration is singular if a wrench y does no work on any joint (J^T y = 0). An arm with fewer
 joints than Jacobian rows is singular if joint velocities x do not move the tool (J x = 0). Newton's
-method finds a nearby solution for q and y (or x), with steps of minimum norm.
+method with minimum-norm steps solves J^T y = 0 for q and y, or J x = 0 for q and x.
 """
 
 import math
@@ -17,11 +17,11 @@ from ..rigid_bodies import placed
 from .views import FloatArray, seen_screws
 
 DRAWS = 4
-"""Number of random (generic) configurations."""
+"""Number of random configurations at which the generic rank of the Jacobian is determined."""
 SEED = 50
 STEPS = 40
 STARTS = 24
-"""Number of start configurations."""
+"""Number of start configurations of Newton's method."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 WHOLE = 6
 
@@ -33,12 +33,13 @@ def nearest_singular(
 
     Args:
         robot: A serial robot.
-        start: The first start configuration (radian, meter).
-        most: Maximum number of configurations to return.
+        start: The first start configuration of Newton's method (radian or meter).
+        most: Maximum number of singular configurations to return.
 
     Returns:
-        Singular configurations (n,) within the limits. The list is empty for coupled or helical
-        joints, for more than twelve joints, and if every configuration is singular.
+        Singular configurations (n,) within the limits. The tuple of singular configurations is
+        empty for coupled or helical joints, for more than twelve joints, and if every configuration
+        is singular.
     """
     joints = robot.moving
     is_plain = not robot.couplings and all(j.kind != "helical" for j in joints)
@@ -101,8 +102,8 @@ def _screws(robot: SerialRobot) -> tuple[FloatArray, float]:
 def _ranges(robot: SerialRobot, length: float) -> tuple[FloatArray, FloatArray]:
     """Return the joint limits.
 
-    Missing limits are replaced by -pi and pi for a revolute joint, and by plus and minus the arm
-    length for other joints.
+    Missing joint limits are replaced by -pi and pi for a revolute joint, and by plus and minus the
+    arm length for other joints.
     """
     limits = []
     for joint in robot.moving:
@@ -145,7 +146,7 @@ def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray:
 
 
 def _equations(J: FloatArray, y: FloatArray, *, is_tall: bool) -> tuple[FloatArray, FloatArray]:
-    """Return (residuals, derivatives) of the equations for singularity.
+    """Return (residuals, derivatives) of the equations that hold at singular configurations.
 
     The residuals have shape (configurations, equations).
     """
@@ -164,8 +165,8 @@ def _equations(J: FloatArray, y: FloatArray, *, is_tall: bool) -> tuple[FloatArr
 
 def _least_step(slope: FloatArray, value: FloatArray) -> FloatArray:
     U, sizes, Vt = np.linalg.svd(slope, full_matrices=False)
-    # Singular values below RANK_LOST times the largest singular value are rounding errors. Rounding
-    # errors differ between computers.
+    # Singular values below RANK_LOST times the largest singular value are rounding errors, which
+    # differ between computers.
     kept = sizes > RANK_LOST * sizes[:, :1]
     inverse = np.where(kept, 1 / np.where(kept, sizes, 1.0), 0.0)
     step: FloatArray = np.einsum("mki,mk->mi", Vt, inverse * np.einsum("mek,me->mk", U, value))
@@ -176,7 +177,7 @@ def _slopes(J: FloatArray) -> FloatArray:
     moved, by = np.moveaxis(J, 1, 0)[..., :, None], np.moveaxis(J, 1, 0)[..., None, :]
     linear = np.cross(by[3:], moved[:3], axis=0) + np.cross(by[:3], moved[3:], axis=0)
     angular = np.cross(by[3:], moved[3:], axis=0)
-    # A joint moves the screws of all joints after it. Sums over the derivatives are faster if the
-    # arrays are contiguous.
+    # A joint moves the screws of all joints after it. Contiguous arrays make sums over the Jacobian
+    # derivatives faster.
     slopes = np.tril(np.concatenate([linear, angular]), -1)
     return np.ascontiguousarray(np.moveaxis(slopes, 0, 1))

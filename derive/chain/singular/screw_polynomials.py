@@ -1,8 +1,9 @@
 """Screws of a chain as polynomials in lengths, cosines and sines.
 
-The ring has generators for the cosines and sines of constant angles and for roots of integers. The
-polynomials therefore hold for any values of the constant angles. In every polynomial, the squares
-of sines and square roots are replaced by polynomials in the other variables.
+The polynomial ring has generators for the cosines and sines of constant angles and for roots of
+integers. The screw polynomials hold for any values of the constant angles, because their cosines
+and sines are generators. In every polynomial, the squares of sines and square roots are replaced by
+polynomials in the other variables.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,8 +24,8 @@ class ScrewRing:
     Attributes:
         q: The coordinates.
         constants: Symbols of the parameters, and the symbols that stand for functions of constants.
-        meanings: Maps each of these symbols to its function, such as the cosine of a constant
-            angle.
+        meanings: The function that a symbol stands for, such as the cosine of a constant angle,
+            keyed by symbol.
         cosines: Symbols for the cosines of the coordinates.
         sines: Symbols for the sines of the coordinates.
         slides: Symbols of the prismatic coordinates.
@@ -70,9 +71,9 @@ class ScrewRing:
         ]
 
     def matrix(self, view: View, longest: int) -> list[list[Polynomial]] | None:
-        """Return Jacobian columns in one frame.
+        """Return the Jacobian columns for the frame and the reference point of ``view``.
 
-        The result is None if an entry has more than ``longest`` terms.
+        The columns are None if a Jacobian entry has more than ``longest`` terms.
         """
         point = self.vector(view.point)
         columns = []
@@ -90,7 +91,7 @@ class ScrewRing:
     def _carried(self, k: int, sense: int, screw: list[Polynomial]) -> list[Polynomial]:
         """Return a screw moved by joint k.
 
-        The argument sense is 1 for the motion of joint k and -1 for the inverse motion.
+        The argument ``sense`` is 1 for the motion of joint k and -1 for the inverse motion.
         """
         v, w = self.S[k][:3], self.S[k][3:]
         ring, zero = self.ring, self.ring.zero
@@ -147,9 +148,9 @@ class ScrewRing:
         """Convert a polynomial to an expression in coordinates and constants.
 
         Args:
-            polynomial: A polynomial as an element of the ring.
-            sums: Angle sums, keyed by coordinate index. In the result, the angle sum with index k
-                replaces coordinate k.
+            polynomial: The polynomial to convert, an element of ``ring``.
+            sums: Angle sums, keyed by the index of the coordinate that each sum replaces in the
+                expression.
         """
         known = dict(self.meanings)
         for k, q in enumerate(self.q):

@@ -1,7 +1,8 @@
-"""Describes the geometry of the joint axes where a factor of the Jacobian minors is 0.
+"""Describes how the joint axes lie where a factor of the Jacobian minors is 0.
 
-Relations between axes are tested numerically. A relation describes a factor if it holds at all
-sampled zeros of the factor and at no generic configuration.
+Relations between joint axes, such as parallelism, are tested numerically. A relation between axes
+describes a factor if the relation holds at all sampled zeros of the factor and at no generic
+configuration.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -25,13 +26,17 @@ STARTS = 24
 """Number of random start configurations in the search for configurations at which a factor is zero.
 """
 HOLDS = 1e-6
-"""Tolerance of a relation: sine of an angle, or distance as a fraction of the arm length."""
+"""Tolerance of a relation between joint axes: sine of an angle, or distance as a fraction of the
+arm length."""
 SEED = 30
 
 
 @dataclass(frozen=True)
 class _Configuration:
-    """Joint axes in the base frame. Prismatic joints have only a direction."""
+    """Joint axes in the base frame.
+
+    The axis of a prismatic joint has a direction, but no position.
+    """
 
     directions: FloatArray
     points: FloatArray
@@ -61,7 +66,7 @@ class _Configuration:
         return away / (self.size * max(float(np.linalg.norm(normal)), HOLDS))
 
     def meeting(self, axes: Sequence[int]) -> FloatArray | None:
-        """Return the common point of axes, or None."""
+        """Return the intersection of axes, or None if the axes do not meet in one point."""
         M, b = np.zeros((3, 3)), np.zeros(3)
         for k in axes:
             h = self.directions[k]
@@ -78,20 +83,19 @@ WHOLE_WRIST = 3
 WRIST = "the wrist center"
 STRETCHED = "; the arm is stretched or folded"
 Relation = Callable[[_Configuration], float]
-"""A function that measures by how much a configuration violates a relation between joint axes. The
-result is 0 if the relation holds.
-"""
+"""A function that measures by how much a configuration violates a relation between joint axes, with
+0 if the relation holds."""
 
 
 def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> str:
-    """Describe how the joint axes lie if all factors of a condition are 0.
+    """Describe how the joint axes lie if all factors of a singularity condition are 0.
 
-    The text is empty if no relation between axes matches.
+    The description is empty if no relation between joint axes matches the condition.
 
     Args:
         robot: A serial robot.
         q: The coordinates.
-        condition: Factors of the Jacobian's minors. At the singularity, all these factors are zero.
+        condition: Factors of the Jacobian minors that are all 0 at the singularity.
     """
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     screws, general = _in_general(robot, q)
@@ -157,7 +161,7 @@ def _configuration(screws: FloatArray) -> _Configuration:
 
 
 def _relations(general: _Configuration, own: Sequence[int]) -> Iterator[tuple[str, Relation]]:
-    """Yield the relations to test, with their descriptions."""
+    """Yield the relations between joint axes to test, with their descriptions."""
     count = len(general.directions)
     if len(own) == 1 and 0 < own[0] < count - 1:
         i, j = own[0] - 1, own[0] + 1

@@ -2,8 +2,8 @@
 
 Frame and reference point change neither the rank nor the determinant of the Jacobian (Murray, Li
 and Sastry 1994, 3.4). If the Jacobian is expressed in a frame in the middle of the chain, its
-diagonal blocks are smaller. A reference point at the intersection of joint axes has the same
-effect.
+diagonal blocks are smaller. A reference point at the intersection of joint axes also makes the
+diagonal blocks smaller.
 """
 
 import math
@@ -27,7 +27,7 @@ NOTHING = 1e-9
 """Jacobian entries below this value count as 0."""
 SEED = 20
 TRIES = 3
-"""Number of random configurations.
+"""Number of random configurations at which the Jacobian is evaluated.
 
 A Jacobian entry that is 0 at all TRIES random configurations counts as always 0.
 """
@@ -40,7 +40,7 @@ class View:
     Attributes:
         body: Number of joints between the base and the body that defines the frame.
         point: The reference point in the base frame, for joints at 0.
-        filled: Mask (6, n). True marks an entry that may differ from 0.
+        filled: Mask (6, n) of the Jacobian entries that may differ from 0.
     """
 
     body: int
@@ -64,7 +64,7 @@ class Minor:
 
     Attributes:
         view: The frame and reference point of the Jacobian.
-        blocks: The diagonal blocks of the submatrix. The submatrix is block-triangular.
+        blocks: The diagonal blocks of the submatrix, which is block-triangular.
     """
 
     view: View
@@ -86,16 +86,16 @@ def minors(
 ) -> tuple[Minor, ...]:
     """Return the largest square submatrices of a Jacobian.
 
-    There is one submatrix if the Jacobian has as many nonzero rows as columns. Each column belongs
-    to a joint. If the Jacobian has more columns than nonzero rows, each submatrix omits columns.
-    Each submatrix that omits columns has its own frame and reference point. All submatrices that
-    omit rows have the same frame and reference point. Submatrices that are singular in every
-    configuration are omitted.
+    A Jacobian with as many nonzero rows as columns has one such submatrix. Each column of the
+    Jacobian belongs to a joint. If the Jacobian has more columns than nonzero rows, each submatrix
+    omits columns. Each submatrix that omits columns has its own frame and reference point. All
+    submatrices that omit rows have the same frame and reference point. Submatrices that are
+    singular in every configuration are omitted.
 
     Args:
         robot: A serial robot.
         S: The screws of the robot in the base frame (6, n).
-        values: The values of the symbols in the screws.
+        values: Numeric values of the symbols in the screws.
     """
     views = list(_views(robot, S, values))
     fewest = min(len(view.rows) for view in views)
@@ -185,7 +185,7 @@ def _rotated(w: FloatArray, c: FloatArray, s: FloatArray, vectors: FloatArray) -
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return cross products of vectors (3, ...).
 
-    Explicit products are several times faster than np.cross.
+    Explicit products of the components are several times faster than ``np.cross``.
     """
     (a1, a2, a3), (b1, b2, b3) = a, b
     return np.stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])

@@ -45,7 +45,8 @@ poe = Convention(
 )
 """The joint moves along a screw with the direction ``axis`` through ``point``.
 
-Direction and point are expressed in the frame of the previous link at the zero configuration. If
-all joints of a chain are `poe` joints, all link frames coincide with the base frame at the zero
-configuration.
+Direction and point are expressed in the frame of the previous link at the zero configuration. For
+the first joint, this frame is the first frame of the chain. The `[base]` table of a robot file is
+the pose of the first frame in the base frame (default: identity). If all joints are `poe` joints,
+all link frames coincide with the first frame at the zero configuration.
 """

@@ -51,21 +51,22 @@ def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Conventi
 
 
 def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
-    """Return the robot with each joint in the convention that suits its calibration.
+    """Describe each joint by the convention that suits its calibration.
 
-    The tool pose, coordinates, limits and couplings do not change. The conventions of the joints
-    determine the new link frames. Fixed joints become part of the links. Multiples of 15 degrees
-    and numbers with fewer than 25 digits stay exact.
+    In a suitable convention, small errors of the joint axis need only small changes of the
+    parameters. The tool pose, coordinates, limits and couplings stay the same. The new conventions
+    determine the link frames. Fixed joints become part of the links. Named parameters, except
+    helical pitches, are replaced by their values. Multiples of 15 degrees and numbers with fewer
+    than 25 digits stay exact.
 
     Args:
-        robot: A serial robot, for example from ``read``. Named parameters are replaced by their
-            values.
+        robot: A serial robot, for example from ``read``.
 
     Returns:
-        The robot with the same axes and tool pose, in the chosen conventions.
+        The robot in the new conventions: "mdh", "hayati5" or "urdf".
 
     Raises:
-        DescriptionError: The robot has masses whose positions depend on the link frames.
+        DescriptionError: The robot has masses, whose positions refer to the old link frames.
     """
     check_type("with_suitable_conventions: robot", robot, SerialRobot)
     if robot.load is not None:

@@ -45,9 +45,7 @@ def described(name: str) -> tuple[Path, tuple[str, ...]]:
         module = import_module(f"robot_descriptions.{known}")
     except (GitError, OSError, ImportError) as error:
         reason = str(error).strip().splitlines()[-1] if str(error).strip() else repr(error)
-        raise DescriptionError(
-            f"robot:{name}: {known} could not be downloaded ({reason})"
-        ) from error
+        raise DescriptionError(f"robot:{name}: cannot download {known} ({reason})") from error
     for attribute in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH"):
         if hasattr(module, attribute):
             given = getattr(module, "XACRO_ARGS", {}) if attribute == "XACRO_PATH" else {}

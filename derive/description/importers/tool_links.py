@@ -162,7 +162,7 @@ def _check_joints(path: Sequence[TreeJoint], base: str) -> None:
                 "joint",
                 joint.name,
                 f"revolute, prismatic and fixed joints between base and tip, not {kind} "
-                f"(--base {behind} starts after this joint, --tip {before} ends before it)",
+                f"(to exclude this joint, use --base {behind} or --tip {before})",
             )
         before = behind
 

@@ -60,21 +60,22 @@ class LinkPose:
 
 
 def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
-    """Return a UR arm with the measured geometry of one robot.
-
-    Names, limits, base frame and tool frame stay the same. The joints of the result have the URDF
-    convention.
+    """Replace the nominal geometry of a Universal Robots arm by its factory calibration.
 
     Args:
-        description: A UR arm with six revolute joints, described by DH parameters or by URDF
-            origins with z axes.
+        description: The nominal arm with six revolute joints, described by DH parameters or by
+            URDF origins whose joint axes are z axes.
         path: The file ``calibration.conf`` from the controller, or the ``.yaml`` file from the ROS
             driver.
 
+    Returns:
+        The calibrated arm, with joints in the "urdf" convention. Names, limits, base frame and tool
+        frame stay the same.
+
     Raises:
         DescriptionError: The file is not a calibration, the robot is not a UR arm, or the
-            calibration belongs to a different type of UR arm. Such a calibration displaces the tool
-            at joint values 0 by more than ``CALIBRATED_TOOL``.
+            calibration moves the tool at q = 0 by more than 0.05 m. Such a calibration belongs to
+            a different type of UR arm.
     """
     check_type("apply_calibration: description", description, SerialRobot, Mechanism)
     file = as_path("path", path)
@@ -116,8 +117,8 @@ def _arm(robot: Described, file: Path) -> SerialRobot:
             return robot
     expected = "six consecutive revolute joints without fixed joints in between"
     raise DescriptionError(
-        f"{file}: the calibration belongs to a UR arm with {expected}; {robot.name} is not "
-        "a UR arm; chasles has ur5, ur5e and others"
+        f"{file}: the calibration belongs to a UR arm such as ur5 or ur5e; expected {expected}, "
+        f"got {robot.name}"
     )
 
 

@@ -179,7 +179,7 @@ class _Evaluator:
             raise RefusedExpressionError(f"an expression takes more than {MAX_STEPS} steps")
         evaluator = getattr(self, f"_{type(node).__name__.lower()}", None)
         if evaluator is None:
-            raise RefusedExpressionError(f"{type(node).__name__} is not allowed in an expression")
+            raise RefusedExpressionError(f"an expression must not contain {type(node).__name__}")
         found = evaluator(node)
         # Methods of strings and lists are not in the symbols of xacro. The function `_attribute`
         # has already checked the methods.
@@ -210,7 +210,7 @@ class _Evaluator:
         """
         if callable(found) and not (_is_hashable(found) and found in self.functions):
             name = ast.unparse(node)
-            raise RefusedExpressionError(f"the function {name!r} is not allowed in an expression")
+            raise RefusedExpressionError(f"an expression must not call the function {name!r}")
         return found
 
     def _attribute(self, node: ast.Attribute) -> Any:
@@ -227,7 +227,7 @@ class _Evaluator:
     def _call(self, node: ast.Call) -> Any:
         function = self.value(node.func)
         if not callable(function):
-            raise TypeError(f"{ast.unparse(node.func)} is not a function")
+            raise TypeError(f"expected a function, got {ast.unparse(node.func)}")
         if any(keyword.arg is None for keyword in node.keywords):
             raise RefusedExpressionError("** is not allowed in a call")
         named = {str(keyword.arg): self.value(keyword.value) for keyword in node.keywords}
@@ -336,14 +336,14 @@ def _assigned(target: ast.expr, element: Any) -> dict[str, Any]:
         _check_name(target.id)
         return {target.id: element}
     if not isinstance(target, ast.Tuple | ast.List):
-        raise RefusedExpressionError("a comprehension assigns to names only")
+        raise RefusedExpressionError("a comprehension must assign to names")
     pairs = zip(target.elts, element, strict=True)
     return {name: value for part, item in pairs for name, value in _assigned(part, item).items()}
 
 
 def _check_name(name: str) -> None:
     if name.startswith("_"):
-        raise RefusedExpressionError(f"the name {name!r} starts with an underscore")
+        raise RefusedExpressionError(f"a name must not start with an underscore: {name!r}")
 
 
 def _is_hashable(found: Any) -> bool:

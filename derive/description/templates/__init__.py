@@ -8,16 +8,16 @@ _FOLDER = Path(__file__).parent
 
 
 def template(kind: str) -> str:
-    """Return the text of a robot file with comments.
+    """Return the text of a commented robot file to start from.
 
     The text is a valid robot description that can be derived without changes.
 
     Args:
-        kind: The kind "arm" has joints with origins and axes. The kind "dh" has a table of joints.
-            The kind "mechanism" has a boom with a cylinder.
+        kind: The example: "arm" (a serial arm whose joints have origins and axes), "dh" (a serial
+            arm in Denavit-Hartenberg parameters) or "mechanism" (a boom with a cylinder).
 
     Raises:
-        InputValueError: The kind of the file is unknown.
+        InputValueError: The kind is unknown.
     """
     known = sorted(file.stem for file in _FOLDER.glob("*.toml"))
     if kind not in known:

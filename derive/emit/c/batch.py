@@ -1,9 +1,9 @@
 """Generates C that computes many poses in parallel with SIMD instructions.
 
 ``<robot>_lanes.h`` defines each function for SIMD vectors that hold one pose per lane.
-``<robot>_batch.c`` compiles this header for each instruction set and selects the set at run time.
-Other processors use a plain loop. ``chasles_lanes.h`` and ``chasles_batch.h`` are the same for
-every robot.
+``<robot>_batch.c`` compiles ``<robot>_lanes.h`` for each instruction set and selects the
+instruction set at run time. Without x86-64 and glibc, a plain loop computes the poses one after
+another. ``chasles_lanes.h`` and ``chasles_batch.h`` are the same for every robot.
 """
 
 from collections.abc import Sequence
@@ -40,7 +40,7 @@ def files(
     programs: Programs,
     written: Sequence[NativeSolverFunction] = (),
 ) -> dict[str, str]:
-    """Return the files for batches, keyed by name."""
+    """Return the C files that compute batches of poses, keyed by file name."""
     vector = [function for function in functions if has_lanes(function)]
     return {
         f"{robot.name}_batch.h": _header(robot, [*functions, *written]),
@@ -52,10 +52,10 @@ def files(
 
 
 def has_lanes(function: SymbolicFunction) -> bool:
-    """Whether SIMD lanes can compute the function.
+    """Return whether SIMD lanes can compute a function.
 
-    The function must be small and must not call a solver. The function must not compute start
-    values for another function.
+    SIMD lanes compute only small functions that call no solver and compute no start values for
+    other functions.
     """
     size = sizes(function)
     return (
@@ -204,8 +204,8 @@ def _choice(name: str, size: Sizes) -> str:
 def _nearest(name: str, size: Sizes, function: Signature) -> str:
     """Return the C macro that computes the nearest solutions on SIMD lanes.
 
-    The macro refers to the variables ``n``, ``inputs``, ``input_steps``, ``seeds``, ``outputs`` and
-    ``slot`` of the caller.
+    The C code that expands the macro must define the variables ``n``, ``inputs``, ``input_steps``,
+    ``seeds``, ``outputs`` and ``slot``.
     """
     k, n = function.outputs[0].shape
     runs = " \\\n".join(
@@ -253,8 +253,8 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
         program = programs.whole[function.name]
         sparing = "LANES_SPARING " if function.signs else ""
         head = f"static {sparing}LANES_TARGET void LANES_NAME({robot.name}_{function.name})"
-        # Strength reduction replaces expensive square roots and angles. Only functions with
-        # solution branches contain square roots and angles.
+        # Strength reduction replaces expensive square roots and angles, which only functions with
+        # solution branches contain.
         cheap = reduced(program) if function.signs else program
         lines = kernel(cheap, loads(cheap, sizes(function)), sizes(function))
         comment = f"// {function.name}: {summary(count_operations(cheap))}"
@@ -264,7 +264,7 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
 
 
 def loads(program: Program, size: Sizes) -> list[str]:
-    """Return lines that name the kernel's inputs, stored consecutively in the array ``in``."""
+    """Return C lines that copy the consecutive inputs in the array ``in`` to named variables."""
     name, first = naming(program), offsets(size.inputs)
     lines = [
         f"  const lanes {name(e)} = in[{first[e.argument] + e.entry}];" for e in program.inputs

@@ -1,7 +1,7 @@
-"""Generates C that computes the branches of one pose in parallel.
+"""Generates C that computes all solution branches of one pose in parallel.
 
 ``<robot>.c`` includes ``<robot>_branches.h`` if the compiler supports AVX2 or AVX-512. Without AVX2
-and AVX-512, plain C computes the branches in sequence.
+and AVX-512, plain C computes the solution branches one after another.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ WIDEST = 8
 def files(
     robot: Described, functions: Sequence[SymbolicFunction], programs: Programs
 ) -> dict[str, str]:
-    """Return the header that computes the branches, keyed by its file name."""
+    """Return the C header that computes solution branches in parallel, keyed by file name."""
     branched = [function for function in functions if function.signs]
     if not branched:
         return {}
@@ -73,7 +73,8 @@ extern "C" {{
 def _branch(prefix: str, function: SymbolicFunction, program: Program) -> str:
     name = f"{prefix}_{function.name}"
     k, size = function.branches, sizes(branch(function))
-    # The last argument contains the branch signs. Neighboring lanes differ in the last branch sign.
+    # The last argument of the branch function contains the branch signs. The last branch sign
+    # alternates between neighboring SIMD lanes.
     fastest = Input(len(function.inputs), len(function.signs) - 1)
     program, alike = _angles_last(reduced(program, fastest), fastest)
     lines = kernel(program, _loads(function, program), size, alike)
@@ -140,7 +141,7 @@ def _all_branches(name: str, function: SymbolicFunction, size: Sizes) -> str:
 def _kernel_calls(name: str, function: SymbolicFunction) -> list[str]:
     k = function.branches
     width = max(k, WIDEST)
-    # Unused lanes repeat the last branch, so that they contain valid values.
+    # Unused SIMD lanes repeat the last branch, so that all lanes contain valid values.
     columns = [[*c, *[c[-1]] * (width - k)] for c in zip(*patterns(function), strict=True)]
     table = ",\n".join(f"    {{{', '.join(map(str, column))}}}" for column in columns)
     call = f"LANES_NAME({name}_branch)({', '.join(a.name for a in function.inputs)}, choice"
@@ -155,14 +156,14 @@ def _kernel_calls(name: str, function: SymbolicFunction) -> list[str]:
 
 
 def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]]:
-    """Move angles that do not depend on the branch sign to the end of the program.
+    """Move arc tangents that do not depend on a given branch sign behind other operations.
 
     Args:
-        program: The program that computes a single branch.
-        sign: The branch sign that alternates between lanes.
+        program: Sequence of operations that computes a single solution branch.
+        sign: Branch sign that alternates between neighboring SIMD lanes.
 
     Returns:
-        The reordered program, and the variables that contain the moved angles.
+        The reordered operations, and the variables that contain the moved arc tangents.
     """
     varying: set[Operand] = {sign}
     late: set[Operand] = set()

@@ -1,4 +1,4 @@
-"""Generates the constants for ``chasles_closure.h``, which solves loops by iteration."""
+"""Generates C constants for ``chasles_closure.h``, which closes kinematic loops by iteration."""
 
 import math
 import textwrap
@@ -28,13 +28,13 @@ PARAMETRIC = (
     "chasles_closure_newton.h",
     "chasles_closure_tolerances.h",
 )
-"""Support files for loops whose geometry is an input."""
+"""Support files for kinematic loops whose geometry is an input of the C functions."""
 MODES = ("chasles_closure_modes.h", "chasles_closure_tolerances.h")
-"""Support files for inverses that solve each leg and check the result."""
+"""Support files for inverse kinematics functions that check the assembly mode of each solution."""
 
 
 def closure_files(derivation: Derivation) -> dict[str, str]:
-    """Return the files for loops that are solved by iteration, keyed by name."""
+    """Return the C files for kinematic loops that are closed by iteration, keyed by file name."""
     closure, robot = derivation.closure, derivation.robot
     own: dict[str, str] = {}
     needed: list[str] = []
@@ -65,7 +65,7 @@ def closure_files(derivation: Derivation) -> dict[str, str]:
 
 
 def loops_file(robot: Described, system: str) -> str:
-    """Return the name of the file that contains the constants of the closure equations."""
+    """Return the name of the C file that contains the constants of the loop equations."""
     return f"{robot.name}_{system}.h"
 
 

@@ -42,7 +42,7 @@ FUNCTIONS = {
 
 
 def wrapped(line: str, indent: str = "") -> list[str]:
-    """Split a statement into lines of at most `WIDTH` characters."""
+    """Split a C statement into lines of at most `WIDTH` characters."""
     return textwrap.wrap(
         line,
         WIDTH,
@@ -54,12 +54,12 @@ def wrapped(line: str, indent: str = "") -> list[str]:
 
 
 def number(value: float) -> str:
-    """Return the shortest decimal number that parses to the same double."""
+    """Return the shortest decimal text that parses to a given double."""
     return repr(value)
 
 
 def naming(program: Program) -> Naming:
-    """Name the operands of a program, for example ``v3``, ``q_0`` or ``0.25``."""
+    """Return a function that gives operands their C names, such as ``v3``, ``q_0`` or ``0.25``."""
 
     def name(operand: Operand) -> str:
         match operand:
@@ -77,7 +77,7 @@ def expression(statement: Compute, name: Naming) -> str:
     """Return the right-hand side of a statement in plain C.
 
     Raises:
-        KeyError: The operation exists only in SIMD code.
+        KeyError: The operation of the statement exists only in SIMD code.
     """
     operation, terms = statement.operation, [name(operand) for operand in statement.operands]
     if operation in _INFIXES:

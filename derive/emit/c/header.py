@@ -31,13 +31,14 @@ def header(
     """Return the C header of a robot, with comments for firmware engineers.
 
     Args:
-        robot: The robot; its name is the prefix of all C names.
-        functions: The functions, with documented arguments and results.
-        programs: The sequences of operations that compute the functions. The header states the
-            operation counts of the programs.
-        further: Commented declarations of wrapper functions.
+        robot: The robot, whose name is the prefix of all C names.
+        functions: Functions that the header declares, with documented arguments and results.
+        programs: Sequences of operations that compute the functions. The header states the number
+            of operations of each function.
+        further: C declarations of wrapper functions, with comments.
     """
-    # The prefix avoids a clash with the common headers if a robot is named hexapod or lanes.
+    # The prefix CHASLES_ROBOT avoids a clash with include guards of shared headers if a robot is
+    # named hexapod or lanes.
     guard = f"CHASLES_ROBOT_{robot.name.upper()}_H"
     moved: Sequence[Joint | Motor | Coordinate] = robot.coordinates
     coordinates = "\n".join(
@@ -84,7 +85,7 @@ def notice(robot: Described) -> str:
 def support_files() -> Mapping[str, Path]:
     """Return the handwritten C files that all robots share, keyed by name.
 
-    A generated folder contains these files without subfolders.
+    A folder of generated code contains the handwritten files directly, not in subfolders.
     """
     folders = Path(__file__).parent / "support", Path(contract.__file__).parent
     return {path.name: path for folder in folders for path in sorted(folder.rglob("*.h"))}
@@ -96,9 +97,9 @@ def support(name: str) -> str:
 
 
 def own_copy(argument: Argument) -> list[str]:
-    """Return lines of C that copy an input to the variable ``own_<name>``.
+    """Return C lines that copy an input array to the variable ``own_<name>``.
 
-    The copy allows an output to overlap the input.
+    The copy allows an output array to overlap the input array.
     """
     name = argument.name
     return [
@@ -123,7 +124,7 @@ def _operations(function: SymbolicFunction | NativeSolverFunction, programs: Pro
 
 
 def description(function: SymbolicFunction | NativeSolverFunction, programs: Programs) -> list[str]:
-    """Return the comment lines of a function."""
+    """Return the lines of the C comment that describes a function."""
     operations = _operations(function, programs)
     lines = [function.summary, *textwrap.wrap(function.identity, WIDTH - 4), f"{operations}."]
     described: list[Argument | Result] = [*function.inputs, *function.outputs]

@@ -1,4 +1,4 @@
-"""Prints a program for SIMD lanes, with the types and macros of ``chasles_lanes.h``."""
+"""Prints operations as C for SIMD lanes, with the types and macros of ``chasles_lanes.h``."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -38,35 +38,35 @@ _CONSTANT = "const lanes "
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes of a kernel's inputs and outputs in doubles."""
+    """Number of doubles in each input and each output of a function."""
 
     inputs: tuple[int, ...]
     outputs: tuple[int, ...]
 
 
 def sizes(function: Signature) -> Sizes:
-    """Return the sizes of a function's inputs and outputs."""
+    """Return the number of doubles in each input and each output of a function."""
     inputs = tuple(argument.size for argument in function.inputs)
     return Sizes(inputs, tuple(result.size for result in function.outputs))
 
 
 def offsets(lengths: Sequence[int]) -> list[int]:
-    """Return the start index of each array in a sequence of arrays."""
+    """Return the start index of each array in a concatenation of arrays."""
     return [sum(lengths[:k]) for k in range(len(lengths))]
 
 
 def kernel(
     program: Program, loads: Sequence[str], size: Sizes, alike: Sequence[Variable] = ()
 ) -> list[str]:
-    """Return the lines of a C function that stores its outputs in ``out``.
+    """Return the body lines of a C function that stores its outputs in the array ``out``.
 
     Args:
-        program: The program.
-        loads: The lines that load the inputs into named variables.
-        size: Sizes of the inputs and outputs in doubles.
-        alike: Angles of the program whose values in the SIMD lanes 2 k and 2 k + 1 are equal. One
-            call computes two angles of ``alike``: the first angle in even SIMD lanes, the second
-            angle in odd lanes.
+        program: Sequence of operations that the C function computes.
+        loads: C lines that load the inputs of the function into named variables.
+        size: Number of doubles in each input and each output of the function.
+        alike: Arc tangents whose values in the SIMD lanes 2 k and 2 k + 1 are equal. One C call
+            computes two arc tangents of ``alike``: the first in even SIMD lanes, the second in odd
+            lanes.
     """
     first = offsets(size.outputs)
     writer = _Writer(program)
@@ -129,12 +129,12 @@ class _Writer:
         return [f"  const lanes {name} = {expression(statement, self.number)};"]
 
     def number(self, operand: Operand) -> str:
-        """Return the operand as a number. A true condition is 1, a false condition is 0."""
+        """Return the C expression of an operand, with 1 for a true and 0 for a false condition."""
         name = self._name(operand)
         return f"{name}_number" if operand in self._conditions else name
 
     def vector(self, operand: Operand) -> str:
-        """Return the operand as a vector."""
+        """Return the C expression of an operand as a SIMD vector."""
         number = self.number(operand)
         return f"LANES_OF({number})" if isinstance(operand, Constant) else number
 
@@ -182,7 +182,8 @@ class _Writer:
         operation, operands = statement.operation, statement.operands
         if operation in _EXTREMES and any(isinstance(o, Constant) for o in operands):
             # The minimum or maximum instruction returns its second argument if the first argument
-            # is NaN. The constant is the second argument, so the result for NaN is the constant.
+            # is NaN. The constant is passed as the second argument of the instruction, so that the
+            # result for NaN is the constant.
             first, second = sorted(operands, key=lambda o: isinstance(o, Constant))
             value = f"LANES_{_EXTREMES[operation]}({self.number(first)}, {self._name(second)})"
             return [f"  const lanes {name} = {value};"]

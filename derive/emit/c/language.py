@@ -1,4 +1,4 @@
-"""Writes C for single poses, parallel branches and batches."""
+"""Writes C for single poses, for parallel solution branches and for batches of poses."""
 
 from collections.abc import Sequence
 

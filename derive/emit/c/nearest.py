@@ -1,7 +1,7 @@
-"""Generates ``<function>_nearest``, which returns the solution nearest to a seed.
+"""Generates the C function ``<function>_nearest``, which returns the solution nearest to a seed.
 
-``<robot>_nearest.h`` contains the joint limits and one function for each inverse. The file
-`<robot>.c` includes this header last.
+``<robot>_nearest.h`` contains the joint limits and one ``_nearest`` function for each inverse
+kinematics function. The file `<robot>.c` includes ``<robot>_nearest.h`` last.
 """
 
 import textwrap
@@ -26,12 +26,12 @@ SUPPORTS = ("chasles_nearest.h", LANES, BATCH, "chasles_distance.h")
 
 
 def nearest_file(robot: Described) -> str:
-    """Return the name of the header for nearest solutions."""
+    """Return the name of the C header that selects the solutions nearest to a seed."""
     return f"{robot.name}_nearest.h"
 
 
 def nearest_files(derivation: Derivation) -> dict[str, str]:
-    """Return the header for nearest solutions and its support files."""
+    """Return the C header that selects the solutions nearest to a seed, and its support files."""
     robot, found = derivation.robot, inverses(derivation)
     if not found:
         return {}
@@ -59,7 +59,7 @@ def nearest_files(derivation: Derivation) -> dict[str, str]:
 
 
 def nearest_declarations(derivation: Derivation) -> list[str]:
-    """Return commented declarations for the robot's header."""
+    """Return commented C declarations of the ``_nearest`` functions for the robot's header."""
     return [_declaration(derivation, function) for function in seeded(derivation)]
 
 

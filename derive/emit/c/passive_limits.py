@@ -14,10 +14,10 @@ PASSIVE = "chasles_passive.h"
 
 
 def limited_variables(derivation: Derivation) -> tuple[LimitedVariable, ...]:
-    """Return the limited joints and cylinders of a mechanism that are not actuated.
+    """Return the passive joints and cylinders of a mechanism that have limits.
 
-    A full turn of a joint without a coupling does not change the configuration. Such a joint is
-    included only if it has two limits that are less than a full turn apart.
+    A full turn of a joint without a coupling does not change the configuration. An uncoupled
+    revolute joint is included only if it has two limits that are less than a full turn apart.
     """
     mechanism, hybrid = derivation.robot, derivation.hybrid
     functions = {f.name for f in (*derivation.functions, *derivation.written)}
@@ -38,14 +38,14 @@ def limited_variables(derivation: Derivation) -> tuple[LimitedVariable, ...]:
 
 
 def limited_names(derivation: Derivation) -> tuple[str, ...]:
-    """Return the names of the limited joints."""
+    """Return the names of the passive joints and cylinders that have limits."""
     assert derivation.hybrid is not None
     names = [variable.name for variable in derivation.hybrid.variables]
     return tuple(names[v.index] for v in limited_variables(derivation))
 
 
 def passive_tables(derivation: Derivation) -> Iterator[str]:
-    """Yield C tables for joint limits of a mechanism, and the function chasles_nearest_slots."""
+    """Yield C tables for the limits of passive joints, and the function chasles_nearest_slots."""
     variables, name = limited_variables(derivation), derivation.robot.name
     assert derivation.hybrid is not None
     size, m = len(derivation.hybrid.variables), len(variables)

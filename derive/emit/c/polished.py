@@ -1,4 +1,4 @@
-"""Generates C for an inverse that refines nominal solutions with Newton steps."""
+"""Generates C for inverse kinematics that refines nominal solutions with Newton steps."""
 
 import textwrap
 from collections.abc import Sequence
@@ -25,9 +25,9 @@ SUPPORTS = tuple(f"chasles_polish{part}.h" for part in (*PARTS, "_tolerances"))
 
 
 def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Return the files for the refined inverse of an arm.
+    """Return the C files for inverse kinematics that refines the nominal solutions of an arm.
 
-    The result is empty if the robot has no refined inverse.
+    The result is empty if the robot has no refined inverse kinematics function.
     """
     robot = derivation.robot
     refined = [function for function in derivation.written if function.solver == SOLVER]
@@ -108,8 +108,9 @@ def _seeded(
 ) -> list[str]:
     """Print the pose computation for a robot whose loops are solved by Newton's method.
 
-    The iteration starts at w, or at the reference configuration if w is NaN or far from q. On
-    return, w is the loop configuration at q.
+    Newton's iteration starts at the loop configuration w, or at the reference configuration if w is
+    NaN or far from the coordinates q. The C function overwrites w with the loop configuration at
+    the coordinates q.
     """
     closure = derivation.closure
     if not pose.calls or closure is None:

@@ -35,14 +35,14 @@ def source(
     written: Sequence[NativeSolverFunction] = (),
     further: Sequence[str] = (),
 ) -> str:
-    """Return the C99 file with all functions of a robot. The file needs only libm.
+    """Return a C99 file that contains all functions of a robot and needs only libm.
 
     Args:
-        robot: The robot; its name is the prefix of all C names.
-        functions: The functions, with documented arguments and results.
-        programs: The programs of the functions.
-        written: The functions whose code is in separate files.
-        further: Names of the files to include at the end.
+        robot: The robot, whose name is the prefix of all C names.
+        functions: Functions that the C file defines, with documented arguments and results.
+        programs: Sequences of operations that compute the functions.
+        written: Functions whose C code is in separate files.
+        further: Names of further C files that the file includes at its end.
     """
     included = f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"'
     if any(function.signs for function in functions):
@@ -57,14 +57,15 @@ def source(
 
 
 def branches_file(robot: Described) -> str:
-    """Return the name of the header that computes the branches in parallel."""
+    """Return the name of the C header that computes solution branches in parallel."""
     return f"{robot.name}_branches.h"
 
 
 def branches_flag(robot: Described) -> str:
-    """Return the name of a C macro.
+    """Return the name of the C macro that enables solution branches in SIMD lanes.
 
-    The branch header defines the macro if the compiler supports the SIMD code of the header.
+    The header ``<robot>_branches.h`` defines the macro as 1 if the compiler supports the SIMD code
+    of the header.
     """
     return f"{robot.name.upper()}_BRANCHES"
 
@@ -102,8 +103,8 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
             f"#if {flag}",
             f"  LANES_NAME({name}_branches)({', '.join(what.name for what in described)});",
             "#else",
-            # Outputs may overlap inputs. The first branch is stored before the second branch reads
-            # the inputs.
+            # The inputs are copied, because outputs of the first branch may overlap inputs that the
+            # second branch reads.
             *(line for argument in function.inputs for line in own_copy(argument)),
             f"  for (int b = 0; b < {function.branches}; b++) {{",
             f"    const double choice[{n}] = {{{signs}}};",
@@ -116,7 +117,7 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
 
 
 def statements(robot: Described, function: SymbolicFunction, program: Program) -> list[str]:
-    """Return the lines of a function's body."""
+    """Return the C lines of a function's body."""
     plain, filled = naming(program), _filled(function)
     used = {program.arguments[entry.argument] for entry in program.inputs}
     used |= {name for call in function.calls for name in call.inputs}
@@ -124,7 +125,8 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
     lines += _called(robot, function.calls, filled)
     if len(filled) == len(function.outputs):
         return lines
-    # Outputs may overlap inputs. All inputs are read before an output is written.
+    # All inputs are read before an output is written, because output arrays may overlap input
+    # arrays.
     lines += _section(
         "inputs",
         [
@@ -155,11 +157,11 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
 
 
 def _filled(function: SymbolicFunction) -> dict[str, str]:
-    """Return the function result for each output array of a call, keyed by the array name.
+    """Return the result that receives each output array of a called function, keyed by array.
 
-    A call writes its outputs directly to the function results, without a copy.
+    A called function writes its outputs directly to the results of its caller, without a copy.
 
-    A call must not write a result before all inputs are read.
+    A called function must not write a result before all inputs of its caller are read.
     """
     given, calls = {argument.name for argument in function.inputs}, list(enumerate(function.calls))
     read = max((k for k, call in calls if not given.isdisjoint(call.inputs)), default=-1)
@@ -217,13 +219,13 @@ def _wrapped(line: str) -> list[str]:
 
 @dataclass(frozen=True)
 class _Parts:
-    """A program, split at its first call that computes several cosines and sines.
+    """Operations of a function, split at the call that computes several cosines and sines.
 
     Attributes:
-        before: Statements before this call.
-        angles: Arguments of the cosines and sines.
-        turns: Names of the results, ``c[k]`` and ``s[k]`` for angle k.
-        after: Statements after this call.
+        before: Statements before the call that computes cosines and sines.
+        angles: Angles whose cosines and sines the call computes.
+        turns: Names ``c[k]`` and ``s[k]`` of the cosine and the sine of angle k.
+        after: Statements after the call that computes cosines and sines.
     """
 
     before: tuple[Compute, ...]

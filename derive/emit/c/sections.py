@@ -10,14 +10,14 @@ _MATRIX = 2
 
 
 def summary(operations: Operations) -> str:
-    """Format operation counts: ``35 operations: multiply 12, add 13, trig 10``."""
+    """Format operation counts, for example ``35 operations: multiply 12, add 13, trig 10``."""
     kinds = {kind: n for kind, n in operations.as_dict().items() if n and kind != "total"}
     listed = ", ".join(f"{kind} {n}" for kind, n in kinds.items())
     return f"{operations.total} operations" + (f": {listed}" if listed else "")
 
 
 def iteration_count(function: SymbolicFunction) -> str:
-    """Return the operation count of the called solvers as text."""
+    """Return, as text, the operation count of the solvers that a function calls."""
     count = sum(call.operations for call in function.calls)
     return f", after about {count} operations of the loop iteration" if count else ""
 

@@ -2,8 +2,8 @@
 
 If joints are coupled, a full turn of one joint may move several motors by fractions of a turn. For
 example, a full turn of one joint may move both motors of a differential by half a turn each. The
-limits of a coupled robot form a polytope. No tables are needed if the coupled joints have no limits
-and a full turn of a joint changes the coordinates only by full turns.
+limits of a robot with coupled joints form a polytope. The search needs no tables if coupled joints
+have no limits and full turns of a joint change the coordinates only by full turns.
 """
 
 import textwrap
@@ -21,7 +21,7 @@ COUPLINGS = "chasles_couplings.h"
 
 
 def shares_limits(derivation: Derivation, wraps: Sequence[bool]) -> bool:
-    """Whether the robot needs tables for its couplings.
+    """Return whether the search over full turns of a robot needs tables for its couplings.
 
     Args:
         derivation: The derivation of the robot.
@@ -50,7 +50,7 @@ def joint_limits(robot: SerialRobot) -> tuple[Limits, ...]:
 
 
 def windings(derivation: Derivation) -> list[str]:
-    """Return the tables of a robot with coupled coordinates."""
+    """Return the C lines of the coupling tables of a robot with coupled coordinates."""
     robot = derivation.robot
     assert isinstance(robot, SerialRobot)
     assert derivation.inverse is not None
@@ -86,9 +86,9 @@ def nearest_slots(name: str, kind: str, table: str) -> list[str]:
 
     Args:
         name: Name of the robot.
-        kind: Suffix in the name of the support function ``chasles_nearest_<suffix>``. The support
-            function selects a solution.
-        table: Suffix of the table that the support function reads.
+        kind: Suffix in the name of the support function ``chasles_nearest_<suffix>``, which selects
+            a solution.
+        table: Suffix in the name of the C table that the support function reads.
     """
     return [
         "/* chasles_nearest_slots for limits of coordinates and joints. */",
@@ -126,14 +126,14 @@ def _is_own(own: LinearMap, joint: int, coordinate: int) -> bool:
 def _only(row: Sequence[sp.Expr]) -> tuple[int, sp.Expr]:
     """Return the index and value of the only nonzero entry of a row.
 
-    Returns (-1, 1) if the row has no nonzero entry or several nonzero entries.
+    The result is (-1, 1) if the row has no nonzero entry or several nonzero entries.
     """
     entries = [(k, ratio) for k, ratio in enumerate(row) if ratio != 0]
     return entries[0] if len(entries) == 1 else (-1, sp.S.One)
 
 
 def _alone(k: int, L: sp.Matrix, C: sp.Matrix) -> int:
-    """Return the only coordinate that a full turn of joint k changes, or -1.
+    """Return the index of the only coordinate that a full turn of joint k changes, or -1.
 
     The result is -1 if joint k changes several coordinates, or if an independent joint other than
     joint k also changes the coordinate.

@@ -48,12 +48,12 @@ SUPPORTS = {
     "hexapod": ("chasles_hexapod.h", *HEXAPOD),
     "triad": ("chasles_triad.h", "chasles_triad_tolerances.h", *CIRCLE),
 }
-"""Files of each handwritten solver. The first file includes the other files, and the generated C
-code includes the first file."""
+"""Support files of each handwritten C solver. The generated C code includes the first of these
+files, which includes the others."""
 
 
 def written_files(robot: Described, written: Sequence[NativeSolverFunction]) -> dict[str, str]:
-    """Return the files of functions with handwritten solvers, keyed by name."""
+    """Return the C files of functions with handwritten solvers, keyed by file name."""
     tabled = [function for function in written if function.solver in SUPPORTS]
     own = {written_file(robot, function): _source(robot, function) for function in tabled}
     names = {name for function in tabled for name in SUPPORTS[function.solver]}
@@ -66,9 +66,9 @@ def written_file(robot: Described, function: NativeSolverFunction) -> str:
 
 
 def _source(robot: Described, function: NativeSolverFunction) -> str:
-    """Print the tables of a function and the C function that calls the solver.
+    """Return the C tables of a function and the C function that calls its handwritten solver.
 
-    This file is included after the functions that the solver calls.
+    The generated file is included after the functions that the solver calls.
     """
     prefix, solver = f"chasles_{function.solver}", SUPPORTS[function.solver][0]
     table = f"{robot.name}_{function.name}_tables"

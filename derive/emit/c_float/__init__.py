@@ -1,1 +1,1 @@
-"""C in single precision for microcontrollers, with measured errors and a stack bound."""
+"""Generates C in single precision for microcontrollers, with measured errors and a stack bound."""

@@ -26,7 +26,8 @@ _TURNS = {
     Operation.SIN: "sin_{0}",
     Operation.TAN: "(sin_{0} / cos_{0})",
 }
-"""Functions that compute the cosine or the sine of an angle; one call computes both."""
+"""C expressions for the cosine, sine and tangent of an angle. One call computes both the cosine and
+the sine of an angle."""
 
 
 def number(value: float) -> str:
@@ -41,7 +42,7 @@ class Precision:
 
     Attributes:
         kind: The type.
-        number: Prints a constant.
+        number: Function that formats a constant as C text.
         calls: C templates of the operations whose C function differs from the one in double
             precision, such as ``fabsf`` instead of ``fabs``.
     """
@@ -67,7 +68,7 @@ def definition(prefix: str, function: SymbolicFunction, program: Program) -> str
     comment = textwrap.wrap(function.summary, WIDTH - len("// "))
     counted = summary(count_operations(program))
     head = [*(f"// {line}" for line in [*comment, counted]), signature(prefix, function)]
-    # Outputs may overlap inputs. All inputs are read before an output is written.
+    # Outputs may overlap inputs, because all inputs are read before an output is written.
     used = {program.arguments[entry.argument] for entry in program.inputs}
     unused = [f"  (void){a.name};" for a in function.inputs if a.name not in used]
     return "\n".join([*head, "{", *unused, *statements(function, program), "}\n"])

@@ -20,7 +20,7 @@ _AMPLITUDE = 0.05
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Return the files of the package by path."""
+    """Return the files of the CMake package, keyed by path."""
     name = derivation.robot.name
     in_c = c.files(derivation, programs)
     public = {f"{name}.h", f"{name}_batch.h"}

@@ -18,9 +18,8 @@ DOUBLE = Precision("double", expressions.number, {})
 PRECISIONS = (SINGLE, DOUBLE)
 POSE = "  const size_t pose = (size_t)blockIdx.x * blockDim.x + threadIdx.x;"
 OWN = frozenset(["poses", "pose", "of", "by", "at", "slot", "own", "own_residual", "own_margin"])
-"""Names of local variables in the printed functions. An argument with the name of a local variable,
-or with a reserved name, gets a trailing underscore.
-"""
+"""Names of local variables in the generated CUDA functions. An argument with the name of a local
+variable, or with a reserved name, gets a trailing underscore."""
 
 
 def renamed(function: SymbolicFunction) -> SymbolicFunction:
@@ -78,7 +77,7 @@ class Nearest:
     Attributes:
         derivation: The derivation of the robot.
         inverse: The inverse.
-        inputs: Inputs of the inverse after the target.
+        inputs: Inputs of the inverse kinematics function after the target.
     """
 
     derivation: Derivation
@@ -131,7 +130,7 @@ class Nearest:
         return [*(call if own.function else ()), *values]
 
     def kernel(self) -> str:
-        """Return the kernel. All poses use the same limits and weights."""
+        """Return the CUDA kernel, which uses the same limits and weights for all poses."""
         n, target = len(self.derivation.robot.coordinates), renamed(self.inverse).inputs[0]
         arguments = [f"const Real *{name}" for name in (target.name, "q_seed")]
         arguments += [f"const Real *{name}" for name in ("lower", "upper", "weights")]

@@ -36,11 +36,11 @@ inputs. For an inverse, only solutions count whose Jacobian has a smallest singu
 {REGULAR}. For a robot with loops, only inputs count whose margins are above {REGULAR}.""".split(
     "\n"
 )
-"""The lines at the top of the header."""
+"""Lines of the comment at the top of the generated CUDA header."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Return the header, the support files, the README and the example."""
+    """Return the CUDA header, the support files, the README and the example, keyed by file name."""
     name = derivation.robot.name
     printed = printed_functions(derivation)
     absent = (missing_functions(derivation), missing_nearest(derivation, printed))

@@ -11,9 +11,9 @@ from ..c.expressions import FUNCTIONS, expression, naming
 from ..precision.single import single
 
 WIDTH = 100
-"""Maximum line length of comments and results."""
+"""Maximum line length of comments and results in the generated JAX module."""
 CHOICE = "choice"
-"""Name of the argument with the branch signs."""
+"""Name of the program argument that contains the branch signs."""
 _TEMPLATES = {
     Operation.AND: "{0} & {1}",
     Operation.OR: "{0} | {1}",
@@ -40,13 +40,13 @@ def safe(name: str) -> str:
 
 
 def definition(function: SymbolicFunction, described: Sequence[str], program: Program) -> str:
-    """Return a function with its docstring.
+    """Return the Python source of a JAX function with its docstring.
 
     Args:
         function: The function.
         described: The lines of the docstring; the first line is the summary.
-        program: The program of the function. If the function has several branches, the program
-            computes the result of one branch.
+        program: The expression graph of the function, or of a single branch if the function has
+            several branches.
     """
     first, *others = described
     slots = list(patterns(function)) if function.signs else []

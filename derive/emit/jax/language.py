@@ -17,7 +17,7 @@ TEMPLATE = Path(__file__).parent / "support" / "module.py.in"
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Return the files of the module, keyed by name."""
+    """Return the files of the JAX module, keyed by name."""
     robot = derivation.robot
     printed = printed_functions(derivation)
     missing = missing_functions(derivation)

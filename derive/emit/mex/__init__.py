@@ -1,1 +1,1 @@
-"""Writes functions for MATLAB, Octave and Simulink. The functions call the generated C code."""
+"""Writes functions for MATLAB, Octave and Simulink, which call the generated C code."""

@@ -16,7 +16,8 @@ _KEYWORDS = (
     "persistent return spmd switch try while"
 )
 _RESERVED = frozenset(_KEYWORDS.split())
-"""Keywords of MATLAB. An argument or result with one of these names gets a trailing underscore."""
+"""Keywords of MATLAB. An argument or result that has the name of a keyword gets a trailing
+underscore."""
 
 
 @dataclass(frozen=True)
@@ -25,10 +26,9 @@ class Array:
 
     Attributes:
         name: Name in MATLAB.
-        meaning: Meaning and unit of the value.
+        meaning: Meaning and unit of the array entries.
         shape: Sizes in MATLAB.
-        has_columns: Whether the C solver stores one solution per row. MATLAB then stores one
-            solution per column.
+        has_columns: Whether C stores one solution per row and MATLAB one solution per column.
         is_condition: Whether the entries are booleans.
     """
 

@@ -19,11 +19,11 @@ SUPPORT = Path(__file__).parent / "support"
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Return the files of the package, keyed by path.
+    """Return the files of the ROS 2 package, keyed by path.
 
     Raises:
-        InputValueError: The robot lacks a function that the plugin needs, or an input of the
-            inverse is neither a joint value nor a swivel angle.
+        InputValueError: The robot lacks a function that the plugin needs, or an input of its
+            inverse kinematics is neither a joint value nor a swivel angle.
     """
     robot, package = derivation.robot, f"chasles_{derivation.robot.name}_moveit"
     inverse = _inverse(derivation)
@@ -61,7 +61,7 @@ def _inverse(derivation: Derivation) -> Signature:
     missing += [] if has_maps(derivation) or _is_direct(derivation) else [", ".join(MAPS)]
     if inverse is None or missing:
         name = derivation.robot.name
-        raise InputValueError(f"{name}: a plugin of MoveIt needs {' and '.join(missing)}")
+        raise InputValueError(f"{name}: a MoveIt plugin requires {' and '.join(missing)}")
     return inverse
 
 
@@ -101,7 +101,7 @@ def _calls(derivation: Derivation, inverse: Signature) -> dict[str, str]:
     redundant = [moving[k] for k in own.entries] if own and not is_swivel else []
     if own is None or not set(redundant) <= set(names):
         raise InputValueError(
-            f"{derivation.robot.name}: a plugin of MoveIt cannot sample {', '.join(inputs)}"
+            f"{derivation.robot.name}: a MoveIt plugin cannot sample {', '.join(inputs)}"
         )
     indices = [names.index(joint) for joint in redundant]
     coordinates = "theta" if _is_direct(derivation) else "robot::actuators(theta)"

@@ -1,1 +1,1 @@
-"""Converts programs to single precision and measures their errors."""
+"""Converts the expression graphs of functions to single precision and measures their errors."""

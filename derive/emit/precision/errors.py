@@ -1,4 +1,4 @@
-"""Compares single-precision programs with double-precision programs."""
+"""Compares the results of robot functions in single and double precision."""
 
 import math
 from collections.abc import Sequence
@@ -18,20 +18,20 @@ from .single import single
 SAMPLES = 10_000
 """Number of random inputs at which a function is evaluated."""
 SAFETY = 2.0
-"""The printed error bound is the largest measured error times this factor. Math libraries on other
-processors may be less accurate."""
+"""The printed error bound is the largest measured error times this factor, because math libraries
+on other processors may be less accurate."""
 NEAR_REFERENCE = 0.2
 """If the robot has loops, sampled coordinates differ from the reference by at most this distance
-(radian or meter). If the range of a coordinate is below 1 rad or 1 m, the distance is at most 0.2
-times the range."""
+(radian or meter). If the range of a coordinate is below 1 rad or 1 m, the distance from the
+reference is at most 0.2 times the range."""
 SOLVED = 1e-9
 """Largest residual of a solution in double precision (meter or radian)."""
 RATES = {"qd", "qdd", "thetad", "thetadd", "zd", "zdd"}
 """Names of inputs that are velocities or accelerations."""
 ENTRIES = {"position": [3, 7, 11], "plane": [3, 7], "orientation": [0, 1, 2, 4, 5, 6, 8, 9, 10]}
-"""Pose entries that a task constrains."""
+"""Indices of the pose matrix entries that each kind of task constrains."""
 ROWS = {"position": [0, 1, 2], "plane": [0, 1], "orientation": [3, 4, 5]}
-"""Jacobian rows that a task constrains."""
+"""Indices of the Jacobian rows that each kind of task constrains."""
 _TURN = 2 * math.pi
 
 
@@ -40,9 +40,11 @@ class Errors:
     """Errors of a function in single precision.
 
     Attributes:
-        bounds: Error bound of each output. The bound is None if no error was measured.
-        solutions: Number of regular inverse solutions in double precision.
-        missed: Number of regular inverse solutions that single precision misses.
+        bounds: Error bound of each output, or None for an output without a measured error.
+        solutions: Number of inverse kinematics solutions away from singularities that the function
+            finds in double precision.
+        missed: Number of inverse kinematics solutions away from singularities that the function
+            misses in single precision.
     """
 
     bounds: tuple[float | None, ...]
@@ -156,7 +158,7 @@ class Measurement:
     def _inverse_errors(
         self, function: SymbolicFunction, exact: Sequence[Array], rounded: Sequence[Array]
     ) -> Errors:
-        """Compare the solutions in single and double precision.
+        """Compare the inverse kinematics solutions in single and double precision.
 
         Solutions near singularities are skipped.
         """

@@ -1,4 +1,4 @@
-"""Evaluates programs in single or double precision for many inputs."""
+"""Evaluates the expression graphs of functions in single or double precision for many inputs."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -12,9 +12,9 @@ Array = NDArray[Any]
 
 
 def evaluate(program: Program, inputs: Sequence[Array], kind: type[np.floating]) -> list[Array]:
-    """Return the results of a program for m inputs.
+    """Return the results of an expression graph for m sets of inputs.
 
-    Inputs and results have the shape (m, entries).
+    The arrays of inputs and results have the shape (m, entries).
 
     Every operation rounds its result to the chosen number type. Functions such as the sine are
     computed in double precision and then rounded.

@@ -1,4 +1,4 @@
-"""Converts the constants of programs to single precision."""
+"""Converts the constants of expression graphs to single precision."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,7 +23,7 @@ FRAME = 128
 
 
 def single(program: Program) -> Program:
-    """Return the single-precision version of a program.
+    """Return the single-precision version of an expression graph.
 
     A rounding threshold is a tiny constant that occurs only in conditions. Rounding thresholds are
     multiplied by the ratio of the rounding errors of the two precisions. A tiny lower bound that
@@ -73,7 +73,10 @@ def _floored(value: float) -> float:
 
 
 def stack_bytes(program: Program) -> int:
-    """Return an upper bound of a function's stack size (byte). Compilers must optimize."""
+    """Return an upper bound of a function's stack size (byte).
+
+    The bound holds only for compilers that optimize.
+    """
     last = {operand: k for k, s in enumerate(program.statements) for operand in s.operands}
     alive: set[Operand] = set(program.inputs)
     most = len(alive)

@@ -14,7 +14,7 @@ SUPPORT = Path(__file__).parent / "support"
 MAPS = ("chain", "chain_D_q", "chain_rates", "actuators", "actuators_D_chain", "actuator_rates")
 """Functions that convert between actuators and joints."""
 EXAMPLE = "examples/hardware.cpp"
-"""Path of the example in the package."""
+"""Path of the example in the ROS 2 package."""
 
 
 def chain(derivation: Derivation) -> Sequence[Joint]:
@@ -31,7 +31,9 @@ def has_maps(derivation: Derivation) -> bool:
 
 
 def map_files(derivation: Derivation, inverse: Signature, package: str) -> dict[str, str]:
-    """Return the header and the example, keyed by path. Returns {} if a conversion is missing.
+    """Return the header and the example, keyed by path.
+
+    The result is {} if the robot lacks a function that converts between actuators and joints.
 
     Args:
         derivation: The derivation of the robot.
@@ -42,7 +44,8 @@ def map_files(derivation: Derivation, inverse: Signature, package: str) -> dict[
         return {}
     robot, hybrid = derivation.robot, derivation.hybrid
     names = [joint.name for joint in chain(derivation)]
-    # Couplings are linear. The conversion of rates does not depend on the positions.
+    # Couplings are linear. Without loops, the conversion of rates between actuators and joints does
+    # not depend on the positions.
     has_slope = hybrid is not None
     all_joints = [v.name for v in hybrid.variables] if hybrid else names
     values = {

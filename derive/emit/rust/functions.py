@@ -47,10 +47,11 @@ def definition(function: Signature, described: Sequence[str], program: Program) 
     Args:
         function: The function.
         described: The lines of the comment; the first line is the summary of the function.
-        program: The program of all branches of the function.
+        program: The expression graph of all branches of the function.
     """
     first, *others = described
-    # Markdown would read products and indices as emphasis and links.
+    # The comment lines are a text block, because Markdown would read products and indices as
+    # emphasis and links.
     comment = [f"/// {first}", "///", "/// ```text", *(f"/// {line}" for line in others), "/// ```"]
     inputs = [f"{safe(a.name)}: &{kind(a)}" for a in function.inputs]
     outputs = [f"{safe(r.name)}: &mut {kind(r)}" for r in function.outputs]
@@ -67,7 +68,7 @@ def nearest(derivation: Derivation, function: SymbolicFunction, own: SeedInputs)
     Args:
         derivation: The derivation of the robot.
         function: The inverse.
-        own: Inputs of the inverse after the target.
+        own: Inputs of the inverse kinematics function after the target.
     """
     lines = [
         *nearest_summary(function),
@@ -100,9 +101,10 @@ def nearest(derivation: Derivation, function: SymbolicFunction, own: SeedInputs)
 
 
 def kind(value: Argument | Result) -> str:
-    """Return the type of an argument. Arguments with solution slots are arrays of arrays.
+    """Return the Rust type of an argument.
 
-    Residuals and margins have one entry per solution.
+    The coordinates of several solutions are an array of arrays. Arrays of residuals and margins
+    have one entry per solution.
     """
     if is_slots(value):
         slots, n = value.shape

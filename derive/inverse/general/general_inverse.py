@@ -345,7 +345,7 @@ def solver_function(
     labels = tuple(f"solution {k + 1} (ordered by {suppressed})" for k in range(SLOTS))
     return NativeSolverFunction(
         "ik",
-        f"Every solution of the inverse kinematics, in {SLOTS} slots, solutions first.",
+        f"All inverse kinematics solutions, in {SLOTS} solution slots, valid slots first.",
         "fk(q[k]) = T if residual[k] is a rounding error",
         (pose_argument(robot), *_given_arguments(robot, given)),
         outputs,

@@ -102,7 +102,7 @@ def placements(robot: SerialRobot) -> list[Array]:
     """
     if robot.couplings or not all(map(_is_free, robot.moving)):
         raise DescriptionError(
-            f"{robot.name} needs revolute or prismatic joints, each with its own coordinate"
+            f"{robot.name}: expected revolute or prismatic joints, each with its own coordinate"
         )
     found = [placement_matrix(robot.base)]
     for joint in robot.joints:

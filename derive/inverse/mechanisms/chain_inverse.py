@@ -85,7 +85,7 @@ def _composed(
     coordinates = moving_coordinates(hybrid, chain.role.fixed)
     return NativeSolverFunction(
         IK,
-        f"Every solution of the inverse kinematics, in {slots} slots.",
+        f"All inverse kinematics solutions, in {slots} solution slots.",
         IDENTITY,
         chain.inputs,
         (

@@ -248,7 +248,7 @@ def _actuator(hybrid: SolvedLoops, k: int) -> sp.Expr:
     """
     coordinate = hybrid.mechanism.coordinates[k]
     if coordinate.moves in hybrid.backward.open:
-        raise DescriptionError(f"{hybrid.mechanism.name}: {coordinate.name} has no closed form")
+        raise DescriptionError(f"{hybrid.mechanism.name}: no closed form for {coordinate.name}")
     (value,) = named(hybrid, hybrid.backward, [coordinate.moves])
     return hybrid.terms.let(value / coordinate.ratio)
 

@@ -87,7 +87,7 @@ def _checked(closure: LoopClosure, legs: SymbolicFunction) -> NativeSolverFuncti
     slots = legs.branches
     checked = NativeSolverFunction(
         IK,
-        f"Every solution of the inverse kinematics, in {slots} slots.",
+        f"All inverse kinematics solutions, in {slots} solution slots.",
         IDENTITY,
         legs.inputs,
         (
@@ -112,7 +112,7 @@ def _checked(closure: LoopClosure, legs: SymbolicFunction) -> NativeSolverFuncti
     h = closure.hybrid
     return replace(
         checked,
-        summary=f"Every solution of the inverse kinematics, in {count} slots.",
+        summary=f"All inverse kinematics solutions, in {count} solution slots.",
         inputs=(legs.inputs[0], *carried.arguments()),
         outputs=tuple(replace(r, shape=(count, *r.shape[1:])) for r in checked.outputs),
         solver=carried.solver,

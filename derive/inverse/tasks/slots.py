@@ -223,7 +223,7 @@ def function_of(
             "distance from the boundary of the reachable set, negative outside",
         ),
     )
-    summary = f"Every solution of the inverse kinematics, in {k} slots."
+    summary = f"All inverse kinematics solutions, in {k} solution slots."
     return SymbolicFunction(
         name, summary, identity, inputs, outputs, work.terms, signs=tuple(work.signs), role=role
     )

@@ -94,7 +94,7 @@ def jacobians(page: Page) -> str:
     return text(
         r"Twists are $(v; \omega)$, linear velocity first, in the axes of the base frame. In the"
         " mixed Jacobian, $v$ is the velocity of the tool's origin; in the spatial Jacobian, it is"
-        " the velocity of the tool body's point at the base frame's origin.",
+        " the velocity of the point of the tool body at the base origin.",
         sentence(
             _with_terms(page, mixed, "columns of the mixed Jacobian are"),
             _columns(page, mixed, "J"),

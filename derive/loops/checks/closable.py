@@ -1,10 +1,9 @@
-"""Checks in which part of the actuator range the loops close, and which limits are unreachable.
+"""Checks whether the loops close within the actuator limits, and which limits are unreachable.
 
-The limits of the actuators span a box. In a part of this box, the loops may be unable to close. If
-the loops close in less than half of the box, a remark states this. Each actuator is then moved
-alone, with the other actuators at the reference. A remark states the unreachable limits of the
-actuator. Another remark names the joint whose reference value differs most from the joint value at
-the closed configuration.
+If the loops close at less than half of random actuator values within the limits, a remark states
+this. For each actuator with unreachable limits, another remark states the reachable interval while
+the other actuators stay at the reference. A further remark names the joint whose reference value
+differs most from its value at the closed configuration.
 """
 
 import math
@@ -27,21 +26,23 @@ Floats = NDArray[np.float64]
 IsClosed = Callable[[Floats], bool]
 """Returns whether the loops close at actuated coordinates."""
 MANY, MANY_STEPS = 500, 64
-"""Number of random configurations and of grid values, for loops with a closed form."""
+"""Numbers of random configurations and of grid values at which loops with a closed form are tested.
+"""
 FEW, FEW_STEPS = 60, 17
-"""Number of random configurations and of grid values, for loops without a closed form."""
+"""Numbers of random configurations and of grid values at which loops without a closed form are
+tested."""
 HALVINGS = 20
 OMITTED = 0.01
-"""The check compares the assumed value of an omitted actuator with the value at which the loops
-close. If the two values differ by more than this threshold (radian, or relative to the size), the
-check prints both values."""
+"""Largest accepted difference between the assumed value of an omitted actuator and the value that
+closes the loops (radian, or relative to the size). If the difference is larger, the check prints
+both actuator values."""
 LITTLE = 0.5
-"""If the loops close at a smaller fraction of the configurations than this value, the check prints
-a remark."""
+"""The check prints a remark if the loops close at a smaller fraction of the random configurations
+than this value."""
 
 
 def limits_of(h: SolvedLoops) -> tuple[str, ...]:
-    """Return a sentence for each joint limit at which the loops do not close."""
+    """Return remarks on actuator limits at which the loops do not close."""
     mechanism = h.mechanism
     if h.forward.open:
         search = BySearch(NumericMechanism(mechanism), h.at_reference)
@@ -57,10 +58,10 @@ def limits_of(h: SolvedLoops) -> tuple[str, ...]:
 
 
 def doubts_of(h: SolvedLoops) -> tuple[str, ...]:
-    """Return warnings about a robot with closed loops. The tuple is usually empty.
+    """Return warnings about a robot with closed loops, usually an empty tuple.
 
-    The warnings are about rods with swapped ends, about omitted or distant reference values, and
-    about geometry that narrowly misses a closed form.
+    The warnings concern rods with swapped ends, omitted or distant reference values, and geometry
+    that narrowly misses the conditions of a closed-form solution.
     """
     swapped = doubtful_ends(h.mechanism, h.at_reference)
     doubts = (swapped, omitted_actuators(h), moved_reference(h), *nearly_met(h))
@@ -68,16 +69,16 @@ def doubts_of(h: SolvedLoops) -> tuple[str, ...]:
 
 
 class BySearch:
-    """Tests whether loops close, by a numerical search from the reference."""
+    """Tests whether the loops close, with a numerical search that starts at the reference."""
 
     def __init__(self, bodies: NumericMechanism, configuration: Mapping[str, float]) -> None:
-        """Store a closed configuration as the start of the search."""
+        """Store a closed configuration, at which the numerical search starts."""
         self.bodies = bodies
         self.configuration = {name: configuration[name] for name in bodies.values}
         self.names = [loop_joint.name for loop_joint in bodies.mechanism.loop_joints]
 
     def is_closed(self, q: Floats) -> bool:
-        """Whether the loops close at actuated coordinates."""
+        """Whether the loops close at the given actuated coordinates."""
         coordinates = self.bodies.mechanism.coordinates
         actuated = {
             c.moves: float(value) * self.bodies.number(c.ratio)
@@ -92,13 +93,13 @@ class BySearch:
 def limits_in_words(
     mechanism: Mechanism, reference: Floats, is_closed: IsClosed, samples: int, steps: int
 ) -> Iterator[str]:
-    """Yield messages about joint limits at which the loops do not close.
+    """Yield messages about actuator limits at which the loops do not close.
 
     Args:
         mechanism: The description.
-        reference: The actuated coordinates of the reference. If a coordinate lacks a limit, its
-            reference value replaces both limits.
-        is_closed: Returns whether the loops close at actuated coordinates.
+        reference: Actuated coordinates at the reference configuration. If a coordinate lacks a
+            limit, its reference value replaces both limits.
+        is_closed: Function that returns whether the loops close at the given actuated coordinates.
         samples: Number of random configurations within the coordinate limits.
         steps: Number of grid values between the limits of each coordinate.
     """
@@ -127,7 +128,7 @@ def limits_in_words(
 
 
 def _bounds(coordinates: tuple[Coordinate, ...], reference: Floats) -> tuple[Floats, Floats]:
-    """Return lower and upper limits.
+    """Return the lower and upper limits of all actuated coordinates.
 
     If a coordinate lacks a limit, its reference value replaces both limits.
     """
@@ -142,14 +143,15 @@ def _bounds(coordinates: tuple[Coordinate, ...], reference: Floats) -> tuple[Flo
 def _closing(
     k: int, values: Floats, reference: Floats, is_closed: IsClosed
 ) -> tuple[float, float] | None:
-    """Return the interval around the reference value in which the loops close."""
+    """Return the interval of coordinate k around its reference value in which the loops close."""
 
     def closes(value: float) -> bool:
         q = reference.copy()
         q[k] = value
         return is_closed(q)
 
-    # A grid can miss a narrow interval, so the search starts at the reference.
+    # A grid can miss a narrow interval in which the loops close, so the search starts at the
+    # reference.
     start = float(np.clip(reference[k], values[0], values[-1]))
     if not closes(start):
         return None
@@ -175,8 +177,8 @@ def _edge_between(inside: float, outside: float, closes: Callable[[float], bool]
 def omitted_actuators(h: SolvedLoops) -> str:
     """List the actuators without a reference value, with their assumed values.
 
-    If an assumed value does not match the stated joint values, the text also states the value at
-    which the loops close.
+    If the assumed value of an actuator contradicts the stated joint values, the text also states
+    the actuator value that closes the loops.
 
     The text is empty if the reference contains all actuator values, or no values at all.
     """
@@ -204,9 +206,10 @@ def omitted_actuators(h: SolvedLoops) -> str:
 def moved_reference(h: SolvedLoops) -> str:
     """State which joint value differs most between the reference and the closed configuration.
 
-    The reference values of dependent joints only select the branch. A large difference usually
-    means that the actuated coordinates are wrong. The text is empty if all values agree closely, up
-    to full turns.
+    The reference values of dependent joints only select the branch. A large difference between
+    reference and closed configuration usually means that the actuated coordinates are wrong. The
+    text is empty if all reference values agree closely with the closed configuration, up to full
+    turns.
     """
     at, size = h.at_reference, h.numbers.size
     described = {name: float(h.terms.value(x)) for name, x in h.mechanism.reference}

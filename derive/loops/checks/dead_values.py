@@ -20,18 +20,19 @@ OTHERS = 8
 """Number of coordinate values at which a margin is computed, to test whether the margin depends on
 the coordinate."""
 CHANGED = 1e-9
-"""A margin depends on a coordinate if it changes by at least this value."""
+"""Smallest change of a margin along a coordinate for which the margin counts as dependent on this
+coordinate."""
 
 
 @dataclass(frozen=True)
 class DeadValues:
-    """The zeros of a margin as a function of one actuated coordinate.
+    """The zeros of a margin that depends on only one actuated coordinate.
 
     Attributes:
-        coordinate: Index of the coordinate.
-        zeros: Coordinate values (radian or meter) at which the sign of the margin changes. Only
-            values within the limits are listed.
-        least: The smallest margin within the limits.
+        coordinate: Index of the actuated coordinate on which the margin depends.
+        zeros: Coordinate values (radian or meter) within the coordinate limits at which the sign of
+            the margin changes.
+        least: Smallest value of the margin within the coordinate limits.
     """
 
     coordinate: int
@@ -44,7 +45,7 @@ def dead_values(h: SolvedLoops) -> tuple[DeadValues | None, ...]:
 
     Zeros are computed only for margins that depend on a single actuated coordinate. A revolute
     coordinate without limits is searched over a full turn. Zeros are not computed for a prismatic
-    coordinate without limits. Zeros without a change of sign are not found.
+    coordinate without limits. Zeros at which the margin does not change its sign are not found.
     """
     if not h.forward.margins:
         return ()
@@ -62,7 +63,8 @@ def dead_values(h: SolvedLoops) -> tuple[DeadValues | None, ...]:
         np.ptp(margins(k, reference[k] + np.linspace(-0.5, 0.5, OTHERS) * _width(r)), axis=1)
         for k, r in enumerate(ranges)
     ]
-    # If a margin is NaN at some values of a coordinate, the margin depends on this coordinate.
+    # If a margin is NaN at some values of a coordinate, the margin counts as dependent on this
+    # coordinate.
     depends = ~(np.array(moved) < CHANGED)
 
     def of(row: int) -> DeadValues | None:

@@ -1,9 +1,10 @@
-"""Detects loops that almost meet the conditions of a closed form, as on a real robot.
+"""Detects loops that narrowly miss the conditions of a closed-form solution, as on a real robot.
 
-There are two closed forms. A platform on pairs of equal, parallel rods translates without rotation.
-A loop with parallel axes is planar. If a loop meets neither of these conditions exactly, Newton's
-method must close the loop. The report states a small difference between the geometry and the
-conditions of a closed form.
+The module checks the conditions of two closed-form solutions. The first solution applies to a
+platform on pairs of equal, parallel rods, which translates without rotation. The second solution
+applies to a planar loop, whose joint axes are parallel. If a loop meets neither condition exactly,
+Newton's method must close the loop. If the geometry of a loop misses the conditions by a small
+difference, the report states this difference.
 """
 
 from collections.abc import Iterator
@@ -22,12 +23,12 @@ from ..spatial.three_spheres import SPHERES, spheres_of
 
 Floats = NDArray[np.float64]
 TWO = 2
-"""The test of parallel axes needs at least this number of revolute joints in a loop. The closure of
-the loop does not count."""
+"""Minimum number of revolute joints in a loop for the test of parallel axes, not counting the joint
+that closes the loop."""
 
 
 def nearly_met(h: SolvedLoops) -> Iterator[str]:
-    """Yield a sentence for each closed form whose conditions are almost fulfilled."""
+    """Yield a sentence for each closed-form solution whose conditions the loops almost fulfill."""
     if h.forward.open:
         yield from _parallel_rods(h)
         yield from _planes(h)
@@ -59,8 +60,8 @@ def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
         for group in groups
     }
     missing = [f"{names} by {1000 * by:.3g} mm" for names, by in off.items() if by > NOISE * size]
-    # If the rods of each group are already equal and parallel, other loops prevent the closed form.
-    # The function then yields nothing.
+    # If the rods of each group are already equal and parallel, other loops prevent the closed-form
+    # solution, and no sentence is yielded.
     if missing:
         yield (
             "the loops would have a closed form (three spheres) if these rods were equal and "
@@ -71,8 +72,8 @@ def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
 def _around(h: SolvedLoops) -> Iterator[AtReference]:
     """Yield the reference configuration and two configurations near it.
 
-    One of these two configurations increases all actuated coordinates, and the other decreases
-    them.
+    All actuated coordinates are larger than at the reference in one nearby configuration, and
+    smaller in the other.
     """
     own, terms = h.forward.reference, h.terms
     for part in (0.0, SAMPLED_RANGE, -SAMPLED_RANGE):

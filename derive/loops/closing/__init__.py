@@ -1,4 +1,4 @@
 """Closes loops numerically from the reference.
 
-Also computes the mobility, checks the actuation, and diagnoses open loops.
+The package also computes the mobility, checks the actuation, and diagnoses open loops.
 """

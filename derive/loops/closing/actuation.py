@@ -1,8 +1,9 @@
 """Checks that the actuated coordinates are independent and determine the motion.
 
-The null space of the constraint Jacobian contains the feasible coordinate rates. The actuated
-coordinates determine all rates if their rows of a null-space basis form a regular square matrix. A
-singular configuration would fail the test, so several configurations are tested.
+The null space of the constraint Jacobian contains the feasible coordinate rates. If the rows of the
+actuated coordinates in a null-space basis form a regular square matrix, these coordinates determine
+all rates. The module tests several configurations, because the test fails at a singular
+configuration.
 """
 
 from collections.abc import Sequence
@@ -25,14 +26,15 @@ def check_actuation(loops: ClosedLoops) -> int:
     A platform may have more actuators than degrees of freedom, as in a cable robot.
 
     Args:
-        loops: The constraints of the mechanism.
+        loops: The closure equations of the mechanism.
 
     Returns:
         Number of redundant actuators.
 
     Raises:
-        DescriptionError: An actuator is missing, or actuators depend on each other. The message
-            lists the joints that need an actuator, or the dependent actuators.
+        DescriptionError: An actuator is missing, or actuators depend on each other. The error
+            message lists the joints that need an actuator, or the actuators that depend on each
+            other.
     """
     coordinates = loops.mechanism.coordinates
     actuated = [loops.names.index(c.moves) for c in coordinates]
@@ -56,7 +58,7 @@ def check_actuation(loops: ClosedLoops) -> int:
             "remove a rod or a closure, relax a constraint (a pin in place of a weld, a "
             "ball in place of a pin), or add a joint"
         )
-        raise DescriptionError(f"{has}: its loops immobilize every body; {advice}")
+        raise DescriptionError(f"{has}: the loops immobilize every body; {advice}")
     parts = []
     if independent < len(names):
         parts.append(_too_many(names, rows))
@@ -97,7 +99,7 @@ def overactuated_start(mechanism: Mechanism) -> dict[str, float]:
 
 
 def _is_overactuated_platform(loops: ClosedLoops, rows: Vector) -> bool:
-    """Whether only legs drive the tool, and all actuators can move."""
+    """Whether only legs, and no main-chain joints, drive the tool, and all actuators can move."""
     chain = {joint.name for joint in loops.mechanism.main_chain.moving}
     moved = {c.moves for c in loops.mechanism.coordinates}
     is_moving = np.linalg.norm(rows, axis=1) > REPEATED_EQUATION

@@ -1,7 +1,7 @@
 """Closes the loops of a mechanism numerically by Newton's method.
 
-A strut has one equation, which is the distance between its ends. A swing angle would only add one
-variable and one equation, so there are no swing angles.
+Each strut contributes one equation, for the distance between its ends. The equations omit the swing
+angles of struts, because a swing angle would only add one variable and one equation.
 """
 
 from collections.abc import Iterator, Mapping
@@ -28,13 +28,13 @@ from ..model.numeric_rows import NumericRows
 Vector = NDArray[np.float64]
 Evaluated = tuple[Vector, Vector, Vector]
 """Three arrays: the residuals, the Jacobian of the residuals, and the cosines between the axes of
-the two end frames of each closure. A negative cosine means that the axes of the two end frames of a
-closure have opposite directions."""
+the two end frames of each closure. A negative cosine means that the two axes of a closure point in
+opposite directions."""
 ITERATIONS = 60
 POLISHING = 2
 HALVINGS = 12
 SAMPLES = 6
-"""Number of random configurations at which the rank is computed."""
+"""Number of random configurations at which the rank of the constraint Jacobian is computed."""
 
 
 class ClosedLoops:
@@ -42,12 +42,13 @@ class ClosedLoops:
 
     Attributes:
         mechanism: The description.
-        bodies: Bodies and frames as numerical values.
+        bodies: Numerical model of the bodies and frames.
         names: Names of the variables w, which are joints and cylinders.
         is_length: Mask of the variables with the unit of a length.
         passive: Mask of the passive variables.
-        size: The longest translation or rod (meter), or 1 if all lengths are zero.
-        reference: Values of the variables at the reference. Gear ratios are applied.
+        size: Length of the longest translation or rod (meter), or 1 if all lengths are zero.
+        reference: Values of the variables w at the reference configuration, with gear ratios
+            applied.
         in_least_squares: Whether the loops close only in the least-squares sense.
     """
 
@@ -58,11 +59,11 @@ class ClosedLoops:
         *,
         in_least_squares: bool = False,
     ) -> None:
-        """Prepare the equations.
+        """Prepare the closure equations.
 
         Args:
             mechanism: The description.
-            near: Values that replace the reference values.
+            near: Joint and cylinder values, by name, that replace the reference values.
             in_least_squares: Whether the loops close only in the least-squares sense.
         """
         self.mechanism, self.in_least_squares = mechanism, in_least_squares
@@ -75,13 +76,13 @@ class ClosedLoops:
         self.reference = np.array([described[name] for name in self.names])
 
     def configuration(self, w: Vector) -> dict[str, float]:
-        """Return the values of z by name, with the swing angles of struts."""
+        """Return the full configuration z by name, including the swing angles of struts."""
         found = dict(zip(self.names, map(float, w), strict=True))
         found |= self.bodies.swings(found)
         return {v.name: found[v.name] for v in configuration_names(self.mechanism)}
 
     def evaluated(self, w: Vector) -> Evaluated:
-        """Return the tuple (residuals, Jacobian, cosines) at w.
+        """Return residuals, Jacobian and cosines of the closure equations at the variables w.
 
         The Jacobian has one row per equation.
         """
@@ -92,7 +93,7 @@ class ClosedLoops:
         return self._gradient(w), (g[:, 0] - g[:, 1]).T / (2 * DIFFERENCE_STEP), self._rows.at(w)[2]
 
     def _gradient(self, w: Vector) -> Vector:
-        """Return the gradient of half the sum of squared errors (``model.gradient``)."""
+        """Return the gradient of half the sum of squared closure errors (``model.gradient``)."""
         c, J, _ = self._rows.at(w)
         size = float(f"{self.size:.3g}")
         weights = np.where(self._rows.is_turn, size, 1.0)
@@ -100,10 +101,11 @@ class ClosedLoops:
         return found / np.where(self.is_length[self.passive], 1.0, size)
 
     def closed(self, w: Vector, free: Vector) -> Vector:
-        """Close the loops by Newton's method. Only the ``free`` variables change.
+        """Close the loops by Newton's method, changing only the ``free`` variables.
 
         Raises:
-            LoopError: The iteration does not converge.
+            LoopError: Newton's method does not converge, or the loops close only with a flipped
+                frame.
         """
         here = self.evaluated(w)
         for _ in range(ITERATIONS):
@@ -123,7 +125,7 @@ class ClosedLoops:
     def _nearer(
         self, w: Vector, here: Evaluated, free: Vector, rcond: float
     ) -> tuple[Vector, Evaluated] | None:
-        """Return w after a Newton step that reduces the residual, or None."""
+        """Take a Newton step that reduces the residual, or return None if no step does."""
         residual, J, _ = here
         if not np.all(np.isfinite(residual)) or not np.all(np.isfinite(J)):
             return None
@@ -136,11 +138,11 @@ class ClosedLoops:
         return None
 
     def _polished(self, w: Vector, here: Evaluated, free: Vector) -> tuple[Vector, Evaluated]:
-        """Refine a closed configuration up to rounding errors.
+        """Refine a closed configuration until only rounding errors remain.
 
-        With redundant equations, w may have an error of 1e-6 although the residual is 1e-12. If the
-        configuration w is inexact, redundant equations appear to be independent. So the Newton
-        steps ignore small singular values of the Jacobian.
+        With redundant equations, the variables w may have an error of 1e-6 although the residual is
+        1e-12. At inexact variables w, redundant equations appear to be independent. The Newton
+        steps therefore ignore small singular values of the Jacobian.
         """
         for _ in range(POLISHING):
             w = w + _step(here[1], here[0], free, REPEATED_EQUATION)
@@ -148,15 +150,15 @@ class ClosedLoops:
         return w, here
 
     def rank(self) -> int:
-        """Return the rank of the Jacobian near the reference."""
+        """Return the rank of the constraint Jacobian near the reference."""
         return self._rank_at(self.generic[0])[0] if self._rows.owners else 0
 
     @cached_property
     def generic(self) -> tuple[Vector, ...]:
-        """Closed configurations near the reference at which the Jacobian has full rank.
+        """Closed configurations near the reference at which the Jacobian has its highest rank.
 
-        Other assembly modes may have other degrees of freedom, so only the neighborhood of the
-        reference is sampled.
+        Only configurations near the reference are sampled, because other assembly modes may have
+        other degrees of freedom.
 
         Raises:
             LoopError: The loops do not close at the reference.
@@ -187,7 +189,7 @@ class ClosedLoops:
                 break
 
     def _rank_at(self, w: Vector) -> tuple[int, bool]:
-        """Return the rank, and whether the rank is certain."""
+        """Return the rank of the Jacobian at w, and whether this rank is certain."""
         values = np.linalg.svd(self.unit_rows(w), compute_uv=False)
         parts = values / max(values[0], ZERO_SINGULAR_VALUE)
         return int(np.sum(parts > ZERO_SINGULAR_VALUE)), not np.any(
@@ -195,10 +197,10 @@ class ClosedLoops:
         )
 
     def unit_rows(self, w: Vector) -> Vector:
-        """Return the Jacobian with rows of length 1.
+        """Return the Jacobian with its rows scaled to length 1.
 
-        Lengths are divided by the size of the mechanism. A row that contains only rounding errors
-        is not normalized.
+        Before the scaling, lengths are divided by the size of the mechanism. A Jacobian row that
+        contains only rounding errors is not scaled to length 1.
         """
         J = self.evaluated(w)[1] * self._scaled(np.ones(len(w)))
         norms = np.linalg.norm(J, axis=1, keepdims=True)
@@ -222,7 +224,7 @@ class ClosedLoops:
         return LoopError(text, closure_error=left)
 
     def _widest(self, residual: Vector) -> tuple[str, float]:
-        """Return the loop with the largest residual, and this residual."""
+        """Return the name of the loop with the largest residual, and the size of this residual."""
         size = np.where(np.isnan(residual), np.inf, np.abs(residual))
         k = int(np.argmax(size))
         owners = self._rows.owners
@@ -239,7 +241,7 @@ def _largest(residual: Vector) -> float:
 
 
 def _step(J: Vector, residual: Vector, free: Vector, rcond: float) -> Vector:
-    """Return the shortest least-squares step of the free variables."""
+    """Return the minimum-norm least-squares Newton step of the free variables."""
     step = np.zeros(len(free))
     step[free] = np.linalg.lstsq(J[:, free], -residual, rcond=rcond)[0]
     return step

@@ -17,13 +17,14 @@ PLANAR, SPATIAL = 3, 6
 
 
 def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]]:
-    """Return the sequences of virtual joints.
+    """Return the sequences of virtual joints of a mechanism.
 
     Virtual joints only describe the pose of a free body.
 
-    A spatial sequence has three prismatic joints and then three revolute joints. A planar sequence
-    has two prismatic joints and a revolute joint. Virtual joints are not actuated. Closures,
-    struts, the tool and other joints are attached only to the last body of a sequence.
+    A spatial sequence of virtual joints has three prismatic joints and then three revolute joints.
+    A planar sequence of virtual joints has two prismatic joints and then one revolute joint.
+    Virtual joints are not actuated. Closures, struts, the tool and other joints are attached only
+    to the last body of a sequence of virtual joints.
     """
     taken: set[str] = set()
     found = []
@@ -67,7 +68,7 @@ def _is_virtual(mechanism: Mechanism, terms: Terms, run: Sequence[Joint]) -> boo
 
 
 def _axes(terms: Terms, run: Sequence[Joint]) -> list[sp.Matrix]:
-    """Return the axis directions of consecutive joints at zero."""
+    """Return the axis directions of consecutive joints at zero joint values."""
     R, axes = sp.eye(3), []
     for joint in run:
         R = R * placement_matrix(joint.before)[:3, :3]
@@ -89,10 +90,10 @@ class Counts:
         terms: The table of named symbolic expressions.
         planar: The planar linkages.
         in_plane: Names of the closures and struts of planar loops.
-        order: Dimension lambda of the motion group: 3 if all bodies move in parallel planes,
-            otherwise 6.
-        virtual: The sequences of virtual joints.
-        loop_orders: Dimension lambda of the motion group of each independent loop.
+        order: Dimension of the motion group of the mechanism: 3 if all bodies move in parallel
+            planes, otherwise 6.
+        virtual: Sequences of virtual joints, which only describe the pose of a free body.
+        loop_orders: Dimension of the motion group of each independent loop.
     """
 
     def __init__(self, mechanism: Mechanism, terms: Terms) -> None:
@@ -104,7 +105,8 @@ class Counts:
         orders = [self._order_of(loop_joint) for loop_joint in mechanism.loop_joints]
         self.virtual: list[tuple[Joint, ...]] = []
         for run in virtual_joints(mechanism, terms):
-            # Virtual joints add as many freedoms as a loop through the platform removes.
+            # Virtual joints add as many freedoms as a loop through the platform removes, so the
+            # counts omit both.
             if len(run) in orders:
                 orders.remove(len(run))
                 self.virtual.append(run)
@@ -127,7 +129,7 @@ class Counts:
 
     @property
     def freedoms(self) -> int:
-        """Sum of the joint freedoms in the motion group of the whole mechanism."""
+        """Sum of the joint degrees of freedom in the motion group of the whole mechanism."""
         loop_joints = sum(
             _freedom(loop_joint, self.order) for loop_joint in self.mechanism.loop_joints
         )
@@ -136,16 +138,13 @@ class Counts:
 
     @property
     def loop_freedoms(self) -> int:
-        """Sum of the joint freedoms."""
+        """Sum of the joint degrees of freedom, with each loop joint counted in its own loop."""
         loop_joints = sum(_freedom(c, self._order_of(c)) for c in self.mechanism.loop_joints)
         pairs = (self.order - 1) * len(self.mechanism.couplings)
         return self._tree_joints() + loop_joints + pairs
 
     def _tree_joints(self) -> int:
-        """Return the number of moving joints in the tree.
-
-        Virtual joints are not counted.
-        """
+        """Return the number of moving tree joints, without virtual joints."""
         moving = sum(joint.kind != "fixed" for joint in self.mechanism.joints)
         return moving - sum(map(len, self.virtual))
 

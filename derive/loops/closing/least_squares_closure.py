@@ -1,9 +1,9 @@
 """Closes overconstrained loops in the least-squares sense.
 
 Overconstrained loops have more equations than variables. For example, the pin joint that closes a
-planar loop keeps the links in a plane. The other joints already impose this constraint. If a
-parallelogram has three cranks, the third crank repeats the constraint on the direction of the
-coupler. On a real robot, redundant constraints contradict each other slightly.
+planar loop keeps the links in a plane, although the other joints already do so. In a parallelogram
+linkage with three cranks, the third crank constrains the direction of the coupler a second time. On
+a real robot, redundant constraints contradict each other slightly.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,15 +32,15 @@ REPORTED = 0.05
 
 @dataclass(frozen=True)
 class LeastSquaresClosure:
-    """Result for overconstrained loops that cannot all close.
+    """Least-squares configuration of overconstrained loops that cannot all close exactly.
 
     Attributes:
-        at: The configuration with the smallest sum of squared closure errors. The actuated
-            coordinates have their reference values. The configuration contains joints and cylinders
-            by name (radian or meter).
+        at: Joint and cylinder values by name (radian or meter) with the smallest sum of squared
+            closure errors. Unless actuators are redundant, the actuated coordinates keep their
+            reference values.
         repeated: Number of redundant constraints.
-        closure_errors: Texts that describe the remaining closure errors. The largest error comes
-            first.
+        closure_errors: Texts that describe the remaining closure errors, by closure or strut name,
+            with the largest error first.
         spare: Names of the closures and struts that can be omitted without adding a degree of
             freedom.
         actuators: Number of redundant actuators. With redundant actuators, the loops close only for
@@ -71,9 +71,9 @@ class LeastSquaresClosure:
 def least_squares_closure(mechanism: Mechanism) -> LeastSquaresClosure | None:
     """Return the least-squares configuration of overconstrained loops near the reference.
 
-    The result is None if all loops close, if no equation is redundant, or if a closure error is too
-    large to be a manufacturing error. The result is also None if the actuated coordinates are not
-    independent.
+    No configuration (None) is returned if all loops close, if no equation is redundant, or if a
+    closure error exceeds typical manufacturing errors. None is also returned if the actuated
+    coordinates are not independent.
     """
     bodies = NumericMechanism(mechanism)
     loop_joints = [loop_joint.name for loop_joint in mechanism.loop_joints]
@@ -122,7 +122,7 @@ def _joints(mechanism: Mechanism, loop_joint: Closure | Strut) -> int:
 
 
 def _rank(J: Floats, least: float) -> int:
-    """Return the number of singular values above a fraction of the largest one."""
+    """Return the number of singular values above ``least`` times the largest singular value."""
     values = np.linalg.svd(J, compute_uv=False) if J.size else np.zeros(0)
     return int(np.sum(values > least * max(values, default=0.0)))
 
@@ -152,7 +152,7 @@ def _message(
 def _distance(
     bodies: NumericMechanism, loop_joint: Closure | Strut, at: Mapping[str, float]
 ) -> str:
-    """Describe the closure error of a loop joint. A pin has an error along and across its axis."""
+    """Describe the position error of a loop joint, for a pin along and across the pin axis."""
     closure_error = bodies.closure_errors(at)[loop_joint.name].distance
     if isinstance(loop_joint, Strut):
         return f"{1e3 * closure_error:.3g} mm in length"

@@ -1,4 +1,4 @@
-"""The coordinates and terms of a mechanism whose loops close."""
+"""The coordinates and symbolic terms of a mechanism whose loops close."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -20,17 +20,17 @@ _DOMAINS = {"q": "actuators", "theta": "chain", "z": "configuration"}
 
 @dataclass(frozen=True, eq=False)
 class LoopModel:
-    """A mechanism and its coordinates.
+    """A mechanism with symbols for its coordinates.
 
     Attributes:
-        mechanism: The description. If the file allows least-squares closure, tilted pins are
-            modeled as balls.
-        terms: Names of the terms.
+        mechanism: Description of the mechanism, with tilted pins modeled as ball joints if the file
+            allows least-squares closure.
+        terms: Table of named symbolic expressions.
         least_squares_closure: The least-squares configuration of overconstrained loops, or None if
             all loops close.
         robot: The main chain as a serial robot.
         variables: The coordinates of the full configuration z.
-        arguments: The arguments of all functions by name.
+        arguments: Arguments of the symbolic functions, by argument name.
         q: Symbols of the actuated coordinates.
         theta: Symbols of the main-chain joints.
     """
@@ -53,7 +53,7 @@ class LoopModel:
         *outputs: Result,
         role: Role = OTHER,
     ) -> SymbolicFunction:
-        """Build a function. The first argument determines the domain of the function."""
+        """Build a symbolic function whose first input determines its domain."""
         arguments = tuple(self.arguments[argument] for argument in inputs)
         text = replace(role, domain=_DOMAINS[inputs[0]])
         return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=text)
@@ -64,12 +64,12 @@ def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
 
     Args:
         mechanism: The description.
-        terms: Terms to reuse, perhaps from another mechanism with the same parameters. By default,
-            new terms are created.
+        terms: Table of symbolic terms to reuse, for example from a mechanism with the same
+            parameters. If None, a new table is created.
 
     Raises:
-        DescriptionError: The pins of a rod are not parallel, and the file does not allow
-            least-squares closure.
+        DescriptionError: The pins of a rod are not parallel, and either the tilt is too large or
+            the file does not allow least-squares closure.
     """
     terms = terms or Terms({p.symbol: p.value for p in mechanism.parameters})
     mechanism, closure_errors = closable(mechanism, terms), None

@@ -21,23 +21,25 @@ from .freedoms import SPATIAL, Counts
 
 @dataclass(frozen=True)
 class Mobility:
-    """Degrees of freedom of a mechanism, computed in three ways.
+    """Degrees of freedom of a mechanism, from two counting formulas and from a rank.
 
     Attributes:
         bodies: Number n of bodies, including the base. A rod counts as one body, and a cylinder as
             two bodies.
         joints: Number j of joints, including the ends of rods and cylinders.
-        freedoms: Sum f of the degrees of freedom of all joints, counted in the motion group of the
-            mechanism.
-        order: Dimension lambda of the motion group: 3 if all bodies move in one plane, otherwise 6.
-        loop_freedoms: Sum f of the degrees of freedom of all joints. For each joint, only the
-            degrees of freedom in the motion group of its loop are counted.
-        loop_orders: Dimension lambda of the motion group of each independent loop.
-        idle: Number of struts with two ball ends, which can rotate about their own axes (idle
-            rotations).
-        coordinates: Number of coordinates z.
-        rank: Rank of the constraint Jacobian at closed configurations.
-        equations: Number of rows of the constraint Jacobian.
+        freedoms: Sum of the degrees of freedom of all joints, for ``kutzbach``. In a planar
+            mechanism (order 3), only freedoms in the plane count.
+        order: Dimension of the space of body motions: 3 if all bodies move in one plane, otherwise
+            6.
+        loop_freedoms: Sum of the degrees of freedom of all joints, for ``by_loops``. For a joint in
+            a planar loop, only freedoms in the plane of this loop count.
+        loop_orders: Dimension of the space of body motions in each independent loop.
+        idle: Number of struts with ball joints at both ends. Each can rotate about its own axis
+            without moving another body (idle rotation).
+        coordinates: Number of configuration variables z: joint values, cylinder displacements and
+            the pose variables of a free platform.
+        rank: Rank of the Jacobian of the loop closure equations at closed configurations.
+        equations: Number of loop closure equations.
         actuated: Number of actuated coordinates.
     """
 
@@ -55,33 +57,30 @@ class Mobility:
 
     @property
     def kutzbach(self) -> int:
-        """Gruebler-Kutzbach mobility lambda (n - 1 - j) + sum f.
+        """Gruebler-Kutzbach mobility: order (n - 1 - j) + freedoms.
 
-        If lambda is 6, the mobility includes idle rotations.
+        If the order is 6, the mobility includes idle rotations.
         """
         return self.order * (self.bodies - 1 - self.joints) + self.freedoms
 
     @property
     def by_loops(self) -> int:
-        """Sum of the joint freedoms f, minus the sum of lambda over all independent loops."""
+        """Mobility counted loop by loop: loop_freedoms minus the sum of loop_orders."""
         return self.loop_freedoms - sum(self.loop_orders)
 
     @property
     def true(self) -> int:
-        """Number of coordinates minus the rank of the constraints.
-
-        Idle rotations are not counted.
-        """
+        """Actual mobility: coordinates minus rank, without idle rotations."""
         return self.coordinates - self.rank
 
     @property
     def is_overconstrained(self) -> bool:
-        """Whether redundant constraints leave more degrees of freedom than the formulas predict."""
+        """Whether ``true`` exceeds ``kutzbach`` or ``by_loops``, idle rotations subtracted."""
         return self.true > self.by_loops - self.idle or self.true > self._kutzbach_but_idle
 
     @property
     def report(self) -> tuple[str, ...]:
-        """The mobility by each formula as a line of text, followed by all disagreements."""
+        """Lines of text: the mobility by each method, then the disagreements."""
         n, j, f = self.bodies, self.joints, self.freedoms
         lost = " - ".join(["", *map(str, self.loop_orders)])
         return (
@@ -97,7 +96,7 @@ class Mobility:
 
     @property
     def disagreements(self) -> tuple[str, ...]:
-        """The disagreements between the numbers, one line each."""
+        """Lines of text about differences between formulas, rank and number of actuators."""
         return tuple(self._disagreements())
 
     def _disagreements(self) -> Iterator[str]:
@@ -119,20 +118,19 @@ class Mobility:
 
 
 def mobility(mechanism: Mechanism) -> Mobility:
-    """Return the degrees of freedom from mobility formulas and from the constraint rank.
+    """Compute the degrees of freedom by counting formulas and by a rank.
 
     Bodies connected by fixed joints count as one body. A rod counts as a body with two joints. A
-    cylinder counts as two bodies with three joints. The joints
-    that describe the pose of a free platform are virtual and do not count. A geared motor does not
-    count, because motor, bearing and gear pair together add no freedom.
+    cylinder counts as two bodies with three joints. Virtual joints, which describe the pose of a
+    free platform, do not count. Geared motors do not count, because motor, bearing and gear pair
+    together add no freedom.
 
     Args:
-        mechanism: A robot with loops, from ``read``, whose loops nearly close at the reference
-            configuration.
+        mechanism: A robot with loops, for example from ``read``.
 
     Returns:
-        The numbers of bodies, joints and equations. ``kutzbach`` and ``by_loops`` are the degrees
-        of freedom by formula; ``true`` follows from the rank of the constraint Jacobian.
+        The counted bodies, joints and equations. ``kutzbach`` and ``by_loops`` are the mobility by
+        formula. ``true`` is the actual mobility, from the rank of the loop closure equations.
 
     Raises:
         LoopError: The loops do not close at the reference configuration.
@@ -147,21 +145,22 @@ def mobility(mechanism: Mechanism) -> Mobility:
 
 
 def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> int:
-    """Return the Gruebler-Kutzbach mobility: order (n - 1 - j) + sum f.
+    """Return the Gruebler-Kutzbach mobility: order (links - 1 - joints) + freedom.
 
     ``kutzbach(links=14, joints=15, freedom=15)`` is 3. The formula assumes independent constraints.
-    The mobility of an overconstrained mechanism can be negative.
+    For an overconstrained mechanism, the result can be negative.
 
     Args:
-        links: Number n of links, including the base.
-        joints: Number j of joints.
-        freedom: Sum of the joint freedoms.
-        order: Dimension of the motion group: 6 in space, 3 in a plane or about a point, 2 for
-            planar translations.
+        links: Number of links, including the base.
+        joints: Number of joints.
+        freedom: Sum of the degrees of freedom of all joints.
+        order: Dimension of the space of link motions: 6 in space, 3 in a plane or about a point, 2
+            for planar translations.
 
     Raises:
         InputTypeError: An argument is not an int.
-        InputValueError: No mechanism has the given numbers of links, joints and freedoms.
+        InputValueError: The order is not from 1 to 6, the joints are too few to connect the links,
+            or some joint would have less than 1 or more than ``order`` degrees of freedom.
     """
     for name, count in {"links": links, "joints": joints, "freedom": freedom}.items():
         check_type(f"kutzbach: {name}", count, int)
@@ -175,8 +174,8 @@ def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> 
         )
     if not joints <= freedom <= order * joints:
         raise InputValueError(
-            f"kutzbach: expected freedom from {joints} to {order * joints}, since each of "
-            f"{joints} joints has 1 to {order} freedoms, found {freedom}"
+            f"kutzbach: expected freedom from {joints} to {order * joints} (1 to {order} for each "
+            f"of {joints} joints), found {freedom}"
         )
     return order * (links - 1 - joints) + freedom
 

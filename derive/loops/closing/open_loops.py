@@ -1,10 +1,10 @@
-"""Diagnoses the first open loop.
+"""Diagnoses the first loop of a mechanism that does not close.
 
-The report states the closure error of the loop, and lengths that would close the loop.
+The report states the closure error of the open loop, and lengths that would close this loop.
 
-The module adds the loops one by one. After each addition, it tries to close all added loops, from
-the reference and from random configurations. The report describes the first loop that does not
-close together with the earlier loops.
+The module adds the loops one by one. After each addition, the module tries to close all added
+loops, from the reference and from random configurations. The report describes the first loop that
+does not close together with the earlier loops.
 """
 
 import math
@@ -27,20 +27,21 @@ from .swapped_ends import swapped_ends
 from .tilted_pins import explain_open_loop
 
 STARTS = 8
-"""Number of random start configurations before a loop counts as open."""
+"""Number of random start configurations that are tried before a loop counts as open."""
 MAX_REFINED = 3
-"""Number of start configurations to refine, starting with the smallest closure error."""
+"""Number of configurations with the smallest closure errors that a further search refines."""
 MAX_REMEDIES = 5
-"""Maximum number of lengths and angles in a message. The smallest changes come first. Changes of
-actuated coordinates are listed even beyond this maximum."""
+"""Maximum number of lengths and angles that a message suggests to change, with the smallest change
+first. Changes of actuated coordinates are listed even beyond this maximum."""
 DOUBLINGS, HALVINGS = 12, 16
 FARTHEST = 8.0
-"""Longest tested length, relative to the size of the mechanism."""
+"""Upper bound for lengths that are tested as remedies, relative to the size of the mechanism."""
 FIRST_STEP = 0.05
-"""Size of the first step in the search for the end of an interval (radian, or relative to the robot
-size)."""
+"""First step in the search for the end of the interval in which the loops close (radian, or
+relative to the robot size)."""
 ASIDE = 0.2
-"""Distance of a start configuration from a dead point (radian, or relative to the size)."""
+"""Shift of each unknown variable from a possible dead point to a start configuration (radian, or
+relative to the robot size)."""
 
 
 @dataclass(frozen=True)
@@ -49,10 +50,10 @@ class Remedy:
 
     Attributes:
         name: Description of the length or angle in words.
-        now: The value in the description (meter or radian).
+        now: Present length or angle in the robot description (meter or radian).
         low: The lowest value that closes the loop, or None if no lowest value was found.
         high: The highest value that closes the loop, or None if no highest value was found.
-        is_length: Whether the value is a length and not an angle.
+        is_length: Whether the remedy changes a length and not an angle.
     """
 
     name: str
@@ -73,7 +74,7 @@ def open_loop(mechanism: Mechanism) -> LoopError | None:
         mechanism: The description.
 
     Returns:
-        The error that describes the open loop, or None if all loops close.
+        Error that describes the first open loop, or None if all loops close.
     """
     bodies = NumericMechanism(mechanism)
     values, tried = bodies.values, []
@@ -91,8 +92,8 @@ def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> Descrip
 
     Args:
         mechanism: The description.
-        error: The solver's error. If Newton's method can close the loops, the returned error is
-            usually this error with an appended suggestion.
+        error: Error of the solver. If Newton's method can close the loops, the returned error is
+            usually the solver's error with an appended suggestion.
     """
     found = open_loop(mechanism)
     swapped = swapped_ends(mechanism)
@@ -116,8 +117,8 @@ def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> Descrip
     moving = {c.moves for c in mechanism.coordinates}
     cylinders = [strut.name for strut in mechanism.struts if strut.name in moving]
     free = [*bodies.unknown, *cylinders]
-    # The default stroke is the middle of the limits. A default stroke may contradict the stated
-    # joint values.
+    # The default stroke of a cylinder, the middle of its limits, may contradict the stated joint
+    # values.
     nearest = bodies.nearest(bodies.values, free, names)
     if cylinders and bodies.all_closed(nearest, names):
         at = nearest
@@ -140,7 +141,8 @@ def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> Descrip
 def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> DescriptionError | None:
     """Return the error for actuators that do not determine the motion, or None.
 
-    The numerical test also fails at a dead point, although the actuators are correct.
+    The numerical test of the actuators also fails at a dead point, even if the actuators are
+    correct.
 
     Args:
         mechanism: The description.
@@ -159,14 +161,14 @@ def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> Descripti
 
 
 def _wrapped(value: float, is_length: bool) -> float:
-    """Return an angle in [-pi, pi], or a length as it is."""
+    """Return an angle reduced to [-pi, pi], or a length without change."""
     return value if is_length else math.remainder(value, 2 * math.pi)
 
 
 def _closed(
     bodies: NumericMechanism, values: Mapping[str, float], loops: Sequence[str]
 ) -> dict[str, float]:
-    """Search from several start values, and return the values with the smallest closure errors."""
+    """Search for a closed configuration from several start values, and return the best found."""
     random = np.random.default_rng(0)
     last = loops[-1]
     best = bodies.nearest(values, bodies.unknown, loops)
@@ -237,7 +239,7 @@ def _across_at(bodies: NumericMechanism, open_: Closure | Strut, loops: Sequence
 
 
 def _where(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
-    """List the actuated coordinates of the loop at the reference."""
+    """List the reference values of the actuated coordinates of a loop."""
     names = {name for name, _, _ in _candidates(bodies, loop_joint)}
     omitted = bodies.mechanism.omitted
     stated = [
@@ -252,7 +254,7 @@ def _where(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
 def _error_in_words(
     bodies: NumericMechanism, loop_joint: Closure | Strut, values: Mapping[str, float]
 ) -> tuple[float, str]:
-    """Return the closure error (meter), and a text with the angle between the frames."""
+    """Return the closure error (meter) of a loop, and a text that describes this error."""
     _, _, d = bodies.ends(loop_joint, values)
     distance = float(np.linalg.norm(d))
     if isinstance(loop_joint, Strut):
@@ -351,7 +353,7 @@ def _spans_moving(mechanism: Mechanism, name: str, moved: set[str]) -> bool:
 def _range(
     bodies: NumericMechanism, name: str, values: Mapping[str, float], loops: Sequence[str]
 ) -> tuple[float | None, float | None] | None:
-    """Return the interval of a length or angle in which the loops close, or None."""
+    """Return the interval of a length or angle in which the loops close, or None if it is empty."""
     now = values.get(name, bodies.constants.get(name, 0.0))
     inside = _inside(bodies, name, now, values, loops)
     if inside is None:
@@ -382,9 +384,9 @@ def _ordered(near: float, far: float | None, sense: float) -> tuple[float | None
 def _off_dead_point(
     bodies: NumericMechanism, configuration: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return a slightly shifted configuration.
+    """Return a configuration that is shifted slightly away from a possible dead point.
 
-    At this configuration, unlike at a dead point, the joint directions are defined.
+    At the shifted configuration, unlike at a dead point, the joint directions are defined.
     """
     moved = dict(configuration)
     for k, name in enumerate(bodies.unknown):
@@ -408,7 +410,7 @@ def _inside(
 ) -> tuple[float, dict[str, float]] | None:
     """Return a length or angle that closes the loop, with the closed configuration.
 
-    The result is None if no plausible value closes the loop.
+    None is returned if no plausible length or angle closes the loop.
     """
     reach = bodies.size if bodies.is_length(name) else math.pi
     for start in (0.0, 0.1, -0.1, 0.5, -0.5, 1.0, -1.0):
@@ -440,7 +442,7 @@ def _at(
     values: Mapping[str, float],
     loops: Sequence[str],
 ) -> dict[str, float] | None:
-    """Return the closed configuration for a length or angle, or None."""
+    """Return the closed configuration for a length or angle, or None if the loops stay open."""
     before = bodies.constants
     if name in bodies.constants:
         bodies.constants = {**before, name: value}
@@ -460,7 +462,7 @@ def _edge(
     configuration: Mapping[str, float],
     loops: Sequence[str],
 ) -> float:
-    """Return the last value at which the loops close."""
+    """Return the length or angle, nearest to ``outside``, at which the loops still close."""
     for _ in range(HALVINGS):
         middle = (inside + outside) / 2
         closed = _at(bodies, name, middle, configuration, loops)
@@ -474,7 +476,7 @@ def _edge(
 def _change(bodies: NumericMechanism, remedy: Remedy) -> float:
     """Return the smallest change of the remedy's length or angle that closes the loop.
 
-    An angle change is in radian. A length change is relative to the robot size.
+    The change of an angle is in radian, and the change of a length is relative to the robot size.
     """
     ends = [abs(end - remedy.now) for end in (remedy.low, remedy.high) if end is not None]
     return min(ends, default=math.inf) / (bodies.size if remedy.is_length else 1.0)

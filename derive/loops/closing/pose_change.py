@@ -1,8 +1,8 @@
-"""Measures how much the tool moves if written values are replaced by exact values.
+"""Measures how much the tool moves if the values written in a file are replaced by exact values.
 
-Near a dead point, a small change of a length causes a large motion. Therefore, no bound holds for
-all configurations. At random configurations, the module closes the loops with the written values
-and with the exact values. It reports the largest difference between the two tool poses.
+Near a dead point, a small change of a length causes a large tool motion, so no bound holds for all
+configurations. At random configurations, the module closes the loops with the written values and
+with the exact values. The module reports the largest difference between the two tool poses.
 """
 
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ from ..model.numeric_rows import NumericRows
 
 Floats = NDArray[np.float64]
 SAMPLES = 20
-"""Number of random configurations."""
+"""Number of configurations at which pose changes are computed, including the reference."""
 
 
 def with_pose_change(mechanism: Mechanism) -> Mechanism:
@@ -41,7 +41,7 @@ def with_pose_change(mechanism: Mechanism) -> Mechanism:
 
 
 def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, float]]:
-    """Yield the tool displacement (meter) and rotation (radian) due to cleaning at each sample."""
+    """Yield tool displacement (meter) and rotation (radian) due to removed noise at each sample."""
     exact = NumericMechanism(mechanism)
     own = NumericMechanism(written, _planes(exact, written))
     rows, own_rows = NumericRows(exact), NumericRows(own)
@@ -58,10 +58,10 @@ def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, 
 
 
 def _planes(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
-    """Return the loop planes.
+    """Return the plane of each planar loop, keyed by the name of its closure or strut.
 
-    Planes that are fixed to the base are expressed in the base frame of ``written``, the robot with
-    the printed numbers.
+    Loop planes that are fixed to the base are expressed in the base frame of ``written``, the robot
+    with the printed numbers.
     """
     m = exact.mechanism
     turned = np.linalg.inv(exact.matrix(written.base)) @ exact.matrix(m.base)
@@ -73,15 +73,15 @@ def _planes(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
 
 
 def _drawn(bodies: NumericMechanism, c: Coordinate, part: float) -> float:
-    """Return a value within the limits of a coordinate.
+    """Return a value of a coordinate within its limits.
 
-    Without limits, the value is near the reference. If ``part`` is 0, the value is the reference
-    value.
+    A coordinate without limits gets a value near its reference value. If ``part`` is 0, the
+    coordinate gets its reference value.
 
     Args:
         bodies: The robot.
         c: The coordinate.
-        part: Position of the value in the range, from -1 to 1.
+        part: Position of the coordinate value between the lower limit (-1) and the upper limit (1).
     """
     at = bodies.values[c.moves]
     if part == 0:

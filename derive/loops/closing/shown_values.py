@@ -4,18 +4,19 @@ import math
 
 DIGITS, DECIMALS = 4, 6
 UNITS = {True: ("mm", 1000.0), False: ("deg", 180 / math.pi)}
-"""Display unit and conversion factor. The key is True for a length and False for an angle."""
+"""Display unit and conversion factor from meter or radian, keyed by True for a length and False for
+an angle."""
 
 
 def shown(value: float, is_length: bool) -> str:
-    """Format a length in millimeters or an angle in degrees. Four digits are shown."""
+    """Format a length in millimeters or an angle in degrees, with four significant digits."""
     unit, factor = UNITS[is_length]
     shortened = round(value * factor, DECIMALS) + 0.0
     return f"{shortened:.{DIGITS}g} {unit}"
 
 
 def interval(low: float | None, high: float | None, is_length: bool) -> str:
-    """Format an interval. The bounds are rounded inwards."""
+    """Format an interval of lengths or angles, with its bounds rounded inwards."""
     unit, factor = UNITS[is_length]
     bottom = None if low is None else _inwards(low * factor, up=True)
     top = None if high is None else _inwards(high * factor, up=False)

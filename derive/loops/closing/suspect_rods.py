@@ -1,7 +1,7 @@
 """Names a rod whose length is much too large or too small for the mechanism.
 
-Usually, the length of the rod has the wrong unit. The rod may be outside the loop that does not
-close, because the bodies at the ends of the rod may also belong to other loops.
+Usually, the length of such a rod is given in the wrong unit. The rod may be outside the loop that
+does not close, because the bodies at the rod ends may also belong to other loops.
 """
 
 from collections.abc import Sequence
@@ -14,9 +14,10 @@ from ..model.numeric_mechanism import NumericMechanism, length_of
 from .shown_values import shown
 
 FAR_OFF = 100.0
-"""Maximum plausible ratio of a rod length to the median length of the other rods."""
+"""If the ratio between a rod length and the median of all other lengths reaches this value, the rod
+length is suspect."""
 MIN_OTHERS = 3
-"""Minimum number of other rods whose lengths are compared with the length of a suspect rod."""
+"""Minimum number of other lengths with which the length of a suspect rod is compared."""
 SLIPS = (1000.0, 1 / 1000)
 """Ratios of units that are often confused, such as mm and m."""
 
@@ -24,11 +25,11 @@ SLIPS = (1000.0, 1 / 1000)
 def suspect_rod(bodies: NumericMechanism, loops: Sequence[str]) -> str:
     """Name a rod whose length has a suspect unit.
 
-    The text also states whether the loops close if the length is read in another unit. The text is
-    empty if all rod lengths are plausible.
+    If the loops close with the rod length read in another unit, the text also states the corrected
+    length. The text is empty if all rod lengths are plausible.
 
     Args:
-        bodies: A mechanism with an open loop.
+        bodies: Numerical model of a mechanism with an open loop.
         loops: Names of the loops that must close with the corrected length.
     """
     for strut in bodies.mechanism.struts:
@@ -54,7 +55,7 @@ def suspect_rod(bodies: NumericMechanism, loops: Sequence[str]) -> str:
 
 
 def _closes(bodies: NumericMechanism, name: str, value: float, loops: Sequence[str]) -> bool:
-    """Whether the loops still close near the reference if a constant has another value."""
+    """Whether the loops close near the reference if a constant has another value."""
     before = bodies.constants
     bodies.constants = {**before, name: value}
     found = bodies.nearest(bodies.values, bodies.unknown, loops)

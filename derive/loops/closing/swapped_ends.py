@@ -1,7 +1,7 @@
 """Detects rods with swapped ends.
 
 If the ends a and b of a rod are swapped in a file, the rod's loops do not close, or close far from
-the reference. If the module swaps the ends of this rod again, all loops close near the reference.
+the reference. If the module swaps the ends of such a rod back, all loops close near the reference.
 For example, swapped ends of four rods rotate the platform of a delta robot slightly.
 """
 
@@ -13,17 +13,18 @@ from ...model.mechanism import Mechanism, Strut
 from ..model.numeric_mechanism import Floats, NumericMechanism
 
 NEAR = 0.2
-"""Largest accepted distance from the reference (radian, or relative to the size).
+"""Largest accepted distance between the reference and the configuration that is closed after a swap
+of rod ends (radian, or relative to the size).
 
 If the ends of a correct rod are exchanged, the loops may close at a distant configuration.
 """
 CLEARLY = 0.02
 """Rods are tested for swapped ends if the closed configuration is farther from the reference than
-this distance (radian, or relative to the size). Smaller distances may be due to rounded reference
-values."""
+this distance (radian, or relative to the size). Smaller distances from the reference may be due to
+rounded reference values."""
 PART = 0.1
-"""An exchange of rod ends is reported only if it reduces the distance from the reference to at most
-this fraction."""
+"""A swap of rod ends is reported only if it reduces the distance of the closed configuration from
+the reference to this fraction or less."""
 
 
 def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
@@ -32,7 +33,7 @@ def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
     The text is empty if no rod seems to have swapped ends.
 
     Args:
-        mechanism: A description whose loops close far from the reference.
+        mechanism: A description whose loops close, perhaps far from the reference.
         closed: The values of all joints and cylinders at the closed configuration (radian or
             meter).
     """
@@ -61,7 +62,7 @@ def swapped_ends(mechanism: Mechanism) -> str:
 
 
 def _best(mechanism: Mechanism) -> tuple[tuple[str, ...], float]:
-    """Return the names of rods to exchange, and the distance from the reference."""
+    """Return the names of the rods to swap, and the remaining distance from the reference."""
     planes = NumericMechanism(mechanism).planes
     found = {names: _motion(_exchanged(mechanism, names), planes) for names in _groups(mechanism)}
     for names in sorted(found, key=found.__getitem__):
@@ -110,7 +111,7 @@ def _turned(strut: Strut) -> Strut:
 
 
 def _motion(mechanism: Mechanism, planes: Mapping[str, Floats] | None = None) -> float:
-    """Return the distance from the reference to a closed configuration, or inf."""
+    """Return the distance from the reference to a closed configuration, or inf if none is found."""
     bodies = NumericMechanism(mechanism, planes)
     names = [loop_joint.name for loop_joint in mechanism.loop_joints]
     closed = bodies.nearest(bodies.values, bodies.unknown, names)

@@ -1,9 +1,9 @@
 """Models rods and cylinders with slightly tilted pins, which occur on real robots.
 
-Two pins keep a rod in a plane. If an axis of the loop is not exactly normal to the plane of the
-rod, no configuration satisfies all constraints. The constraint along the axes is redundant, because
-the planar loop closes without it. In a least-squares solution, the pins tilt. To first order, the
-rod lengths do not change.
+The two pins at the ends of a rod keep the rod in a plane. If an axis of the loop is not exactly
+normal to the plane of the rod, no configuration satisfies all constraints. The constraint along the
+pin axes is redundant, because a planar loop closes without this constraint. In a least-squares
+solution, the pins tilt, and the rod lengths do not change to first order.
 """
 
 from collections.abc import Sequence
@@ -27,15 +27,15 @@ class Tilt:
     """Deviation of a loop with a pin-ended rod from a planar loop.
 
     Attributes:
-        loop_joint: Name of the rod, cylinder or closure.
+        loop_joint: Name of the rod, cylinder or closure that closes the loop.
         joint: The joint whose axis is least parallel to the other axes of the loop.
-        angle: Angle (radian) between the axis of ``joint`` and the mean of the other axes, or 0 for
-            a single axis.
+        angle: Angle (radian) between the axis of ``joint`` and the mean direction of the other
+            axes, or 0 for a loop with one axis.
         offset: Distance (meter) between the rod ends along the mean direction of the joint axes, at
             zero joint values.
         span: Distance (meter) between the ends of the rod at zero joint values.
-        axes: Number of axes of the loop. If the loop has only two axes, either axis may be the
-            tilted axis.
+        axes: Number of joint axes of the loop. If the loop has only two axes, either axis may be
+            the tilted axis.
     """
 
     loop_joint: str
@@ -47,7 +47,7 @@ class Tilt:
 
     @property
     def is_small(self) -> bool:
-        """Whether the deviation is at most a typical manufacturing error."""
+        """Whether the deviation from a planar loop is at most a typical manufacturing error."""
         return max(self.angle * self.span, self.offset) <= MEASURED_STRUCTURE * self.span
 
     @property
@@ -56,7 +56,7 @@ class Tilt:
         return max(self.angle * self.span, self.offset) <= NUMERICALLY_CLOSED * self.span
 
     def __str__(self) -> str:
-        """Describe the deviation. Angles and distances within rounding errors are omitted."""
+        """Describe the deviation from a planar loop, without parts within rounding errors."""
         parts = []
         if self.angle > NUMERICALLY_CLOSED:
             parts.append(
@@ -72,7 +72,7 @@ class Tilt:
 
 
 def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
-    """Return the pin-ended rods and cylinders of spatial loops."""
+    """Return the deviation from a planar loop for each pin-ended strut of a spatial loop."""
     _, spatial = linkages(mechanism)
     return [
         tilt_of(mechanism, terms, loop)
@@ -82,9 +82,9 @@ def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
 
 
 def explain_open_loop(mechanism: Mechanism) -> str:
-    """Explain why no length closes the loops. Returns "" if no explanation is found.
+    """Explain why no length closes the loops, or return "" if no explanation is found.
 
-    The text names the joint with the tilted axis, the redundant constraints, and the closure
+    The explanation names the joint with the tilted axis, the redundant constraints, and the closure
     errors.
     """
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})
@@ -117,12 +117,12 @@ def explain_open_loop(mechanism: Mechanism) -> str:
 def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
     """Return a mechanism whose loops can close.
 
-    If the file allows loops that close only in the least-squares sense, a rod with tilted pins
-    constrains only the distance of its ends.
+    If the robot file allows least-squares closure, a rod with tilted pins constrains only the
+    distance between its ends.
 
     Raises:
-        DescriptionError: A pin-ended rod is in a spatial loop. Either the file does not allow
-            least-squares closure, or the loop is far from planar.
+        DescriptionError: A pin-ended rod is in a spatial loop, and either the file does not allow
+            least-squares closure or the loop is far from planar.
     """
     found = tilts(mechanism, terms)
     if not found:
@@ -137,8 +137,8 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
             " the file if the play of the pins absorbs the tilt"
         )
         raise DescriptionError(
-            f"robot {mechanism.name!r}: the pins of {tilt.loop_joint!r} allow only planar"
-            f" motion of this rod, but its loop cannot close: {tilt}. The constraint along the axes"
+            f"robot {mechanism.name!r}: {tilt.loop_joint!r}: the pins allow only planar motion of"
+            f" the rod, but its loop cannot close: {tilt}. The constraint along the axes"
             f" is redundant; {remedy}"
         )
     names = {tilt.loop_joint for tilt in found}
@@ -155,7 +155,7 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
 
 
 def tilt_of(mechanism: Mechanism, terms: Terms, loop: Loop) -> Tilt:
-    """Measure how far a loop with revolute joints is from planar."""
+    """Measure how far a loop with revolute joints deviates from a planar loop."""
     names, axes, (a, b) = axes_in_numbers(mechanism, terms, loop)
     others = [[*axes[:k], *axes[k + 1 :]] or [axis] for k, axis in enumerate(axes)]
     angles = [_angle(axis, _mean(rest)) for axis, rest in zip(axes, others, strict=True)]
@@ -166,7 +166,7 @@ def tilt_of(mechanism: Mechanism, terms: Terms, loop: Loop) -> Tilt:
 
 
 def _mean(axes: Sequence[Vector]) -> Vector:
-    """Return the mean direction of axes."""
+    """Return the mean direction of axes, with axes flipped that oppose the first axis."""
     total = sum((axis * (1.0 if axis @ axes[0] >= 0 else -1.0) for axis in axes), np.zeros(3))
     return np.asarray(total / np.linalg.norm(total))
 

@@ -1,4 +1,4 @@
-"""Constraint functions of the loops."""
+"""Symbolic functions for the closure equations of the loops and for their derivatives."""
 
 from collections.abc import Mapping
 

@@ -20,18 +20,19 @@ WRAPPED = ", angles between -pi and pi"
 
 @dataclass(frozen=True)
 class Joints:
-    """All joint values as functions of coordinates.
+    """All joint values as functions of the actuated coordinates or of the main-chain joints.
 
     Attributes:
         hybrid: The robot.
-        coordinates: The coordinates are named ``q`` for the actuators, or ``theta`` for the
-            main-chain joints.
+        coordinates: Name of the independent coordinates: ``q`` for the actuators, or ``theta`` for
+            the main-chain joints.
         named: Function that returns the values of the joints, swing angles and cylinders with the
             given names.
         rates: The time derivatives of joints, swing angles and cylinders.
         passive: Names of the passive joints.
-        interval: Text about the interval of the angles, or "" if it is unbounded.
-        finished: Returns a function whose results are NaN if the loops do not close.
+        interval: Text about the interval of the joint angles, or "" if this interval is unbounded.
+        finished: Function that completes a symbolic function, so that its results are NaN if the
+            loops do not close.
     """
 
     hybrid: SolvedLoops
@@ -43,7 +44,7 @@ class Joints:
     finished: Callable[[SymbolicFunction], SymbolicFunction]
 
     def symbols(self, order: int) -> tuple[sp.Symbol, ...]:
-        """Return the coordinates, or their first or second time derivatives."""
+        """Return the symbols of the coordinates, or of their first or second time derivatives."""
         return self.hybrid.arguments[f"{self.coordinates}{'d' * order}"].symbols
 
     def function(
@@ -76,18 +77,19 @@ class Map:
     """A generated function that returns joint values, with the texts for its documentation.
 
     Attributes:
-        name: Name of the generated function. The group of computed joints has the same name.
+        name: Name of the generated function and of the group of joints that it computes.
         symbol: Symbol of the vector of joint values.
-        names: Returns the names of the computed joints.
-        noun: The noun that the documentation of the function uses for the computed joints.
-        meaning: Meaning of the vector of joint values, for the documentation.
-        summary: Summary line of the generated function. The placeholder ``{interval}`` stands for
-            the angle interval.
-        identity: Equation that the joint values satisfy. The placeholder ``{names}`` stands for the
-            joint names.
+        names: Function that returns the names of the computed joints.
+        noun: Noun for the computed joints in the documentation of the generated function.
+        meaning: Meaning of the vector of joint values, for the documentation of the generated
+            function.
+        summary: Summary line of the generated function, in which the placeholder ``{interval}``
+            stands for the angle interval.
+        identity: Equation that the joint values satisfy, in which the placeholder ``{names}``
+            stands for the joint names.
         moving: Two texts for the functions of joint rates and joint accelerations: the summary
-            line, and the meaning of the result. The placeholder ``{}`` stands for "rates" or
-            "accelerations".
+            line, and the meaning of the result. In both texts, the placeholder ``{}`` stands for
+            "rates" or "accelerations".
     """
 
     name: str
@@ -100,7 +102,7 @@ class Map:
     moving: tuple[str, str] = ("", "")
 
     def values(self, of: Joints) -> tuple[sp.Expr, ...]:
-        """Return the joint values. An actuated joint has the value of its coordinate."""
+        """Return the joint values, for ``ACTUATORS`` divided by the ratios of the coordinates."""
         values = of.named(self.names(of))
         return of.hybrid.driven(values) if self is ACTUATORS else values
 
@@ -252,7 +254,7 @@ def _all(
     branches: Sequence[tuple[tuple[sp.Expr, ...], Solution]],
     condition: Callable[[Sequence[Solution]], sp.Basic] = _always,
 ) -> SymbolicFunction:
-    """Build one function that computes all branches.
+    """Build one function that computes all branches of the loop solution.
 
     Branches that differ only in passive joints are merged.
     """
@@ -285,7 +287,7 @@ def _all(
 
 
 def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tuple[sp.Expr, ...]:
-    """Return the values of one branch. The values are NaN if a condition fails."""
+    """Return the joint values of one branch, which become NaN if a condition fails."""
     if condition == sp.true:
         return row
     gate = h.where(condition)
@@ -293,12 +295,12 @@ def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tup
 
 
 def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple[sp.Expr, ...]:
-    """Return the margins of one branch.
+    """Return the margins of one branch of the loop solution.
 
     If several solutions share the branch, the margins of the first solution with closed loops are
     returned.
 
-    If a branch does not contain a step, the margin of this step is 1.
+    If a branch does not contain a step of the loop solution, the margin of this step is 1.
     """
     rows = []
     for solution in solutions:
@@ -317,11 +319,11 @@ def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple
 
 
 def _labels(h: SolvedLoops, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
-    """Return the label of each branch, which contains the names of the loops."""
+    """Return the label of each branch, which names the loops and their chosen solutions."""
     sides = [_sides(solutions) for solutions in slots]
     names = {step.joints: step.name(h.mechanism) for s in slots for step in s[0].steps}
     requested = [names[joints] for joints in dict.fromkeys(j for of in sides for j in of)]
-    # If two steps close the same loop, a joint name is added to the name of the loop.
+    # If two solution steps close the same loop, a joint name is added to the name of the loop.
     named = {
         joints: f"{name} at {joints[1].split('.')[0]}" if requested.count(name) > 1 else name
         for joints, name in names.items()
@@ -408,7 +410,8 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
         found |= backward_makers(from_chain(h))
         if h.backward.margins:
             found |= {"actuator_margin": actuator_margin}
-        # The inverse of an as-built robot calls actuators_all, even if the robot has no loops.
+        # The inverse kinematics of an as-built robot calls actuators_all, even if the robot has no
+        # loops.
         if h.mechanism.is_constrained or h.mechanism.nominal is not None:
             found |= {"actuators_all": actuators_all}
     return found

@@ -50,6 +50,6 @@ def _open_chain(h: SolvedLoops) -> Kinematics:
 
 
 def tool_functions(h: SolvedLoops, names: Collection[str]) -> dict[str, SymbolicFunction]:
-    """Return tool functions by name. The results are NaN if a loop does not close."""
+    """Return the tool functions by name, whose results are NaN if a loop does not close."""
     found = tool_kinematics(h).functions(names)
     return {name: h.of_closed_loops(function) for name, function in found.items()}

@@ -1,10 +1,11 @@
 """Closure equations of loops without a closed form, and start values for Newton's method.
 
 A strut with pin or ball ends keeps two points at a constant distance. The loop of a strut therefore
-has a single equation |b - a| = l. The variables w are the entries of the configuration z except the
-swing angles of struts. The two points of each strut determine its swing angle. The equations are
-c(w) = 0. Let c_u and c_a be the derivatives of c. The actuated variables a and the unknown
-variables u then satisfy c_u du = -c_a da.
+has a single equation: the distance of the two points equals the strut length. The closure equations
+are c(w) = 0. The loop variables w are the entries of the configuration z except the swing angles of
+struts. The two end points of each strut determine its swing angle. The variables w consist of
+actuated variables a and unknown variables u. The derivatives c_a and c_u of c with respect to a and
+u give the differential equation c_u du = -c_a da.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,22 +33,23 @@ from ..solve.solved_loops import SolvedLoops
 
 FloatArray = NDArray[np.float64]
 RESIDUAL = "closure"
-"""Name of the function that returns the equations and the derivative of the equations."""
+"""Name of the function that returns the residuals of the closure equations and their derivative."""
 
 
 @dataclass(frozen=True)
 class Start:
-    """The reference configuration of the iteration, as numerical values.
+    """Numerical values at the reference configuration, from which the iteration starts.
 
     Attributes:
         q: (n,) actuated coordinates (radian or meter).
-        w: (n_w,) variables of the equations.
+        w: (n_w,) variables of the closure equations.
         tangent: (n_u, n) derivative of the unknown variables with respect to the actuated
             coordinates.
-        determinant: Determinant of c_u, the derivative of the equations with respect to the unknown
-            variables. If c_u is not square, the value is the magnitude of the product of the
-            diagonal entries of R, where c_u = Q R.
-        is_regular: Whether c_u has full rank.
+        determinant: Determinant of c_u, the derivative of the closure equations with respect to the
+            unknown variables. If c_u is not square, the absolute product of the diagonal entries of
+            R in c_u = Q R replaces the determinant.
+        is_regular: Whether c_u, the derivative of the closure equations with respect to the unknown
+            variables, has full rank.
     """
 
     q: FloatArray
@@ -59,23 +61,24 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class LoopClosure:
-    """The equations c(w) = 0 of one mechanism.
+    """The closure equations c(w) = 0 of one mechanism.
 
     Attributes:
         hybrid: The robot.
-        names: Names of the variables.
-        is_length: Mask of the variables that are lengths.
-        w: Symbols of the variables.
-        entries: Terms that are zero if the loops are closed.
-        units: Unit of each entry, m or 1.
-        size: The longest translation or rod (meter). Lengths in the equations are divided by this
-            size.
-        functions: The functions of w that the iteration calls, by name. The dictionary is empty if
-            there are too few equations.
-        inputs: Name of the coordinates that drive the input variables, ``q`` or ``theta``.
+        names: Names of the loop variables w.
+        is_length: Mask of the loop variables that are lengths.
+        w: Symbols of the loop variables w.
+        entries: Residuals of the closure equations, which are zero if the loops are closed.
+        units: Unit of each closure equation, m or 1.
+        size: Length of the longest translation or rod (meter), by which lengths in the equations
+            are divided.
+        functions: Functions of w that the iteration calls, by name, or an empty dictionary if there
+            are fewer equations than unknown variables.
+        inputs: Name of the coordinates that drive the input variables: ``q`` for actuators,
+            ``theta`` for main-chain joints.
         ratios: Change of each input variable per unit of its coordinate.
-        given: Indices of the input variables.
-        unknown: Indices of the unknown variables.
+        given: Indices of the input variables in w.
+        unknown: Indices of the unknown variables in w.
     """
 
     hybrid: SolvedLoops
@@ -111,7 +114,7 @@ class LoopClosure:
         determinant = np.linalg.det(J_u) if square else abs(size)
         tangent = np.linalg.lstsq(R, -Q.T @ J_a, rcond=None)[0]
         q = w[self.given] / ratios
-        # Lengths are divided by the size, so that meters and radians are comparable.
+        # Lengths are divided by the mechanism size, so that lengths and angles are comparable.
         scales = np.where(self.is_length, self.size, 1.0)[self.unknown]
         values = np.linalg.svd(J_u * scales, compute_uv=False)
         is_regular = bool(np.all(values > REPEATED_EQUATION * max(values, default=0.0)))
@@ -122,8 +125,8 @@ class LoopClosure:
     def of_chain(self) -> "LoopClosure | None":
         """The closure equations with the main-chain joints instead of the actuators as inputs.
 
-        The value is None if the main-chain joints do not determine the other variables, or if the
-        reference is a dead point.
+        ``of_chain`` is None if the main-chain joints do not determine the other variables, or if
+        the reference is a dead point.
         """
         given, unknown = _split(self.names, [joint.name for joint in self.hybrid.robot.moving])
         ratios = (1.0,) * len(given)
@@ -132,10 +135,10 @@ class LoopClosure:
 
 
 def loop_closure(hybrid: SolvedLoops) -> LoopClosure:
-    """Return the equations of a mechanism.
+    """Return the closure equations of a mechanism, with the actuated coordinates as inputs.
 
-    The actuated coordinates are the inputs. Pin ends of struts are replaced by ball ends.
-    Therefore, swing angles are not variables.
+    The pin ends of struts are replaced by ball ends, so the swing angles of struts are not
+    variables of the equations.
     """
     mechanism, terms = on_balls(hybrid.mechanism), hybrid.terms
     variables = configuration_names(mechanism)
@@ -216,7 +219,7 @@ def _matrix(
 def on_balls(mechanism: Mechanism) -> Mechanism:
     """Return the mechanism with ball joints at all strut ends.
 
-    Such struts have no swing angles.
+    Struts with ball joints at both ends have no swing angles.
     """
     swings = set(mechanism.swings)
     return replace(
@@ -227,7 +230,7 @@ def on_balls(mechanism: Mechanism) -> Mechanism:
 
 
 def _rounded(values: FloatArray) -> FloatArray:
-    """Round to 12 decimal places.
+    """Round values to 12 decimal places.
 
     Values that differ from zero only by rounding errors become exact zeros.
     """

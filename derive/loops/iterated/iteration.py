@@ -1,8 +1,7 @@
 """Joint values of loops without a closed form.
 
-A solver closes the loops by Newton's method (``closure_equations``). The implicit function
-theorem gives the derivatives of the solution. The solver returns the loop variables w and the
-derivatives of w.
+A solver closes the loops by Newton's method (``closure_equations``). The solver returns the loop
+variables w and their derivatives, which follow from the implicit function theorem.
 """
 
 import math
@@ -63,10 +62,11 @@ class Iteration:
         self._margin = replace(self._table("square", 1), unit="1", meaning="margin")
 
     def _vector(self, name: str, unit: str) -> Argument:
-        """Return one symbol per variable.
+        """Return one symbol per loop variable.
 
-        If ``_is_of_chain`` is false, the main-chain joints keep their symbols ``theta``.
-        Expressions in these symbols therefore also apply to joint values that the solver returns.
+        If the actuated coordinates are the inputs, the main-chain joints keep their symbols
+        ``theta``. Expressions in ``theta`` therefore also apply to joint values that the solver
+        returns.
         """
         symbols = list(coordinates(f"{self._prefix}{name[1:]}", self._size))
         if not self._is_of_chain:
@@ -82,7 +82,7 @@ class Iteration:
     # --- joint values and rates ---
 
     def named(self, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-        """Return the values of joints, swing angles and cylinders."""
+        """Return the values of the named joints, swing angles and cylinders."""
         return tuple(self._values[name] for name in names)
 
     @cached_property
@@ -93,9 +93,10 @@ class Iteration:
 
     @cached_property
     def _ratios(self) -> dict[int, tuple[int, sp.Expr]]:
-        """Return the coordinate index and the ratio of each input variable.
+        """Return the coordinate index and the coordinate ratio of each input variable.
 
-        The ratio is the value of the input variable divided by the coordinate.
+        The coordinate ratio of an input variable is its value divided by the value of its
+        coordinate.
         """
         driven = [c.ratio for c in self.hybrid.mechanism.coordinates]
         ratios = [sp.S.One] * self._n if self._is_of_chain else driven
@@ -136,7 +137,7 @@ class Iteration:
 
     @property
     def joints(self) -> Joints:
-        """All joints as functions of the coordinates."""
+        """All joint values as functions of the input coordinates."""
         passive = self.hybrid.mechanism.passive
         interval = ", swing angles between -pi and pi" if self.hybrid.mechanism.swings else ""
         return Joints(
@@ -144,14 +145,14 @@ class Iteration:
         )
 
     def tool_functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """Return the named functions of the tool."""
+        """Return the requested functions of the tool, by function name."""
         chain = open_chain(self.hybrid)
         motion = ThroughLoops(chain.motion.values, self)
         found = replace(chain, motion=motion, arguments=self.hybrid.arguments).functions(names)
         return {name: self.with_calls(function) for name, function in found.items()}
 
     def margin(self, name: str, summary: str, identity: str) -> SymbolicFunction:
-        """Return the function (det c_u)^2, relative to its value at the reference."""
+        """Build the margin function: (det c_u)^2 relative to its value at the reference."""
         loops = ", ".join(loop_joint.name for loop_joint in self.hybrid.mechanism.loop_joints)
         result = Result("margin", self._margin.symbols, (1,), "1", "margin")
         made = self.hybrid.function(
@@ -164,8 +165,8 @@ class Iteration:
 
         Args:
             function: The function.
-            seed: Name of the input that contains the start configuration. With "", the iteration
-                starts at the reference.
+            seed: Name of the input that contains the start configuration, or "" to start the
+                iteration at the reference.
         """
         needed = {s for _, term in function.definitions() for s in term.free_symbols}
         needed |= {s for r in function.outputs for entry in r.entries for s in entry.free_symbols}
@@ -212,7 +213,7 @@ def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Ma
 
     Args:
         iteration: The loop variables as functions of the actuated coordinates.
-        known: Names of the closed-form maps.
+        known: Names of the maps that already have a closed form.
     """
     found = forward_makers(iteration.joints)
     found["configuration_D_q"] = lambda _: CONFIGURATION.derivative(iteration.joints)
@@ -238,7 +239,7 @@ def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Ma
 
 
 def _near(iteration: Iteration, name: str) -> SymbolicFunction:
-    """Build the function that computes joints and pose from a nearby configuration."""
+    """Build a function that starts the iteration at a nearby configuration."""
     h = iteration.hybrid
     z = h.arguments["z"]
     seed = replace(

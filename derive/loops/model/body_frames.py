@@ -49,7 +49,7 @@ def pose_along(
     """
     moved = tuple(values[joint.name] for joint in path if joint.kind != "fixed")
     parts = tuple((j.kind, j.before, j.after, j.pitch, j.direction) for j in path)
-    # The poses are cached, because all branches need the same poses.
+    # Frame poses are cached, because all branches of the loop solution need the same poses.
     return terms.memoize(
         ("pose", base, parts, tool, moved),
         lambda: _pose_along(mechanism, terms, path, tool, moved, base),
@@ -57,7 +57,7 @@ def pose_along(
 
 
 def relative_entries(terms: Terms, A: Pose, B: Pose) -> list[sp.Expr]:
-    """Return the sixteen entries of A^-1 B, row by row."""
+    """Return the sixteen entries of the relative pose A^-1 B, row by row."""
     (axes, origin), (others, other) = A, B
     columns = [[dot(terms, axis, column) for axis in axes] for column in others]
     moved = subtracted(terms, other, origin)

@@ -1,16 +1,16 @@
 """Closure equations of loops on SE(3), as independent scalar equations.
 
-Each loop starts at a body. From this body, two branches of joints lead to the closure or strut. The
-loop follows branch a, crosses the closure or strut, and returns along branch b. The product of all
-displacements along a closed loop is 1.
+Each loop starts at a body, from which two branches of joints, a and b, lead to the closure or
+strut. The loop follows branch a, crosses the closure or strut, and returns along branch b. The
+product of all displacements along a closed loop is the identity 1.
 
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
 Each screw xi_i is the joint screw at zero joint values, expressed in the frame of the body at which
-the loop starts. M is the displacement between the ends of the two branches if all joint values are
-zero. The scalar equations follow from this matrix equation. The equations of a planar loop compare
-two points, each a sum of rotated vectors. The equations of a spatial loop compare the poses of both
-branches.
+the loop starts. The matrix M is the displacement between the ends of the two branches if all joint
+values are zero. The scalar equations of a loop follow from this matrix equation. The equations of a
+planar loop compare two points, each a sum of rotated vectors. The equations of a spatial loop
+compare the poses of both branches.
 """
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
@@ -62,15 +62,17 @@ class LoopEquations:
 
     Attributes:
         loop: The loop, which consists of a closure or strut and two branches.
-        kind: The kind is ``point`` for a spatial ball closure, and ``distance`` for a strut with
-            ball ends. Other loops have the kind ``planar`` or ``spatial``.
-        residual: Independent expressions that are zero if the loop is closed. An expression is a
+        kind: Kind of the equations: ``point`` for a spatial ball closure, ``distance`` for a strut
+            with ball ends, otherwise ``planar`` or ``spatial``.
+        residual: Independent expressions that are zero if the loop is closed. Each residual is a
             component of the position difference of the loop ends (a minus b), a difference of
             lengths, or a direction cosine.
         units: Unit of each residual: m for a length, 1 for a direction cosine.
-        facing: Terms that are 1 if the loop is closed. If the residual is zero but a frame is
-            flipped, a term of ``facing`` is 0 or negative.
-        exponentials: Computes ``factors`` and ``home`` when they are needed.
+        facing: Cosines between corresponding axes of the two end frames, each 1 if the loop is
+            closed. If the residual is zero but a frame is flipped, a term of ``facing`` is 0 or
+            negative.
+        exponentials: Function that computes the properties ``factors`` and ``home`` when they are
+            first read.
     """
 
     loop: Loop
@@ -86,9 +88,9 @@ class LoopEquations:
 
     @property
     def factors(self) -> tuple[Factor, ...]:
-        """The exponentials around the loop, from a body back to the same body.
+        """The matrix exponentials of the joints around the loop, from a body back to the same body.
 
-        If the loop is closed, the product of the exponentials is 1.
+        If the loop is closed, the product of the exponentials and of ``home`` is the identity.
         """
         return self._around[0]
 
@@ -113,10 +115,11 @@ ClosureEquations = LoopEquations | CouplingEquation
 
 
 def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ...]:
-    """Return the entries of the full configuration z.
+    """Return the name and unit of each entry of the full configuration z.
 
-    The moving tree joints come first, then the struts, in the order of the description. A cylinder
-    contributes its coordinate, and a strut with pin ends contributes its swing angle.
+    The full configuration lists the moving tree joints first, then the struts, in the order of the
+    description. A cylinder contributes its coordinate, and a strut with pin ends contributes its
+    swing angle.
     """
     found = [ConfigurationVariable(j.name, j.unit) for j in mechanism.joints if j.kind != "fixed"]
     for strut in mechanism.struts:
@@ -132,10 +135,10 @@ def constraints(
 ) -> tuple[ClosureEquations, ...]:
     """Return the equations of all loops in the order of the closures and struts.
 
-    ``ROWS`` lists the equations of a closure. If two points
-    must coincide, their difference is expressed in the axes of the body at which the loop starts. A
-    strut with ball ends has one equation, the distance between its ends. A strut with pin ends has
-    two equations. The two equations state that a vector with the length and direction of the strut
+    The table ``ROWS`` lists the equations of each kind of closure. If two points must coincide,
+    their difference is expressed in the axes of the body at which the loop starts. A strut with
+    ball ends has one equation for the distance between its ends. A strut with pin ends has two
+    equations. The two equations state that a vector with the length and direction of the strut
     connects the strut's end points.
 
     Equations that hold in every configuration are omitted.
@@ -143,9 +146,10 @@ def constraints(
     Args:
         mechanism: The description.
         terms: Receives the terms.
-        z: The full configuration in the order of ``configuration_names`` (radian or meter).
-        may_stay_open: Whether it is sufficient that the loops close in the least-squares sense. If
-            True, an equation that holds in no configuration causes no error.
+        z: Symbols of the full configuration (radian or meter), in the order of
+            ``configuration_names``.
+        may_stay_open: If True, the loops need to close only in the least-squares sense, and an
+            equation that holds in no configuration causes no error.
 
     Raises:
         DescriptionError: A loop never closes, or a spatial loop contains a strut with pin ends.
@@ -159,19 +163,19 @@ def constraints(
 def residuals(
     mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr], loop_joints: Container[str]
 ) -> list[tuple[sp.Expr, str]]:
-    """Return the residuals of some closures and struts.
+    """Return the residuals of the named closures and struts.
 
     Residuals that are always zero are included.
 
     Args:
         mechanism: The description.
         terms: Receives the terms.
-        values: Joints, swing angles and cylinders by name (radian or meter).
-        loop_joints: Names of closures and struts.
+        values: Symbolic values of joints, swing angles and cylinders by name (radian or meter).
+        loop_joints: Names of the requested closures and struts.
 
     Returns:
-        A pair (residual, unit) for each equation of ``constraints``. The unit is m for a length
-        and 1 for a direction cosine.
+        A pair (residual, unit) for each equation of the named closures and struts. The unit of a
+        residual is m for a length and 1 for a direction cosine.
     """
     at = _Constraints(mechanism, terms, values)
     requested = [
@@ -183,12 +187,12 @@ def residuals(
 def swing_angles(
     mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr]
 ) -> dict[str, sp.Expr]:
-    """Return the swing angle of each pin-ended strut by name, between -pi and pi.
+    """Return the swing angle (-pi to pi) of each pin-ended strut, keyed by the name of the angle.
 
     Args:
         mechanism: The description. Struts with pin ends must belong to planar loops.
         terms: Receives the terms.
-        values: All joints and cylinders by name (radian or meter).
+        values: Symbolic values of all joints and cylinders by name (radian or meter).
     """
     linkage_of = planar_loop_joints(mechanism)
     return {
@@ -203,10 +207,10 @@ def swing_angles(
 def jacobian(
     equations: Sequence[ClosureEquations], terms: Terms, z: Sequence[sp.Symbol]
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Return the derivative of all residuals with respect to z, shape (equations, len(z)).
+    """Return the Jacobian of all closure residuals with respect to z, shape (equations, len(z)).
 
-    A row has the unit of its equation per radian or meter. The matrix loses rank at a singularity,
-    and if the mechanism is overconstrained.
+    Each row of the Jacobian has the unit of its equation per radian or meter. The Jacobian loses
+    rank at a singularity, and if the mechanism is overconstrained.
     """
     return derivative_rows([entry for loop in equations for entry in loop.residual], terms, z)
 
@@ -214,7 +218,7 @@ def jacobian(
 def derivative_rows(
     entries: Sequence[sp.Expr], terms: Terms, z: Sequence[sp.Symbol]
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Return the derivative of terms with respect to z, shape (entries, len(z))."""
+    """Return the Jacobian of expressions with respect to z, shape (entries, len(z))."""
     columns = derivative_columns(terms, entries, z)
     return tuple(zip(*columns, strict=True)) if entries else ()
 
@@ -225,9 +229,10 @@ def jacobian_dot(
     z: Sequence[sp.Symbol],
     zd: Sequence[sp.Symbol],
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Return the time derivative of ``jacobian`` at the rates zd.
+    """Return the time derivative of the Jacobian of the closure residuals at the rates zd.
 
-    The accelerations of the mechanism satisfy ``J zdd + J_dot zd = 0``.
+    The accelerations zdd of the mechanism satisfy ``J zdd + J_dot zd = 0``, where J is the Jacobian
+    of the closure residuals.
     """
     return rates_of(jacobian(equations, terms, z), terms, z, zd)
 
@@ -238,7 +243,7 @@ def rates_of(
     z: Sequence[sp.Symbol],
     zd: Sequence[sp.Symbol],
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Return the time derivative of a matrix function of z at the rates zd."""
+    """Return the time derivative of a matrix that depends on z, at the rates zd."""
     tangent = Tangent(terms, dict(zip(z, zd, strict=True)))
     return tuple(tuple(tangent.of_each(row)) for row in rows)
 
@@ -294,9 +299,9 @@ class _Constraints:
         return _Spatial(self.mechanism, self.terms, loop, self.values).residual()
 
     def _vanishes(self, loop: Loop, entry: sp.Expr) -> bool:
-        """Whether an equation holds in all configurations.
+        """Whether a loop equation holds in all configurations.
 
-        Two arbitrary configurations are tested.
+        The test evaluates the equation in two arbitrary configurations.
         """
         if self.terms.is_constant(entry):
             first = second = self.terms.value(entry)
@@ -306,8 +311,8 @@ class _Constraints:
             return True
         if abs(first - second) < ZERO_COMPONENT and not self.may_stay_open:
             raise LoopError(
-                f"robot {self.mechanism.name!r}: the loop of {loop.loop_joint.name!r} closes in no "
-                f"configuration: a residual of {first.evalf(6)} remains"
+                f"robot {self.mechanism.name!r}: a loop does not close in any configuration; the "
+                f"residual of {loop.loop_joint.name!r} is {first.evalf(6)}"
             )
         return False
 
@@ -382,14 +387,14 @@ class _Planar:
         return self._met(barrel.point((length, ZERO)) - far)
 
     def _turn(self, edge: SlideEdge | WeldEdge) -> Complex:
-        """Return the cosine and sine of the angle by which frame b deviates from closure."""
+        """Return the cosine and sine of body b's rotation from its orientation in a closed loop."""
         wanted = product(self.a.rotor, edge.rotor)
         rotor = product(self.b.rotor, conjugate(wanted))
         re, im = tidied(self.terms, sp.Matrix(rotor))
         return PhasorSum.of((re, im), self.b.angle - self.a.angle).coordinates(self.terms)
 
     def _offset(self, edge: SlideEdge) -> sp.Expr:
-        """Return the distance of point b from the guide line, positive to the right."""
+        """Return the slider point's signed distance from the guide line, positive to the right."""
         guide = product(edge.direction, self.a.rotor)
         difference = self.a.point(edge.at_a) - self.b.point(edge.at_b)
         _, across = difference.turned(-self.a.angle).times(conjugate(guide)).coordinates(self.terms)
@@ -405,7 +410,7 @@ def _distance(terms: Terms, difference: Sequence[sp.Expr], length: sp.Expr) -> _
 
 
 class _Spatial:
-    """Equations of a spatial loop, which compare the poses of two frames."""
+    """Closure equations of a spatial loop, computed from the poses of its two end frames."""
 
     def __init__(
         self, mechanism: Mechanism, terms: Terms, loop: Loop, values: Mapping[str, sp.Expr]
@@ -416,9 +421,9 @@ class _Spatial:
         loop_joint = self.loop.loop_joint
         if isinstance(loop_joint, Strut) and loop_joint.ends == "pin":
             raise DescriptionError(
-                f"robot {self.mechanism.name!r}: the ends of {loop_joint.name!r} are pins, but its "
-                'loop is not planar; use ends = "ball" or ["pin", "ball"], or replace it by a '
-                "joint and a closure"
+                f"robot {self.mechanism.name!r}: {loop_joint.name!r}: the ends are pins, but the "
+                'loop is not planar; use ends = "ball" or ["pin", "ball"], or replace the rod or '
+                "cylinder by a joint and a closure"
             )
         (A, p_a), (B, p_b) = (
             self._pose(self.loop.to_a, loop_joint.a),
@@ -433,8 +438,8 @@ class _Spatial:
         along = partial(dot, self.terms)
         kind: Kind = (loop_joint.kind, "space")
         rows = ROWS[kind]
-        # If all three components must be zero, any axes are suitable. The axes of the body at which
-        # the loop starts give the shortest expressions.
+        # If all three components of the position difference must be zero, any axes are suitable.
+        # The axes of the body at which the loop starts give the shortest expressions.
         is_met = sum(isinstance(row, Along) for row in rows) == len(difference)
         entries = [
             (difference[row.axis] if is_met else along(A[row.axis], difference))

@@ -1,4 +1,4 @@
-"""Equations of couplings between joints: theta - sum of ratio * leader - offset = 0.
+"""Equations of couplings between joints: joint - sum(ratio * leader) - offset = 0.
 
 A coupling, such as a gear pair, is a closure equation that is linear in the configuration.
 """
@@ -22,12 +22,13 @@ from ...terms.terms import Terms
 
 @dataclass(frozen=True)
 class CouplingEquation:
-    """The equation of one coupling in the full configuration.
+    """The equation of one coupling between joint or cylinder coordinates.
 
     Attributes:
         coupling: The coupling.
-        residual: The difference between the joint coordinate and the value from its coupling.
-        units: Unit of the residual, m or 1.
+        residual: Coordinate of the coupled joint minus the value that the coupling computes from
+            the leader joints.
+        units: Unit of the residual: m for a length, 1 for an angle.
     """
 
     coupling: Coupling
@@ -46,7 +47,7 @@ class CouplingEquation:
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Names of the joints and cylinders in the equation."""
+        """Names of the joints and cylinders in the coupling equation."""
         return self.coupling.joint, *(name for name, _ in self.coupling.ratios)
 
 
@@ -58,7 +59,7 @@ def coupling_equations(
     Args:
         mechanism: The description.
         terms: Receives the terms.
-        values: Joints and cylinders by name (radian or meter).
+        values: Symbolic values of joints and cylinders by name (radian or meter).
     """
     return tuple(
         CouplingEquation(c, (terms.let(residual_of(c, values)),), (unit_of(mechanism, c),))
@@ -78,7 +79,7 @@ def chord(terms: Terms, angle: sp.Expr) -> sp.Expr:
 
 
 def unit_of(mechanism: Mechanism, coupling: Coupling) -> str:
-    """Return the unit of the equation: m for a prismatic joint or a cylinder, otherwise 1."""
+    """Return the unit of a coupling equation: m for a prismatic joint or cylinder, otherwise 1."""
     return "m" if is_length(mechanism.members[coupling.joint]) else "1"
 
 
@@ -88,13 +89,13 @@ def is_length(member: Joint | Strut) -> bool:
 
 
 def joint_couplings(mechanism: Mechanism, names: Sequence[str]) -> tuple[tuple[float, ...], ...]:
-    """Return the factor of each joint in each coupling, as one row per coupling.
+    """Return the factor of each joint in each coupling equation, as one row per coupling.
 
-    In each row, the sum of factor * joint value over all joints is constant.
+    Each coupling keeps the sum of factor * joint value over its row constant.
 
     Args:
         mechanism: The description.
-        names: Names of the columns.
+        names: Names of the joints and cylinders, in the order of the columns.
     """
     return tuple(
         tuple(
@@ -106,7 +107,7 @@ def joint_couplings(mechanism: Mechanism, names: Sequence[str]) -> tuple[tuple[f
 
 
 def turning_coordinates(mechanism: Mechanism, terms: Terms) -> list[bool]:
-    """Return, for each coordinate, whether its full turn turns all coupled joints by full turns."""
+    """Return whether a full turn of each coordinate turns all coupled joints by full turns."""
     names = [*mechanism.members]
     rows = joint_couplings(mechanism, names)
     is_angle = [not is_length(member) for member in mechanism.members.values()]
@@ -142,7 +143,7 @@ class NumericCouplings:
 
     @cached_property
     def is_turn(self) -> tuple[bool, ...]:
-        """Whether each equation compares angles."""
+        """For each coupling equation, whether the equation compares angles."""
         return tuple(unit_of(self.mechanism, c) == "1" for c in self.mechanism.couplings)
 
     def errors(self, values: Mapping[str, Any]) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ ITERATIONS = 80
 START, WEAKEST, STRONGEST, FACTOR = 1e-4, 1e-15, 1e8, 2
 """Initial, minimum and maximum damping, and the factor of the first damping increase."""
 MAX_POOR = 2
-"""The search ends after this number of consecutive steps with little gain."""
+"""Number of consecutive steps with little gain after which the search ends."""
 
 
 def least(
@@ -23,18 +23,18 @@ def least(
 ) -> Floats:
     """Minimize a sum of squared residuals by the Levenberg-Marquardt method.
 
-    The damping follows from the ratio of actual to predicted gain (Nielsen 1999). The damping falls
-    to a third if the linear model holds. If a step does not decrease the sum of squares, the
-    damping grows by increasing factors.
+    The damping follows from the ratio of actual to predicted decrease of the sum of squares
+    (Nielsen 1999). The damping falls to a third if the linear model holds. If a step does not
+    decrease the sum of squares, the damping grows by increasing factors.
 
     Args:
         residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).
         x: The start values (n,).
         apart: Mask (n,) of values that must be equal in all rows of a batch.
-        worthwhile: Minimum relative decrease of the sum that counts as progress.
+        worthwhile: Minimum relative decrease of the sum of squares that counts as progress.
 
     Returns:
-        The best values (n,) that were found.
+        The values (n,) with the smallest sum of squares that was found.
 
     Source:
         Nielsen 1999, Damping parameter in Marquardt's method.
@@ -50,7 +50,8 @@ def least(
         try:
             step = -np.linalg.solve(J.T @ J + damping * np.eye(len(x)), g)
         except np.linalg.LinAlgError:
-            # If the damping is as small as the rounding errors, the matrix may be singular.
+            # If the damping is as small as the rounding errors, the damped normal matrix may be
+            # singular.
             damping, growth = damping * growth, growth * FACTOR
             continue
         promised = float(step @ (damping * step - g))

@@ -1,4 +1,4 @@
-"""A loop as a product of exponentials."""
+"""Writes a kinematic loop as a product of exponentials of its joint twists."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,21 +16,22 @@ from .phasors import ZERO
 from .planes import Axes, Linkage, Loop, tidied_entry
 
 SPELLED = 64
-"""An entry with more than this number of terms is replaced by a named term."""
+"""Maximum number of terms of a matrix entry. A matrix entry with more terms is replaced by a named
+term."""
 Side = Literal["a", "loop joint", "b"]
 
 
 @dataclass(frozen=True)
 class Factor:
-    """An exponential in the product of a loop.
+    """The exponential of one joint in the product of exponentials of a loop.
 
     Attributes:
-        name: Name of the corresponding entry of z, which belongs to a joint, a swing angle or a
-            cylinder. The freedoms of the closure itself are not in z. A ball joint has three names,
-            which end with ``.x``, ``.y`` and ``.z``.
-        screw: Joint twist (v, omega), shape (6, 1), if all joint values are zero. The twist is
-            expressed in the frame of the body at which the loop starts. The twist has unit speed:
-            omega has norm 1 for a revolute joint, and v has norm 1 for a slider.
+        name: Name of the joint, swing angle, cylinder or closure freedom in the exponent. The
+            freedoms of a closure are not entries of the full configuration z. A ball joint has
+            three exponentials, whose names end with ``.x``, ``.y`` and ``.z``.
+        screw: Joint twist (v, omega) at zero joint values, shape (6, 1), in the frame of the body
+            at which the loop starts. The joint twist has unit speed: omega has norm 1 for a
+            revolute joint, and v has norm 1 for a slider.
         side: Position of the joint in the loop: on branch a, on branch b, or as the loop joint. The
             loop runs backwards through branch b, so the exponents of branch b have a minus sign.
     """
@@ -43,7 +44,7 @@ class Factor:
 def around(
     terms: Terms, loop: Loop, linkage: Linkage | None
 ) -> tuple[tuple[Factor, ...], sp.ImmutableMatrix]:
-    """Return the exponentials of a loop, and the home pose between its two branches.
+    """Return the exponentials of a loop, and the displacement around it at zero joint values.
 
     Args:
         terms: The shared terms.
@@ -71,7 +72,7 @@ def around(
 
 
 def _branch(terms: Terms, path: Sequence[Joint], side: Side) -> tuple[list[Factor], sp.Matrix]:
-    """Return the screws of a branch, and the pose of the last body at zero joint values."""
+    """Return the joint exponentials of a branch, and its last body's pose at zero joint values."""
     factors: list[Factor] = []
     T = sp.eye(4)
     for joint in path:
@@ -85,7 +86,7 @@ def _branch(terms: Terms, path: Sequence[Joint], side: Side) -> tuple[list[Facto
 
 
 def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
-    """Give names to long matrix entries."""
+    """Replace long matrix entries by named terms, and expand the other entries."""
     return matrix.applyfunc(
         lambda entry: (
             terms.let(entry)
@@ -111,8 +112,8 @@ def _through(loop_joint: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], 
             "weld": [],
         }
         return freedoms[loop_joint.kind], sp.eye(4)
-    # Pins rotate about z, and a strut lies along x. For ball ends, the choice of the axis has no
-    # effect.
+    # Pins rotate about z, and a strut lies along x. For a strut with ball ends, the choice of these
+    # axes has no effect.
     M = pose(sp.eye(3), sp.Matrix([loop_joint.length, 0, 0]))
     slides = [(name, _unit(0, sp.oo))] if loop_joint.is_cylinder else []
     if loop_joint.ends == "ball":

@@ -1,15 +1,17 @@
 """Equations of overconstrained loops: the gradient of the sum of squared closure errors.
 
 The closure errors c_i are in meters. Direction errors are multiplied by a length l to convert them
-to meters. The least-squares configuration minimizes the sum of c_i^2 / 2. In this configuration,
-the gradient g_u of the sum with respect to the unknown variables u is zero.
+to meters. The least-squares configuration minimizes half the sum of the squared closure errors
+c_i^2. In the least-squares configuration, the gradient g_u of half this sum with respect to the
+unknown variables u is zero.
 
     g_u = sum_i c_i dc_i/du = 0.
 
-There are as many equations as unknown variables. The Jacobian of the equations contains second
-derivatives of the closure errors. The Jacobian is regular if the closure errors are small and their
-derivative has full rank. If the Jacobian is regular, Newton's method solves g_u = 0. The joint
-rates and accelerations then follow from the time derivatives of g_u = 0.
+The gradient g_u gives as many equations as there are unknown variables. The Jacobian of g_u
+contains second derivatives of the closure errors. The Jacobian of g_u is regular if the closure
+errors are small and their derivative has full rank. If the Jacobian of g_u is regular, Newton's
+method solves g_u = 0. The joint rates and accelerations then follow from the time derivatives of
+g_u = 0.
 """
 
 from collections.abc import Sequence
@@ -20,7 +22,7 @@ from ...terms.terms import Terms
 from .constraints import ClosureEquations, derivative_rows
 
 UNIT = "m"
-"""Unit of each entry. Entries for angles are divided by the length l."""
+"""Unit of each gradient entry, after the entries for angles are divided by the length l."""
 
 
 def gradient(
@@ -30,14 +32,14 @@ def gradient(
     is_length: Sequence[bool],
     length: float,
 ) -> tuple[sp.Expr, ...]:
-    """Return the gradient of half the sum of squared errors, one entry per variable.
+    """Return the gradient of half the sum of squared closure errors, one entry per variable.
 
     Args:
         equations: The equations of all loops.
-        terms: Names of the terms.
+        terms: Table of named terms.
         unknown: The unknown variables (radian or meter).
-        is_length: Mask of the variables with the unit of a length.
-        length: The length l (meter).
+        is_length: Mask of the unknown variables that are lengths.
+        length: The length l (meter) that converts direction errors to meters.
     """
     size = sp.Rational(f"{length:.3g}")
     weights = [size if unit == "1" else sp.S.One for loop in equations for unit in loop.units]

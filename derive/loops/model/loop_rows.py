@@ -1,11 +1,12 @@
 """Closure equations of loops with variable geometry, and the wrench of each equation.
 
-Each equation compares end b of a closure or strut with end a, in the axes of the body at end a.
-Each equation has a wrench. If the body at end b moves with a twist, the rate of the residual is the
-reciprocal product of wrench and twist. If the body at end a moves, the rate has the opposite sign.
-Both relations also hold if the loop is open.
+Each closure equation compares end b of a closure or strut with end a, in the axes of the body at
+end a. Each closure equation has a corresponding wrench. If only the body at end b moves, the rate
+of the residual is the reciprocal product of the wrench and that body's twist. If only the body at
+end a moves, the rate of the residual is minus the reciprocal product of the wrench and that body's
+twist. These relations between residual rate, wrench and twist also hold if the loop is open.
 
-``ROWS`` lists the equations. A strut has one equation, the
+The table ``ROWS`` lists the equations of each kind of closure. A strut has one equation for the
 distance between its ends.
 """
 
@@ -27,15 +28,15 @@ from .rows import ROWS, Along, Kind
 
 @dataclass(frozen=True)
 class Row:
-    """An equation of a loop.
+    """A closure equation of a loop, or the equation of a coupling.
 
     Attributes:
-        residual: The residual, which is zero if the loop is closed.
+        residual: Expression that is zero if the loop is closed or the coupling holds.
         unit: Unit of the residual, m or 1.
-        powers: Pairs (power, motion) for the motions of both branches. The power is the derivative
-            of the residual with respect to the value of the motion.
-        length: The strut length that the residual subtracts from the distance of the strut ends. 0
-            for other equations.
+        powers: Pairs (power, motion) for the elementary motions of both branches, where the power
+            is the derivative of the residual with respect to the motion value.
+        length: The strut length that the residual subtracts from the distance between the strut
+            ends, or 0 for other equations.
     """
 
     residual: sp.Expr
@@ -61,7 +62,7 @@ def loop_rows(
         mechanism: The description.
         terms: Receives the terms.
         geometry: The symbolic geometry of the robot.
-        bodies: The frames of the bodies by name.
+        bodies: Pose and variable motions of each body frame, keyed by body name.
     """
     ends = (_Ends(terms, geometry, bodies, loop) for loop in loops(mechanism))
     of_loops = [row for pair in ends for row in pair.rows()]
@@ -71,7 +72,7 @@ def loop_rows(
 def _coupling_rows(
     mechanism: Mechanism, terms: Terms, geometry: MechanismGeometry
 ) -> Iterator[Row]:
-    """Yield the linear equation between joint values of each coupling."""
+    """Yield the linear equation of each coupling between joint values."""
     for coupling in mechanism.couplings:
         offset = geometry.offsets[coupling.joint]
         residual = terms.let(residual_of(coupling, geometry.values) + coupling.offset - offset)
@@ -101,7 +102,7 @@ class _Ends:
         self.difference = subtracted(terms, self.b.pose[1], self.a.pose[1])
 
     def rows(self) -> list[Row]:
-        """Return the equations of the closure or strut."""
+        """Return the equations of the closure or strut that closes the loop."""
         loop_joint = self.loop.loop_joint
         if isinstance(loop_joint, Strut):
             return [self._distance(loop_joint)]
@@ -126,7 +127,7 @@ class _Ends:
         return self._row(residual, "m", Wrench(direction, self.b.pose[1]), length)
 
     def _axis(self, closure: Closure, plane: Axes | None, side: str, k: int) -> Vector:
-        """Return an axis of a loop equation in base axes. The axis is fixed to one end frame."""
+        """Return the direction, in base axes, of an axis that is fixed to one end frame."""
         end = self.a if side == "a" else self.b
         if plane is None:
             return end.pose[0][k]
@@ -151,7 +152,7 @@ class _Ends:
         return self._row(residual, "m", Wrench(direction, self.b.pose[1]))
 
     def _turn(self, of_a: Vector, of_b: Vector) -> Row:
-        """Return the equation for the cosine between two directions of frames a and b."""
+        """Return the equation for the cosine between a direction of frame a and one of frame b."""
         couple = cross(self.terms, of_b, of_a)
         return self._row(dot(self.terms, of_a, of_b), "1", Wrench(ORIGIN, self.b.pose[1], couple))
 

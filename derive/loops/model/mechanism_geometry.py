@@ -2,15 +2,16 @@
 
 Joints, end frames and drives have the same parameters as in a serial robot
 (``chasles.derive.model.geometry``). For closures and struts, the parameters are the positions of
-the two ends in the frames of their bodies. The length of a strut is a parameter too. The length
-parameter of a cylinder is its length at coordinate zero.
+the two ends in the frames of their bodies. The length of a strut is also a geometry parameter. The
+length parameter of a cylinder is its length at coordinate zero.
 
 A passive joint has no offset parameter, because its loop determines its value. A coupling of a
-passive joint has an offset parameter. For example, the offset of a gear pair depends on the teeth
-that mesh. The ratio of a coupling is exact. The pose of a body on six consecutive passive joints is
-arbitrary, so the axes of these joints have no parameters. The parameters of a planar loop keep its
-parts in the plane. Therefore, a revolute axis in a planar loop has no tilt parameters. The end of a
-closure or strut in a planar loop has no parameter along the plane normal.
+passive joint has an offset parameter. For example, the offset of a gear pair depends on which teeth
+mesh. The ratio of a coupling is exact, so it is not a parameter. The pose of a body on six
+consecutive passive joints is arbitrary, so the axes of these joints have no parameters. The
+parameters of a planar loop keep its parts in the plane. Therefore, a revolute axis in a planar loop
+has no tilt parameters. The end of a closure or strut in a planar loop has no parameter along the
+plane normal.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,10 +37,10 @@ _TURNS: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
 
 
 class Step(NamedTuple):
-    """The motions from a parent frame to a body.
+    """The motions from the frame of a parent body to the frame of a body.
 
-    The motions are split into the motion before the joint, the joint motion, and the motion after
-    the joint.
+    A step consists of the motion before the joint, the joint motion, and the motion after the
+    joint.
     """
 
     before: Placement
@@ -48,7 +49,7 @@ class Step(NamedTuple):
 
     @property
     def transform(self) -> Placement:
-        """The complete motion."""
+        """The complete motion from the parent frame to the body frame."""
         return self.before + self.motion + self.after
 
 
@@ -57,14 +58,15 @@ class MechanismGeometry:
     """The symbolic geometry of a robot with loops.
 
     Attributes:
-        parameters: The parameters p in the order base, joints, loops, tool.
+        parameters: The geometry parameters p in the order base, joints, loops, tool.
         values: Symbolic value of each moving joint and cylinder.
-        steps: Motions from the frame of the parent to each body, as functions of q, u and p.
+        steps: Motions from the parent frame to each body, as functions of actuated coordinates q,
+            passive coordinates u and parameters p.
         base: Pose of the base body in the base frame, as a sequence of motions.
         tool: Pose of the tool in the frame of the last body, as a sequence of motions.
-        ends: The frames of each closure and strut on both bodies.
+        ends: The two end frames of each closure and strut, each relative to its body.
         lengths: The length of each rod or cylinder.
-        offsets: The offset of each coupling, keyed by the joint of the coupling.
+        offsets: The offset of each coupling, keyed by the name of the coupled joint.
         planar: The planar linkage of each closure or strut that belongs to a planar loop.
     """
 
@@ -82,7 +84,7 @@ class MechanismGeometry:
 def mechanism_geometry(
     mechanism: Mechanism, terms: Terms, q: Sequence[sp.Symbol], unknown: Mapping[str, sp.Symbol]
 ) -> MechanismGeometry:
-    """Return the geometry of a mechanism.
+    """Return the symbolic geometry of a mechanism with loops.
 
     Args:
         mechanism: The description.
@@ -136,7 +138,7 @@ class _Numbered:
         return found
 
     def _offset(self, coupling: Coupling) -> sp.Expr:
-        """Return the offset of a coupling."""
+        """Return the offset of a coupling, with a parameter if the coupled joint is passive."""
         name, member = coupling.joint, self.mechanism.members[coupling.joint]
         if name in {c.moves for c in self.mechanism.coordinates}:
             return coupling.offset
@@ -173,9 +175,9 @@ class _Numbered:
         return self.planar[loop.loop_joint.name].axes[body].n
 
     def _end(self, loop_joint: Closure | Strut, side: str) -> Placement:
-        """Return the frame of a closure or strut on a body.
+        """Return the end frame of a closure or strut relative to its body.
 
-        The position of the frame is a parameter.
+        The coordinates of the end frame are parameters, except along the normal of a planar loop.
         """
         frame: Frame = getattr(loop_joint, side)
         placement = self.made.at_values(frame.placement)
@@ -185,9 +187,9 @@ class _Numbered:
         return translation(*place) + turns + self._turned(loop_joint, side)
 
     def _turned(self, loop_joint: Closure | Strut, side: str) -> Placement:
-        """Return the rotation parameters of a spatial closure.
+        """Return the rotations that correct the axes of a closure's end frame.
 
-        The result is empty for a ball closure.
+        Struts, ball closures and planar loops have no such rotations.
         """
         if (
             isinstance(loop_joint, Strut)
@@ -209,9 +211,9 @@ class _Numbered:
     def _coordinate(
         self, loop_joint: Closure | Strut, frame: Frame, side: str, k: int, value: sp.Expr
     ) -> sp.Expr:
-        """Return a coordinate of an end point.
+        """Return a coordinate of an end point of a closure or strut.
 
-        In a planar loop, the coordinate along the normal is constant.
+        In a planar loop, the coordinate along the plane normal is not a geometry parameter.
         """
         linkage = self.planar.get(loop_joint.name)
         axis = sp.eye(3)[:, k]

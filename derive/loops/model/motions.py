@@ -1,11 +1,13 @@
 """Body frames with variable geometry, and the screws of their motions.
 
-Elementary motions with values v(q, u, p) connect the base to a body. Let S_m be the unit screw of
-motion m. The power of a wrench W on a body with the twist V is a sum over all motions.
+A sequence of elementary motions connects the base to a body. Motion m has the value v_m(q, u, p)
+and the unit screw S_m. The power of a wrench W on a body with the twist V is a sum over these
+elementary motions.
 
     W.V = sum_m (W.S_m) dv_m/dt.
 
-Sums of this form give the derivatives of a loop equation and of the tool pose.
+Sums of this form over all elementary motions give the derivatives of a loop equation and of the
+tool pose.
 
 Source:
     R. S. Ball, A Treatise on the Theory of Screws, 1900, for the reciprocal product.
@@ -37,12 +39,13 @@ from .mechanism_geometry import Step
 
 @dataclass(frozen=True)
 class ElementaryMotion:
-    """An elementary motion on the way from the base to a body.
+    """An elementary rotation or translation between the base and a body.
 
     Attributes:
-        value: The angle or length, as a function of q, u and p.
-        axis: The direction of the motion in the base frame.
-        point: A point of the axis in the base frame, or None for a translation.
+        value: The rotation angle or translation length, as a function of actuated coordinates q,
+            passive coordinates u and parameters p.
+        axis: The direction of the rotation axis or translation, in the base frame.
+        point: A point of the rotation axis in the base frame, or None for a translation.
     """
 
     value: sp.Expr
@@ -52,18 +55,18 @@ class ElementaryMotion:
 
 @dataclass(frozen=True)
 class Reached:
-    """The pose of a frame in the base, and the joint motions between the base and the frame.
+    """The pose of a frame in the base, and the variable motions between the base and the frame.
 
     Attributes:
         pose: The axes and the origin of the frame, in the base frame.
-        motions: The motions with variable values, ordered from the base to the frame.
+        motions: The elementary motions with variable values, ordered from the base to the frame.
     """
 
     pose: Pose
     motions: tuple[ElementaryMotion, ...] = ()
 
     def moved(self, terms: Terms, placement: Placement) -> "Reached":
-        """Return the pose of another frame, whose placement in this frame is given."""
+        """Return the pose and motions of another frame, placed relative to this frame."""
         (basis, origin), motions = self.pose, list(self.motions)
         for motion in placement:
             if isinstance(motion, Rotation):
@@ -88,11 +91,11 @@ BASE = Reached((IDENTITY, ORIGIN))
 
 @dataclass(frozen=True)
 class Wrench:
-    """A force along a line and a couple on a body.
+    """The force along a line and the couple that act on a body.
 
     Attributes:
         force: The force vector in base axes.
-        point: A point of the line in the base frame.
+        point: A point of the line of action of the force, in the base frame.
         couple: The couple vector in base axes.
     """
 
@@ -112,7 +115,7 @@ class Wrench:
 def bodies(
     mechanism: Mechanism, terms: Terms, base: Placement, steps: Mapping[str, Step]
 ) -> dict[str, Reached]:
-    """Return the frame of every body by name.
+    """Return the pose and variable motions of every body, keyed by body name.
 
     Args:
         mechanism: The description.
@@ -135,7 +138,7 @@ def gradient(
         terms: Table of named terms.
         powers: One pair for each motion: the derivative of the residual with respect to the value
             of the motion, and the motion itself.
-        variables: The variables of the motions.
+        variables: The variables with respect to which the residual is differentiated.
     """
     sums: dict[sp.Symbol, sp.Expr] = dict.fromkeys(variables, ZERO)
     for power, motion in powers:

@@ -1,7 +1,7 @@
 """Numerical model of a mechanism: poses of bodies and closure errors of loops.
 
-The poses follow directly from the description, for any parameter values. The closure errors at
-another value of a parameter show whether this value would close a loop.
+The body poses follow directly from the description, for any parameter values. The closure errors at
+a changed parameter value show whether the changed value would close a loop.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -23,7 +23,7 @@ from .planes import planar_loop_joints
 
 Floats = NDArray[np.float64]
 Value = float | Floats
-"""One value, or an array (n,) for n configurations."""
+"""One joint value, or an array (n,) of joint values for n configurations."""
 OTHERS_FIRST = 1e3
 """Weight of the other loops while the closure error of one loop is minimized."""
 _AXES = {"x": 0, "y": 1, "z": 2}
@@ -41,15 +41,15 @@ class NumericMechanism:
 
     Attributes:
         mechanism: The description.
-        constants: Constants by name (meter, radian). The constants are the parameters, and all rod
-            lengths and frame offsets that do not depend on parameters.
+        constants: All parameters, and all rod lengths and frame offsets that do not depend on
+            parameters, by name (meter or radian).
         values: Reference values of joints and cylinders by name (radian or meter).
         unknown: Names of the passive joints and cylinders.
         size: Length of the longest translation or rod (meter), or 1 if all these lengths are zero.
         couplings: The equations of the couplings.
         planes: A matrix (3, 3) for each planar loop, keyed by the name of its closure or strut. The
-            columns are the axes x and y and the normal of the plane, in the frame of the first
-            body.
+            matrix columns are the plane's axes x and y and its normal, in the frame of the body at
+            end a.
     """
 
     def __init__(self, mechanism: Mechanism, planes: Mapping[str, Floats] | None = None) -> None:
@@ -57,8 +57,8 @@ class NumericMechanism:
 
         Args:
             mechanism: The description.
-            planes: Axes of each planar loop, keyed by the name of its closure or strut. If None,
-                the axes are computed from the mechanism.
+            planes: Plane axes of each planar loop, keyed by the name of its closure or strut. If
+                None, the plane axes are computed from the mechanism.
         """
         self.mechanism = mechanism
         self._placed: dict[str, Floats] = {}
@@ -182,7 +182,7 @@ class NumericMechanism:
     def closure_errors(self, values: Mapping[str, float]) -> dict[str, ClosureResidual]:
         """Return the closure error of each loop, keyed by the name of the closure or strut.
 
-        The error of a coupling has the name of the coupled joint.
+        The closure error of a coupling is keyed by the name of the coupled joint.
         """
         poses, mechanism = self.poses(values), self.mechanism
         found = {}
@@ -200,13 +200,16 @@ class NumericMechanism:
     def ends(
         self, loop_joint: Closure | Strut, values: Mapping[str, float]
     ) -> tuple[Floats, Floats, Floats]:
-        """Return both frames (4, 4) of a closure or strut, and the vector between them."""
+        """Return both end frames (4, 4) of a closure or strut, and the vector from a to b.
+
+        For a planar loop, the vector between the end frames is projected on the loop plane.
+        """
         poses = self.poses(values)
         A, B = self.frames(poses, loop_joint)
         return A, B, self._in_plane(loop_joint, poses, B[:3, 3] - A[:3, 3])
 
     def normal(self, loop_joint: Closure | Strut, poses: Mapping[str, Floats]) -> Floats | None:
-        """Return the unit normal of a loop in the base frame, or None for a spatial loop."""
+        """Return the unit normal of a planar loop in the base frame, or None for a spatial loop."""
         plane = self.planes.get(loop_joint.name)
         return None if plane is None else poses[loop_joint.a.body][..., :3, :3] @ plane[:, 2]
 
@@ -243,7 +246,7 @@ class NumericMechanism:
     def frames(
         self, poses: Mapping[str, Floats], loop_joint: Closure | Strut
     ) -> tuple[Floats, Floats]:
-        """Return both frames (4, 4) of a closure or strut in the base frame."""
+        """Return both end frames (4, 4) of a closure or strut, relative to the base frame."""
         A, B = (
             poses[frame.body] @ self._offset(offset_of(loop_joint, side), frame.placement)
             for side, frame in _sides(loop_joint)
@@ -293,10 +296,10 @@ class NumericMechanism:
     ) -> dict[str, float]:
         """Minimize the closure errors of loops over joints, cylinders and constants.
 
-        The Levenberg-Marquardt method starts from the current values.
+        The Levenberg-Marquardt method starts from the given values and the current constants.
 
         Args:
-            values: Values of all joints and cylinders.
+            values: Initial values of all joints and cylinders (radian or meter).
             free: Names of the joints, cylinders or constants that may change.
             loops: Names of the closures and struts whose errors are reduced to zero.
             last: Name of the loop whose error is minimized while the other loops stay closed. If
@@ -315,7 +318,7 @@ class NumericMechanism:
     def _residual(
         self, at: dict[str, float], free: Sequence[str], loops: Iterable[str], last: str
     ) -> tuple[Callable[[Floats], Floats], Floats]:
-        """Return the closure errors as a function of the variables, and the variables' values.
+        """Return a function from free variables to closure errors, and the initial variable values.
 
         Lengths are divided by the size of the mechanism.
         """
@@ -418,7 +421,7 @@ def _norm(vector: Floats) -> Floats:
 
 
 def _tilt(axis: Floats) -> Floats:
-    """Return the tilt angles (radian) about x and y from z to an axis."""
+    """Return the angles (radian) about x and y by which a unit axis is tilted from z."""
     across = np.stack([-axis[..., 1], axis[..., 0]], axis=-1)
     return _scaled(across, axis[..., 2])
 

@@ -2,7 +2,7 @@
 
 Each closure equation has a corresponding wrench. If only the body at end b moves, the rate of the
 residual is the power of the wrench on that body. If only the body at end a moves, the rate of the
-residual is the negative of this power.
+residual is the negative power of the wrench on that body.
 """
 
 from collections.abc import Iterator, Mapping
@@ -27,13 +27,14 @@ class NumericRows:
     """The closure equations of one mechanism as functions of joints and cylinders.
 
     Attributes:
-        bodies: Bodies and frames as numbers.
+        bodies: Numerical model of the mechanism's bodies and frames.
         names: Names of the joints and cylinders.
-        owners: The name of the closure or strut of each equation. For a coupling equation, the name
-            of the coupled joint.
+        owners: For each equation, the name of its closure or strut, or the name of the coupled
+            joint of its coupling.
         is_turn: Whether each equation relates directions or angles instead of lengths.
-        facing_owners: For each direction cosine, the name of its closure. If the cosine is
-            negative, corresponding axes of the two closure frames point in opposite directions.
+        facing_owners: For each cosine between corresponding axes of two closure frames, the name of
+            the closure. If a cosine is negative, corresponding axes of the two closure frames point
+            in opposite directions.
     """
 
     def __init__(self, bodies: NumericMechanism) -> None:
@@ -103,8 +104,9 @@ class NumericRows:
                 rows = [*_rows(self._kind(loop_joint), a.T, b.T, B[:3, 3] - A[:3, 3])]
                 facing += [a[:, k] @ b[:, k] for k in FACING[self._kind(loop_joint)]]
             # If all components of a difference vector must be 0, the axes of the components are
-            # arbitrary. Newton's method converges better if these axes do not rotate with frame a.
-            # For these components, the wrench on the body at end a acts at the origin of frame a.
+            # arbitrary. Newton's method converges better if the axes of the difference vector do
+            # not rotate with frame a. If all components of a difference vector must be 0, the
+            # wrench on the body at end a acts at the origin of frame a.
             is_whole = not isinstance(loop_joint, Strut) and loop_joint.kind != "slider"
             for row, force, couple in rows:
                 residual.append(row)
@@ -123,7 +125,7 @@ class NumericRows:
         return np.array(residual), J, np.array(facing)
 
     def relative(self, values: Mapping[str, float]) -> Floats:
-        """Return the Jacobian (m, n). Lengths are divided by the size of the mechanism."""
+        """Return the closure Jacobian (m, n), with lengths divided by the mechanism's size."""
         J = self.at(np.array([values[name] for name in self.names]))[1]
         columns = [self.bodies.size if self.bodies.is_length(n) else 1.0 for n in self.names]
         return J * columns / np.where(self.is_turn, 1.0, self.bodies.size)[:, None]
@@ -132,7 +134,7 @@ class NumericRows:
         """Reduce the closure errors of nearly closed loops to the level of rounding errors.
 
         Newton steps with a constant Jacobian move the passive joints and cylinders. If the loops
-        cannot close, the steps minimize the closure errors.
+        cannot close, the Newton steps minimize the closure errors.
         """
         w = np.array([values[name] for name in self.names])
         free = [name in self.bodies.unknown for name in self.names]
@@ -143,7 +145,7 @@ class NumericRows:
 
 
 def _rows(kind: Kind, a: Floats, b: Floats, d: Floats) -> Iterator[tuple[float, Floats, Floats]]:
-    """Yield the tuple (residual, force, couple) of each equation."""
+    """Yield the tuple (residual, force, couple) of each equation of a closure."""
     for row in ROWS[kind]:
         if isinstance(row, Along):
             yield float(a[row.axis] @ d), a[row.axis], _NONE

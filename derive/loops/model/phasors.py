@@ -5,8 +5,8 @@ A point of a planar mechanism is a sum of complex vectors that rotate with the b
     p = sum_k c_k exp(i psi_k)
 
 The angles psi_k are linear in the coordinates and in the solved angles. Each vector c_k is an exact
-pair (re, im). Its components contain constants, parameters and variable lengths. Equal terms cancel
-exactly. Therefore, a parallelogram is recognized as a pure translation.
+pair (re, im). The components of c_k contain constants, parameters and variable lengths. Equal terms
+cancel exactly, so a parallelogram is recognized as a pure translation.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,7 +19,7 @@ from ...model.exact import is_zero as constant_is_zero
 from ...terms.terms import Terms
 
 Complex = tuple[sp.Expr, sp.Expr]
-"""Real part and imaginary part."""
+"""A complex number as the pair (real part, imaginary part)."""
 ZERO, ONE = sp.Integer(0), sp.Integer(1)
 REAL: Complex = (ONE, ZERO)
 
@@ -81,16 +81,16 @@ class PhasorSum:
         return _collected(tuple((angle, product(c, factor)) for angle, c in self.terms.items()))
 
     def turned(self, angle: sp.Expr) -> "PhasorSum":
-        """Return the sum, rotated by an angle."""
+        """Return this phasor sum, rotated by an angle."""
         return _collected(tuple((psi + angle, c) for psi, c in self.terms.items()))
 
     def common_angle(self) -> sp.Expr:
-        """Return the angle if all terms have one angle, otherwise 0."""
+        """Return the common rotation angle of all terms, or 0 if there is no common angle."""
         angles = list(self.terms)
         return angles[0] if len(angles) == 1 else ZERO
 
     def coordinates(self, terms: Terms) -> Complex:
-        """Return the coordinates x and y in the plane as terms."""
+        """Return the planar coordinates x and y of this phasor sum, as named terms."""
         x, y = ZERO, ZERO
         for angle, vector in self.terms.items():
             re, im = terms.let(vector[0]), terms.let(vector[1])
@@ -101,11 +101,11 @@ class PhasorSum:
     def reduced(
         self, relations: "Sequence[PhasorSum]", cost: "Callable[[PhasorSum], int]"
     ) -> "PhasorSum":
-        """Return an equivalent sum with a lower cost, using the loop equations.
+        """Return an equivalent phasor sum with the lowest cost found by using the loop equations.
 
         Args:
-            relations: One vector sum for each loop. The sum is zero if the loop is closed.
-            cost: The quantity to minimize, for example the number of terms.
+            relations: For each loop, a phasor sum that is zero if the loop is closed.
+            cost: Function that returns the quantity to minimize, for example the number of terms.
         """
         candidates = [
             self - relation.times(quotient(self.terms[angle], vector))
@@ -183,7 +183,7 @@ def _order(angle: sp.Expr) -> tuple[int, str]:
 
 @cache
 def _plain(expression: sp.Expr) -> sp.Expr:
-    """Return an expression after cancellation of its terms."""
+    """Return an expression after cancellation of equal terms and common factors."""
     if expression.is_Rational or expression.is_Symbol:
         return expression
     if not expression.free_symbols:

@@ -1,10 +1,10 @@
 """Finds the planar loops of a mechanism.
 
-A loop is planar if its revolute axes are parallel and its sliders are perpendicular to them. Loops
-that share a joint form one *linkage*. Each body of a linkage has its own planar axes. The x axis is
-the first axis of the body frame (x, y, z) that lies in the plane. The y axis points to the left of
-the x axis. The plane normal is the first revolute axis of the linkage. Without revolute axes, the
-plane normal is perpendicular to the slider directions.
+A loop is planar if its revolute axes are parallel and its sliders are perpendicular to the revolute
+axes. Loops that share a joint form one *linkage*. Each body of a linkage has its own planar axes.
+The planar x axis of a body is the first axis of the body frame (x, y, z) that lies in the plane.
+The planar y axis points to the left of the planar x axis. The plane normal is the first revolute
+axis of the linkage, or without revolute axes, perpendicular to the slider directions.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -26,19 +26,19 @@ from .phasors import ONE, REAL, ZERO, Complex
 Vector = NDArray[np.float64]
 
 MECHANISMS = 64
-"""Maximum number of linkages in the cache."""
+"""Maximum number of mechanisms whose linkages are cached."""
 
 
 @dataclass(frozen=True)
 class PinEdge:
-    """Two bodies with a common point, about which they rotate.
+    """Two bodies of a linkage that rotate relative to each other about a common point.
 
     Attributes:
         name: Name of the joint, swing angle or closure.
-        a: The first body. The second body rotates relative to the first body.
-        at_a: The common point in the frame of body a.
+        a: The first body, relative to which body b rotates.
+        at_a: The common point of both bodies, in the axes of body a.
         b: The other body.
-        at_b: The common point in the frame of body b.
+        at_b: The common point of both bodies, in the axes of body b.
         rotor: The orientation of body b in the axes of body a at joint value zero, as a unit
             complex number.
         sense: 1 if the joint axis has the direction of the plane normal, otherwise -1.
@@ -59,7 +59,7 @@ class SlideEdge:
 
     Attributes:
         name: Name of the joint, cylinder or closure.
-        a: The body with the guide. The body b slides along the guide.
+        a: The body with the guide along which body b slides.
         at_a: A point of the guide in the axes of body a.
         direction: The unit direction of the guide in the frame of body a.
         b: The other body.
@@ -79,9 +79,9 @@ class SlideEdge:
 
 @dataclass(frozen=True)
 class WeldEdge:
-    """Two bodies that are fixed to each other.
+    """Two bodies of a linkage that are fixed to each other.
 
-    The orientation and origin of body b are in the axes of body a.
+    ``rotor`` and ``at_a`` are the orientation and origin of body b in the axes of body a.
     """
 
     name: str
@@ -99,9 +99,9 @@ class Linkage:
     """The bodies and joints of planar loops that share joints.
 
     Attributes:
-        root: The body that carries the plane.
-        bodies: All bodies. The barrel and the rod of a cylinder are two bodies.
-        edges: The revolute joints, swing angles and closures.
+        root: The root body of the linkage, to which the plane is fixed.
+        bodies: All bodies of the linkage. Barrel and rod of a cylinder are two bodies.
+        edges: All joints, closures and struts of the linkage, as edges between two bodies.
         joints: Names of the moving tree joints and of the cylinders.
         loop_joints: Names of the closures and struts.
         axes: The axes x and y and the normal of the plane, in the frame of each body.
@@ -124,7 +124,7 @@ class Axes(NamedTuple):
 
 
 class Loop(NamedTuple):
-    """A loop: its closure or strut, and the joints of its two branches."""
+    """A loop, which consists of a closure or strut and the joints of two branches."""
 
     loop_joint: Closure | Strut
     meeting: str
@@ -216,7 +216,7 @@ class _Pose(NamedTuple):
 
 
 class _Branch:
-    """The joints from the base to one end of a loop."""
+    """Joint axes and end frame of one branch of a loop, in the frame of the base body."""
 
     def __init__(
         self, mechanism: Mechanism, terms: Terms, frame: Frame, path: Sequence[Joint]
@@ -237,7 +237,7 @@ class _Branch:
 
 
 def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
-    """Return the normal of a planar loop in the frame of the base body, or None."""
+    """Return a planar loop's normal in the frame of the base body, or None for a spatial loop."""
     loop_joint = loop.loop_joint
     a = _Branch(mechanism, terms, loop_joint.a, loop.to_a)
     b = _Branch(mechanism, terms, loop_joint.b, loop.to_b)
@@ -250,7 +250,7 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
     n = turning[0] if turning else across(sliding, terms.value)
     if n is None or a.is_helical or b.is_helical:
         return None
-    # A slider or weld allows no rotation. Its end frames must have the same plane normal.
+    # A slider or weld allows no rotation, so its end frames must have the same plane normal.
     kept = kind not in ("slider", "weld") or _is_small(a.R.T * n - b.R.T * n)
     is_planar = kept and holds(n, turning, sliding) and abs(n.dot(b.p - a.p)) < ZERO_COMPONENT
     return n if is_planar else None
@@ -290,7 +290,7 @@ def across(sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr]) ->
 
     Args:
         sliding: Directions of the sliders.
-        value: Evaluates a vector component numerically.
+        value: Function that evaluates a vector component numerically.
     """
     for other in sliding[1:]:
         n = sliding[0].cross(other)
@@ -363,7 +363,7 @@ def is_cylinder(edge: Edge) -> bool:
 
 
 class _Plane:
-    """The plane of a linkage, and the edges in the planar axes of the bodies."""
+    """The plane of a linkage, which converts joints, closures and struts to planar edges."""
 
     def __init__(
         self, terms: Terms, root: str, order: Sequence[Joint], group: Sequence[Loop]
@@ -377,7 +377,7 @@ class _Plane:
             self.axes[joint.link] = self._chosen(normal)
 
     def _normal_at_root(self, order: Sequence[Joint], group: Sequence[Loop]) -> sp.Matrix:
-        """Return the first revolute axis, or the normal of the sliders if there is none."""
+        """Return the first revolute axis, or the normal of the sliders if no axis is revolute."""
         for joint in order:
             if joint.kind == "revolute":
                 return self._at_root(joint.parent, _rotation(joint.before)[:, 2], order)
@@ -400,7 +400,7 @@ class _Plane:
         return n
 
     def _at_root(self, body: str, direction: sp.Matrix, order: Sequence[Joint]) -> sp.Matrix:
-        """Return a direction of a body in the root frame, with all joint values zero."""
+        """Convert a direction from a body frame to the root frame, with all joint values zero."""
         for joint in joints_to_root({joint.link: joint for joint in order}, body):
             direction = _rotation(joint.before) * _rotation(joint.after) * direction
         return direction
@@ -415,14 +415,14 @@ class _Plane:
         return Axes(x, tidied(self.terms, n.cross(x)), n)
 
     def point(self, body: str, position: sp.Matrix) -> Complex:
-        """Return a point or direction of a body in its planar axes."""
+        """Convert a point or direction from a body frame to the planar axes of the body."""
         axes = self.axes[body]
         sums = (sp.Add(*(axis[k] * position[k] for k in range(3))) for axis in (axes.x, axes.y))
         x, y = (tidied_entry(self.terms, sp.expand(component)) for component in sums)
         return x, y
 
     def edge(self, joint: Joint) -> Edge:
-        """Return a tree joint as an edge."""
+        """Return the planar edge that represents a tree joint."""
         before, after = placement_matrix(joint.before), placement_matrix(joint.after)
         R, p = after[:3, :3], after[:3, 3]
         a, b = joint.parent, joint.link
@@ -438,7 +438,7 @@ class _Plane:
         return PinEdge(joint.name, a, at_a, b, at_b, rotor, sense)
 
     def closure(self, closure: Closure) -> Edge:
-        """Return a closure as an edge."""
+        """Return the planar edge that represents a closure."""
         (a, M), (b, N) = self._placed(closure.a), self._placed(closure.b)
         at_a, at_b = self.point(a, M[:3, 3]), self.point(b, N[:3, 3])
         rotor = self.point(a, M[:3, :3] * N[:3, :3].T * self.axes[b].x)
@@ -450,7 +450,7 @@ class _Plane:
         return PinEdge(closure.name, a, at_a, b, at_b)
 
     def strut(self, strut: Strut) -> list[Edge]:
-        """Return the edges of a strut.
+        """Return the planar edges that represent a strut.
 
         A cylinder adds a sliding edge between its two pins.
         """

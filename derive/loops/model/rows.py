@@ -48,4 +48,4 @@ FACING: Mapping[Kind, tuple[int, ...]] = {
 }
 """Indices of the axes that must have the same direction in both frames of a closure. The closure
 equations also hold if the axes have opposite directions. A separate test therefore compares the
-directions."""
+axis directions of the two frames."""

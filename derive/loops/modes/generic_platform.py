@@ -1,10 +1,10 @@
 """A generic platform on six rods with its forty complex poses.
 
-All tracked paths start from this platform.
+All tracked paths start from the poses of this generic platform.
 
-The parameters of the rods are random numbers. Path tracking along random closed paths of the
-parameters found all forty poses from a single one. A generic platform has at most forty complex
-poses (Raghavan 1993, Wampler 1996).
+The rod parameters of the generic platform are random numbers. Path tracking along random closed
+paths in parameter space found all forty poses from a single pose. A generic platform has at most
+forty complex poses (Raghavan 1993, Wampler 1996).
 """
 
 import numpy as np

@@ -20,10 +20,10 @@ from .soma import RODS, SOMA, Array, SixRods
 PAIR = 2
 FREE = ["prismatic"] * 3 + ["revolute"] * 3
 SAMPLES = 60
-"""Number of sample configurations that determine the space of all rods. The space has at most 24
+"""Number of sample configurations that determine the affine space of all rods, which has at most 24
 dimensions."""
 OPERATIONS = 2_000_000
-"""Approximate number of operations for forty paths with thirty steps each."""
+"""Approximate number of operations for tracking forty paths with thirty steps each."""
 CALLED = "rod_ends"
 
 
@@ -31,15 +31,16 @@ CALLED = "rod_ends"
 class Hexapod:
     """Six rods that connect actuated points to a platform.
 
-    Points are expressed in the axes of the first three joints of the main chain. The origin is the
-    point where the last three axes of the main chain intersect if all coordinates are zero.
+    Points are expressed in the axes of the first three joints of the main chain. The coordinate
+    origin is the point where the last three axes of the main chain intersect if all coordinates are
+    zero.
 
     Attributes:
         a: The endpoints of the rods on the actuated bodies.
         b: The endpoints of the rods on the platform, at zero coordinates.
         lengths: Rod lengths.
-        axes: For each of the last three joints, the index of the parallel axis among the first
-            three joints.
+        axes: For each of the last three main-chain joints, the index (0 to 2) of the parallel axis
+            among the first three joints.
     """
 
     a: tuple[Vector, ...]
@@ -54,7 +55,7 @@ class DoubleJoints(NamedTuple):
     Attributes:
         side: 1 if the rods of each pair share an end on the platform, 2 if they share an end on the
             actuated side, 0 if no rods share an end.
-        rods: The rods. Two consecutive rods form a pair.
+        rods: Indices of the rods, in which two consecutive entries form a pair.
     """
 
     side: int
@@ -74,7 +75,7 @@ def double_joints(a: Sequence[Sequence[object]], b: Sequence[Sequence[object]]) 
 
 
 def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
-    """Return the rods in pairs that share an end, or () if there are not three pairs."""
+    """Return the rod indices in pairs that share an end, or () if there are not three pairs."""
     joints: dict[tuple[object, ...], list[int]] = {}
     for rod, end in enumerate(ends):
         joints.setdefault(tuple(end), []).append(rod)
@@ -165,8 +166,8 @@ class RodNumbers:
         size: The size of the platform (meter).
         origin: The centroid of the rod ends on the actuated side, divided by `size`.
         middle: The centroid of the rod ends on the platform, divided by `size`.
-        family: The rods at all configurations. Rod ends on the actuated side are relative to
-            `origin`, and rod ends on the platform are relative to `middle`.
+        family: The affine space of the rods in all configurations. Rod ends on the actuated side
+            are relative to `origin`, and rod ends on the platform are relative to `middle`.
     """
 
     def __init__(self, a: Array, b: Array, lengths: Array) -> None:
@@ -175,11 +176,11 @@ class RodNumbers:
         Args:
             a: (n, 6, 3) rod ends on the actuated side at n configurations, meter.
             b: (6, 3) rod ends on the platform, in platform axes.
-            lengths: (n, 6) rod lengths.
+            lengths: (n, 6) rod lengths at n configurations, meter.
         """
         middle, origin = b.mean(0), a.mean((0, 1))
         spread = ((a - origin) ** 2).sum(-1).mean() + ((b - middle) ** 2).sum(-1).mean()
-        # After rounding, the results do not depend on the order of summation.
+        # Rounding makes the size and the centroids independent of the order of summation.
         self.size = _short(np.sqrt(spread))
         middle, origin = (np.array([_short(x) for x in point]) for point in (middle, origin))
         self.origin, self.middle = origin / self.size, middle / self.size
@@ -199,16 +200,16 @@ class HexapodTables(Tables):
         size: The platform size (meter).
         origin: The centroid of the rod ends on the actuated side.
         middle: The centroid of the rod ends on the platform.
-        axis: Index (0 to 2) of the axis of each angle of the platform.
-        moves: Whether the actuators move the rod ends.
+        axis: For each angle of the platform, the index (0 to 2) of its rotation axis.
+        moves: Whether the actuators move the rod ends on the actuated side.
         paths: Number of complex poses, which is also the number of solutions in the results.
-        joined: The side on which rods share joints, see ``DoubleJoints``.
-        pairs: Indices of the rods (0 to 5), pair by pair. The rods of a pair share an end.
+        joined: The side on which pairs of rods share ends, coded as in ``DoubleJoints.side``.
+        pairs: Indices of the rods (0 to 5), ordered in pairs of rods that share an end.
         b: The rod ends on the platform.
         a: The ends of the generic rods on the actuated side.
         c: The constants |a|^2 + |b|^2 - l^2 of the generic rods, where l is the rod length.
-        starts: All complex poses that satisfy the equations of the generic rods. Unused rows are
-            zero.
+        starts: All complex poses that satisfy the equations of the generic rods, with zeros in
+            unused rows.
     """
 
     size: float
@@ -237,7 +238,7 @@ class HexapodTables(Tables):
 
         Args:
             rods: The rods.
-            axes: Index (0 to 2) of the axis of each angle of the platform.
+            axes: For each angle of the platform, the index (0 to 2) of its rotation axis.
             joints: The double joints.
             own: Six rods with generic dimensions for the platform.
             poses: All n complex platform poses at which each rod in ``own`` has its given length,

@@ -1,12 +1,12 @@
 """Finds all complex poses of a platform on six rods.
 
 The coordinates of the rods in all configurations span an affine space. The search selects rods with
-generic complex coordinates from this space. A generic platform has forty complex poses. A table
-lists the poses of one generic platform. A special platform may be flat or have shared rod ends. For
-generic rod lengths, some of the forty paths lead to all poses of a special platform. The other
-paths diverge to infinity. By Sard's theorem, almost all values of a smooth function are regular.
-Therefore, no pose is singular if the rod lengths are generic. Singular end poses are not used as
-start poses.
+generic complex coordinates from this affine space. A generic platform has forty complex poses. The
+module ``generic_platform`` lists the poses of one generic platform. A special platform may be flat
+or have shared rod ends. For generic rod lengths, some of the forty tracked paths lead to all poses
+of a special platform, and the other paths diverge to infinity. By Sard's theorem, almost all values
+of a smooth function are regular. Therefore, a platform with generic rod lengths has no singular
+pose. Singular end poses are not used as start poses.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7
@@ -35,14 +35,14 @@ FIRST_STEP = 0.05
 MAX_STEPS = 3000
 MAX_POSES = len(POSES)
 LOOPS_WITHOUT_A_NEW_POSE = 3
-"""The search ends after this number of consecutive closed paths that reach no new pose."""
+"""Number of consecutive closed paths without a new pose after which the search ends."""
 REFINEMENTS = 3
 GENERIC_DIGITS = 12
-"""Number of decimal places of the random numbers."""
+"""Number of decimal places to which the generic rod coordinates are rounded."""
 
 
 def generic(count: int, phase: int) -> Array:
-    """Return pseudo-random complex numbers on the unit circle; `phase` acts as the seed."""
+    """Return pseudo-random complex numbers on the unit circle, with `phase` as the seed."""
     k = np.arange(1, count + 1) + 100 * phase
     return np.asarray(np.exp(2j * np.pi * ((k * np.sqrt(2)) % 1 + (k * k * np.sqrt(3)) % 1)))
 
@@ -50,16 +50,18 @@ def generic(count: int, phase: int) -> Array:
 class RodFamily:
     """The affine space spanned by a platform's rods in all configurations.
 
-    The start poses for path tracking are the solutions for generic complex rods from this space.
+    The start poses for path tracking are the complex poses that fit generic complex rods from this
+    affine space.
     """
 
     def __init__(self, a: Array, b: Array, lengths: Array) -> None:
-        """Compute the space.
+        """Compute the affine space of the rods.
 
         Args:
-            a: (n, 6, 3) rod ends on the actuated side at n configurations, divided by the size.
-            b: (6, 3) rod ends on the platform.
-            lengths: (n, 6) rod lengths.
+            a: (n, 6, 3) rod ends on the actuated side at n configurations, divided by the platform
+                size.
+            b: (6, 3) rod ends on the platform, divided by the platform size.
+            lengths: (n, 6) rod lengths at n configurations, divided by the platform size.
         """
         self.a, self.b = a[0].astype(np.complex128), b
         squares = (a**2).sum(-1) + (b**2).sum(-1) - lengths**2
@@ -70,7 +72,7 @@ class RodFamily:
         self.moves = bool(np.ptp(a, axis=0).max() > RODS_SPAN)
 
     def member(self, phase: int) -> SixRods:
-        """Return six rods of the family with generic complex coordinates."""
+        """Return six rods of the affine space with generic complex coordinates."""
         # The singular vectors of a subspace are not unique, but the projector on the subspace is
         # unique.
         away = self.directions.T @ (self.directions @ generic(len(self.middle), phase))
@@ -152,19 +154,20 @@ def _exact(rods: SixRods, x: Array) -> Array:
 def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
     """Track poses while the rods change from start to end.
 
-    Between the start and the end, either the rod ends a or the rod ends b may change, but not both.
-    The coefficients change along a straight line with t from 0 to 1. A Runge-Kutta step and two
-    Newton steps update each pose. If the coefficients at the start and at the end are generic
-    complex numbers, all paths are regular. If the final rods are not generic, a path may end at a
-    singularity or at infinity.
+    From start to end, either the rod ends on the actuated side or the rod ends on the platform may
+    change, but not both. The coefficients of the rod equations change linearly with the path
+    parameter t from 0 to 1. A Runge-Kutta step and two Newton steps update each pose. If the
+    coefficients of the rod equations at the start and at the end are generic complex numbers, all
+    paths are regular. If the final rods are not generic, a path may end at a singularity or at
+    infinity.
 
     Args:
         start: Rods whose poses are known.
         end: The rods at the end of the paths (t = 1).
-        x: (n, 8) poses of the platform with the rods ``start``.
+        x: (n, 8) poses of the platform that fit the rods ``start``.
 
     Returns:
-        (n, 8) unit poses, and (n,) flags for the paths that reached the end.
+        (n, 8) poses of unit norm, and (n,) flags for the paths that reached the end.
     """
     H, change = quadrics(start), quadrics(end) - quadrics(start)
     x = x / np.linalg.norm(x, axis=1, keepdims=True)
@@ -209,7 +212,7 @@ def _stepped(H: Array, change: Array, x: Array, t: Array, h: Array) -> tuple[Arr
 
 
 def _linear(H: Array, change: Array, t: Array, y: Array, of: Array) -> tuple[Array, Array]:
-    """Return H(t) y and the Jacobian."""
+    """Return the products H(t) y of the quadric matrices and the poses y, and the Jacobian."""
     Hy = np.einsum("kij,nj->nki", H, y) + t[:, None, None] * np.einsum("kij,nj->nki", change, y)
     J = np.empty((len(y), SOMA, SOMA), np.complex128)
     J[:, :-1] = 2 * Hy

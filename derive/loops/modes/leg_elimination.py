@@ -1,8 +1,8 @@
-"""Eliminates the position of a planar platform, as equations for the article.
+"""Eliminates the position of a planar platform, as equations for the LaTeX article.
 
-The module ``triad`` derives the equations. Legs whose ends move on circles come before legs
-whose ends move on lines. The two linear equations are ``w . m_i = k_i``. The vector m_i is u_i for
-a leg with a circle, and the normal n_i for a leg with a line.
+The module ``triad`` derives the equations. Legs whose ends move on circles come before legs whose
+ends move on lines. The two linear equations for the vector w are ``w . m_i = k_i``. The vector m_i
+is u_i if the end of leg i moves on a circle, or the line normal n_i otherwise.
 """
 
 from collections.abc import Callable
@@ -31,19 +31,20 @@ class LegElimination:
         n: Components of the line normals with their symbols, at the platform angle.
         norms: The norms of the vectors u, as functions of their components.
         k: The right-hand sides of the two linear equations in w.
-        w: Symbols of the components of w. The vector w leads from the fixed point of the first leg
-            to the point b_1.
-        position: x and y of the platform in terms of w.
-        linear: The left-hand sides of both linear equations.
+        w: Symbols of the components of the vector w, which leads from the fixed point of the first
+            leg to the platform point b_1.
+        position: The coordinates x and y of the platform as functions of w.
+        linear: The left-hand sides of the two linear equations in w.
         solution: The vector w. If the ends of all three legs move on lines, w follows from the
             first two lines.
         polynomial: Both sides of the equation for the platform angle.
-        distances: The distances between the platform points b_i. For legs whose ends move on lines,
-            also the distances from a_1 to their base points a_i. Each distance has a symbol.
+        distances: Symbols and values of the distances between the platform points b_i. For legs
+            whose ends move on lines, ``distances`` also contains the distances from a_1 to their
+            base points a_i.
         scale: The square of the length that normalizes the polynomial, as a function of the
             distances and the rod lengths.
         power: The exponent of the length that normalizes the polynomial.
-        harmonics: Maximum number of harmonics in the polynomial.
+        harmonics: Maximum number of harmonics of the platform angle in the polynomial.
     """
 
     u: tuple[tuple[Named, ...], ...]

@@ -126,12 +126,13 @@ class ParametricLoops:
         name, (m, n) = self.mechanism.name, (len(self._rows), len(self.unknown))
         if not m:
             raise DescriptionError(
-                f"robot {name} has no loops; use the parametric functions of its main chain"
+                f"robot {name}: the robot has no loops; use the parametric functions of its main "
+                "chain"
             )
         if m != n:
             raise DescriptionError(
-                f"{name}: {m} loop equations for {n} unknown variables; redundant equations hold "
-                "only for the nominal geometry, so there are no parametric functions"
+                f"{name}: redundant loop equations hold only for the nominal geometry, so there "
+                f"are no parametric functions; {m} loop equations for {n} unknown variables"
             )
 
     def _closure(self) -> SymbolicFunction:

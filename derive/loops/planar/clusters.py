@@ -300,7 +300,7 @@ class Clusters:
             # the description.
             names = ", ".join(edge.name for edge in edges if "." not in edge.name)
             raise DescriptionError(
-                f"the loop of {names} does not close at the reference, or is at a dead point there:"
+                f"{names}: the loop does not close at the reference, or is at a dead point there:"
                 " choose a reference at which it closes and can move"
             )
         self.reference.sides[joined] = at_reference

@@ -204,10 +204,10 @@ class Legs:
             side = self.branch.length if is_length else self.branch.side
             return side((name,))
         if any(math.isnan(distance) for distance in distances.values()):
-            raise LoopError(f"the loop of {name} does not close at the reference")
+            raise LoopError(f"{name}: the loop does not close at the reference")
         if abs(distances[1] - distances[-1]) < BRANCHES_APART:
             raise DescriptionError(
-                f"both branches of the loop of {name} are equally near to the reference, or the "
+                f"{name}: both branches of the loop are equally near to the reference, or the "
                 "loop is at a dead point there: choose a reference nearer to one branch"
             )
         self.reference.sides[(name,)] = min(distances, key=distances.__getitem__)

@@ -1,5 +1,4 @@
-"""Articles state geometric conditions for singular configurations. The tests check these statements
-at random singular configurations."""
+"""Check geometric singularity conditions of LaTeX articles at random singular configurations."""
 
 from pathlib import Path
 
@@ -29,16 +28,16 @@ STATEMENTS = {
     "arm65": 2,
     "arm99": 1,
 }
-"""Number of statements about axes in the article of each robot. The robots are shipped robots and
-random arms.
+"""Number of statements about joint axes in the LaTeX article of each shipped robot or random arm.
 
-Together, the articles of these robots contain every kind of statement about axes. Some of the
-robots have loops, fixed joints or prismatic joints."""
+Together, the LaTeX articles of these robots contain every kind of statement about joint axes. Some
+of the robots have loops, fixed joints or prismatic joints."""
 CONFIGURATIONS = 30
 HOLDS = 1e-6
-"""Tolerance of a statement about axes: sine of an angle, or distance over arm length."""
+"""Tolerance of a statement about joint axes: the sine of an angle, or a distance divided by the arm
+length."""
 LOST = 1e-7
-"""Below this singular value (m, rad), a Jacobian is rank deficient."""
+"""Upper bound (m, rad) on the smallest singular value of a rank-deficient Jacobian."""
 
 
 def page_of(name):

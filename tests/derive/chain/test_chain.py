@@ -13,7 +13,7 @@ ZERO, ONE = sp.Integer(0), sp.Integer(1)
 
 
 def shaped(robot):
-    """Return the groups of parallel axes, with angles in terms of q."""
+    """Return a robot's groups of parallel axes, and the angle sums of each group in terms of q."""
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     found = groups(robot, terms, robot.joint_values(q[: len(robot.coordinates)]))
     definitions = {}
@@ -63,7 +63,7 @@ def test_zero_offsets_join_angle_sums_and_full_revolutions_cancel():
 
 
 def test_group_keeps_signs_of_prismatic_and_helical_joints():
-    """The axes are parallel or opposed."""
+    """The joint axes of the test arm are parallel or antiparallel."""
     row = {"a": ONE, "d": ZERO, "theta": ZERO}
     joints = (
         Joint("turn", "revolute", *dh("revolute", alpha=ZERO, **row)),
@@ -126,9 +126,10 @@ def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
 
 
 def test_the_groups_multiply_to_the_orientation_of_the_tool():
-    """R_0_ee is a product of rotations about z and x.
+    """The tool orientation The tool orientation R_0_ee is a product of rotations about z and x.
 
-    The test computes R_tool as documented in the module, at 30-digit precision.
+    The test multiplies the rotations of all groups as documented in the module of `groups`, at
+    30-digit precision.
     """
     checked = 0
     for name in NAMES:
@@ -197,7 +198,7 @@ def test_coupled_joint_adds_scaled_leader_angle():
 
 
 def test_tilt_by_named_parameter_separates_groups_even_at_zero():
-    """A parameter's value may change, so the structure must not depend on the value."""
+    """A named parameter's value may change, so groups of parallel axes must not depend on it."""
     alpha = sp.Symbol("alpha", real=True)
     from chasles.derive import Parameter
 

@@ -86,7 +86,7 @@ def test_straight_and_folded_hollow_wrist_reaches_the_pose(angle, shift):
 
 
 def test_hollow_wrist_on_the_first_axis_reaches_the_pose():
-    """The wrist center on the first axis does not determine joint 1."""
+    """A wrist center on the first joint axis does not determine the first joint value."""
     text = next(text for text in FILES if "paint_wrist" in text).replace("a = 300, ", "")
     found = derive(read_text(text), functions=IK)
     fk, ik = (Function(found.function(name)) for name in IK)
@@ -149,7 +149,8 @@ def _check_inclusion(found, poses):
     q = np.random.default_rng(0).uniform(-1.5, 1.5, (poses, len(turns)))
     T = np.array(fk.kernel(ca.DM(q.T))).T.reshape(-1, 4, 4)
     answers = ik(T)
-    # The joint values of a solution may differ from the generating values by full turns.
+    # The joint values of an inverse kinematics solution may differ from the generating joint values
+    # by full turns.
     apart = (answers.q - q[:, None]) @ C.T
     apart = np.where(joints, (apart + np.pi) % (2 * np.pi) - np.pi, apart)
     near = np.abs(apart).max(axis=-1) < 1e-6
@@ -200,7 +201,7 @@ def test_part_of_a_coupled_chain_keeps_the_equations_of_its_joints(tmp_path):
         ("[couplings]\nd = { a = 1 }", "couplings.d: expected a moving joint (a, b, c)"),
         ("[couplings]\nb = { a = 0 }", "couplings.b.a: expected a nonzero ratio"),
         ("[couplings]\nb = { c = 1 }\nc = { b = 1 }", "couplings form a cycle: b follows c"),
-        ("[couplings]\nb = { b = 1, m = 1 }\nc = { n = 1, m = 1 }", "do not determine"),
+        ("[couplings]\nb = { b = 1, m = 1 }\nc = { n = 1, m = 1 }", "joints cannot determine"),
         ("[motors]\nm = {}", "motor 'm': expected the coordinate of a coupling"),
         ("[couplings]\nb = { m = 1 }\n[motors]\nm = { gear = 2 }", "motors.m.gear: expected one"),
     ],

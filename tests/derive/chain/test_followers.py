@@ -1,4 +1,4 @@
-"""Chains with couplings: solutions that satisfy the couplings."""
+"""Inverse kinematics solutions of chains with coupled joints satisfy the couplings."""
 
 from dataclasses import replace
 
@@ -44,7 +44,7 @@ def test_ik_with_coupled_joints_recovers_generating_configuration(chain, laws):
     reached = np.array(fk.kernel(ca.DM(answers.q[answers.valid].T))).T.reshape(-1, 4, 4)
     wanted = np.repeat(T[:, None], answers.q.shape[1], axis=1)[answers.valid]
     np.testing.assert_allclose(reached, wanted, atol=3e-9)
-    # The couplings exclude most solutions of the uncoupled chain.
+    # The couplings exclude most inverse kinematics solutions of the uncoupled chain.
     assert not answers.valid.all()
 
 

@@ -1,7 +1,6 @@
-"""Tests the deflection of joints by gravity.
+"""Test the deflection of joints by gravity, including the exported files.
 
-For comparison, Pinocchio computes torques, and CasADi computes derivatives. Written files are also
-tested.
+For comparison, Pinocchio computes torques, and CasADi computes derivatives.
 """
 
 from functools import cache

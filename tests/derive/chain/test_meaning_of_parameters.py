@@ -1,7 +1,7 @@
-"""Each parameter causes the displacement that its name states.
+"""Test that each calibration parameter causes the displacement that its name states.
 
-A test that compares derivatives with differences of computed poses would not detect a parameter
-with a wrong name. The test therefore computes poses as products of NumPy matrices, built from the
+A comparison of derivatives with differences of computed poses would not detect a parameter with a
+wrong name. The tests therefore compute poses as products of NumPy matrices, built from the
 parameters' names.
 """
 
@@ -29,7 +29,7 @@ UNITS = {
 
 
 class Numbers(dict):
-    """Values keyed by (joint or body, quantity). Missing values are 0."""
+    """Parameter values keyed by (joint or body, quantity), with the default value 0."""
 
     def __init__(self, parameters, p):
         super().__init__(
@@ -44,7 +44,7 @@ class Numbers(dict):
 
 
 def off_by(random, nominal, size, parameters):
-    """Return perturbed values with nine decimal places, which are exact fractions.
+    """Return perturbed parameter values with nine decimal places, which are exact fractions.
 
     The named parameters of the description stay unchanged, because ``test_named_parameters``
     changes them.
@@ -87,7 +87,7 @@ def law(at, name, q):
 
 
 def moved(at, joint, value, robot):
-    """Return the displacement from the frame before a joint to the frame after the joint."""
+    """Return the transform (4, 4) from the frame before a joint to the frame after the joint."""
     before, after = joint.before, joint.after
     given = dict(joint.given)
     fields = {n: exact(at[joint.name, n]) for n in given if (joint.name, n) in at}
@@ -205,7 +205,7 @@ def end(loop_joint, side, at, frames, mechanism):
 
 
 WITH_LOOPS = ("four_bar", "slider_crank", "delta", "stewart_gough")
-"""Mechanisms with pins, a slider, rods, and ball-ended cylinders."""
+"""Names of mechanisms whose loops contain pins, a slider, rods, or ball-ended cylinders."""
 
 
 @pytest.mark.parametrize("name", WITH_LOOPS)

@@ -55,7 +55,10 @@ def test_repeated_rates_reuse_named_terms():
 
 
 def test_solved_angle_is_differentiated_through_its_loop_rate():
-    """The derivative of a solved angle is the joint rate. The atan2 is not differentiated."""
+    """The time derivative of an angle that a loop solution contains is the joint rate of the loop.
+
+    The atan2 of this angle is not differentiated.
+    """
     terms = Terms({})
     angle = terms.solved_angle(
         *(terms.let(part) for part in (a / sp.sqrt(a**2 + b**2), b / sp.sqrt(a**2 + b**2)))
@@ -116,7 +119,7 @@ def test_first_and_second_loop_derivatives_match_casadi(name):
 
 
 def test_four_bar_derivatives_match_freudenstein_in_mpmath():
-    """The oracle differentiates Freudenstein's half-angle formula."""
+    """The expected derivatives are those of Freudenstein's half-angle formula."""
     h = solved(four_bar())
     loops = h.forward.loops
     (q,) = h.q

@@ -1,4 +1,4 @@
-"""Parametric functions equal the nominal functions at nominal parameters."""
+"""Parametric kinematics functions at nominal parameter values equal the nominal functions."""
 
 from functools import cache
 
@@ -20,7 +20,8 @@ from tests.support.parametric import (
 )
 
 SAMPLE = ("stanford", "bricklaying_planar")
-"""A spherical wrist after a prismatic joint, and a planar arm with parallel axes."""
+"""Names of an arm with a spherical wrist after a prismatic joint, and of a planar arm with parallel
+axes."""
 
 
 @cache

@@ -22,13 +22,13 @@ from tests.support.oracles.screws import screws_of
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 SQUARE = ("ur5e", "irb6640", "stanford", "scara")
 SEVERAL = ("iiwa14", "lynxmotion")
-"""Arms with seven and five joints. Their Jacobians are not square, and have several maximal
+"""Names of arms with seven and five joints, whose Jacobians are not square and have several maximal
 minors."""
 TEN_DIGITS = 1e-10
 CONFIGURATIONS = 100
 LOST = 1e-8
-"""Upper bound (m, rad) on the smallest singular value of a rank-deficient Jacobian. The roots are
-accurate to 1e-9."""
+"""Upper bound (m, rad) on the smallest singular value of a rank-deficient Jacobian. The roots of
+the singularity conditions are accurate to 1e-9."""
 FULL = 1e-4
 """Lower bound (m, rad) on the smallest singular value of a nonsingular Jacobian."""
 
@@ -44,7 +44,7 @@ def coordinates(robot):
 
 
 def in_numbers(robot, expression):
-    """Return a numerical function of the coordinates."""
+    """Convert a symbolic expression to a numerical function of the joint coordinates of a robot."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return sp.lambdify([list(coordinates(robot))], expression.xreplace(values), "numpy")
 
@@ -77,7 +77,7 @@ def jacobian(robot):
 
 
 def volume(J):
-    """Return the absolute determinant of a Jacobian, or of its nonzero submatrix."""
+    """Return the volume sqrt(det(J^T J)) of a Jacobian, which equals |det J| if J is square."""
     return np.sqrt(abs(np.linalg.det(J.T @ J)))
 
 
@@ -193,7 +193,7 @@ C2, C3, C4 = map(sp.cos, Q)
     ],
 )
 def test_conditions_contain_no_factor_that_the_others_imply(products, expected):
-    """Each product is a minor of the Jacobian."""
+    """Each tuple of `products` contains the factors of one minor of the Jacobian."""
     found = conditions([Factored(sp.S.One, ((one, 1),)) for one in products], Q, {})
     assert set(map(frozenset, found)) == set(map(frozenset, expected))
 
@@ -214,7 +214,7 @@ def test_factors_have_no_common_irrational_factor():
 
 
 def on_conditions(robot, found):
-    """Return random configurations that satisfy each condition."""
+    """Yield random configurations that satisfy one of a robot's singularity conditions."""
     q = coordinates(robot)
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     for condition in found:
@@ -235,7 +235,7 @@ def test_jacobian_loses_rank_only_on_singularity_conditions(name):
 
 @pytest.mark.parametrize("name", SEVERAL)
 def test_numerically_found_singularities_satisfy_a_condition(name):
-    """Newton's method finds singular configurations, and each of them satisfies a condition."""
+    """Singular configurations found by Newton's method satisfy a derived condition."""
     robot = loaded(name)
     q = coordinates(robot)
     found = found_conditions(name)
@@ -261,7 +261,7 @@ def test_arm_without_short_factors_prints_singular_configurations():
 
 @pytest.mark.parametrize("name", ["panda"])
 def test_determinant_with_last_joint_fixed_matches_six_columns(name):
-    """The oracle is the determinant of the six columns of the joints that are not fixed."""
+    """The expected value is the determinant of the Jacobian columns of the six free joints."""
     robot = loaded(name)
     page = Page.of(chasles.derive.derive(robot, functions=["ik"]))
     found, notation = page.singular, page.equations.notation
@@ -280,9 +280,9 @@ def test_determinant_with_last_joint_fixed_matches_six_columns(name):
 
 
 RANK_LOST = (94048, 94092, 94138)
-"""Random arms with two, three and five joints that are singular in every configuration."""
+"""Seeds of random arms with two, three and five joints that are singular in every configuration."""
 FULL_RANK = (94007, 94008)
-"""Random arms with two and three joints that have full rank."""
+"""Seeds of random arms with two and three joints whose Jacobians have full rank."""
 
 
 @pytest.mark.parametrize("seed", RANK_LOST)

@@ -37,7 +37,7 @@ def matrix(derived, name):
 
 
 def vanishes(expression):
-    """Test whether a polynomial in cosines and sines vanishes for c^2 + s^2 = 1."""
+    """Test whether a polynomial in cosines and sines is zero if c^2 + s^2 = 1 for each angle."""
     rest = sp.expand(sp.expand(expression), trig=True)
     for q in (q1, q2, q3):
         c, s = sp.symbols("c s")
@@ -47,7 +47,7 @@ def vanishes(expression):
 
 
 def test_planar_arm_fk_and_jacobians_match_spong():
-    """The oracle is the planar elbow manipulator of Spong, Hutchinson and Vidyasagar."""
+    """The expected equations are from the planar arm in Spong, Hutchinson and Vidyasagar."""
     derived = derive(planar_arm())
     c1, s1, c12, s12 = sp.cos(q1), sp.sin(q1), sp.cos(q1 + q2), sp.sin(q1 + q2)
     T = sp.Matrix(
@@ -92,7 +92,7 @@ def test_planar_arm_derivatives_match_symbolic_differentiation():
 
 
 def test_a_screw_arm_is_the_product_of_its_exponentials():
-    """Equation (4.14) of Lynch and Park: T = exp(S1 q1) exp(S2 q2) exp(S3 q3) M.
+    """The pose is T = exp(S1 q1) exp(S2 q2) exp(S3 q3) M, as in equation (4.14) of Lynch and Park.
 
     Column k of the spatial Jacobian is the screw of joint k, transformed by the adjoint of the
     preceding exponentials.
@@ -131,7 +131,7 @@ def test_a_screw_arm_is_the_product_of_its_exponentials():
 
 
 def test_ur5e_position_matches_hawkins_closed_form():
-    """The oracle is the closed form of Hawkins, Analytic inverse kinematics for the UR, 2013."""
+    """The expected formula is from Hawkins, Analytic inverse kinematics for the UR, 2013."""
     derived = derivation("ur5e")
     d1, la2, la3, d4, d5, d6 = (p.symbol for p in derived.robot.parameters)
     q = sp.symbols("q1:7", real=True)

@@ -1,4 +1,4 @@
-"""The check reports all errors of a file.
+"""The check reports all errors of a robot file.
 
 The check does not report errors that are only consequences of other errors.
 """

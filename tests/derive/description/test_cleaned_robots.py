@@ -1,4 +1,4 @@
-"""Robots with rounded values: list of changes, error bound and unit warnings."""
+"""Cleaning of robot files with rounded values: list of changes, error bound and unit warnings."""
 
 import random
 
@@ -151,7 +151,7 @@ AXES = ("[0, 0, 1]", '[0, "2e-10", 1]', '["0.866", 0, "0.5"]', '["0.707", "-0.5"
 
 
 def random_file(dice):
-    """Return an arm with two to six joints and rounded values."""
+    """Return the robot file of a random arm with two to six joints and rounded values."""
     parts = ['name = "random"', 'convention = "dh"']
     for _ in range(dice.randint(2, 6)):
         convention = dice.choice(CONVENTIONS)
@@ -233,7 +233,8 @@ def test_pose_error_bound_holds_and_is_tight_in_every_convention():
             conventions |= {joint.convention.name for joint in robot.joints}
     assert len(shares) > 4
     assert conventions == {convention.name for convention in CONVENTIONS}
-    # Errors rarely add up, but the bound has the right order of magnitude.
+    # The pose errors of single values rarely add up, but the bound has the right order of
+    # magnitude.
     assert np.median(shares) > 0.2
 
 

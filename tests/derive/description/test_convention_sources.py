@@ -1,4 +1,4 @@
-"""Every convention agrees with the matrices printed in its source."""
+"""Every link convention agrees with the matrices printed in its cited source."""
 
 import pytest
 import sympy as sp
@@ -56,7 +56,8 @@ def test_s_model_matches_equation_2_of_photo_robot_paper():
             cb * st,
             st * sa * sb + ca * ct,
             -sa * ct + ca * sb * st,
-            # The paper prints cos(alpha) cos(beta) instead of cos(alpha) cos(theta).
+            # The S-model paper erroneously prints cos(alpha) cos(beta) instead of cos(alpha)
+            # cos(theta).
             -z * (sa * ct - ca * sb * st) + y * (ca * ct + st * sa * sb) + x * cb * st,
         ],
         [-sb, cb * sa, ca * cb, z * ca * cb - x * sb + y * cb * sa],
@@ -92,7 +93,7 @@ def test_photo_robot_fk_equals_product_of_printed_matrices():
     r10, r2, l3, r40, r6 = (p.symbol for p in read(ROBOTS / "photo_robot.toml").parameters)
 
     def turned(angle, tilt, reach=0, rise=0):
-        """Return a matrix of the form (5) to (10) in the paper.
+        """Return a link transform in the form of equations (5) to (10) of the paper.
 
         The argument ``tilt`` is the sine of alpha, which is 1 or -1.
         """
@@ -142,8 +143,7 @@ def test_urdf_origin_and_axis_follow_specification():
 
 
 def test_poe_joint_matches_rodrigues_formula():
-    """Rodrigues' formula gives the expected transform for an arbitrary axis through an arbitrary
-    point."""
+    """Rodrigues' formula gives the expected rotation about any axis through any point."""
     theta = sp.Symbol("theta", real=True)
     checked = 0
     for axis in ((1, 0, 0), (0, -1, 0), (0, 0, -1), (0, 0, 1), (1, 2, 2), (-3, 0, 4), (1, 1, 1)):
@@ -161,7 +161,7 @@ def test_poe_joint_matches_rodrigues_formula():
 
 @pytest.mark.parametrize("convention", BY_NAME)
 def test_prismatic_joint_translates_along_axis_of_its_convention(convention):
-    """The tool moves along the joint axis at generic angles."""
+    """The tool moves along the prismatic joint axis of each convention at generic link angles."""
     angles = iter(sp.symbols("u v w", real=True))
     fields = BY_NAME[convention].fields
     given = {field.name: next(angles) for field in fields if field.kind == "angle"}

@@ -1,4 +1,4 @@
-"""All conventions give the same forward kinematics."""
+"""The same mechanism has the same forward kinematics in all link conventions."""
 
 import pytest
 import sympy as sp
@@ -25,8 +25,9 @@ def fixed(convention, **given):
     return joint(convention, "end", "fixed", **given)
 
 
-# One mechanism in every convention: a revolute joint about z, a parallel revolute joint at distance
-# a, and a tilted slider at d. The tool is offset by e along the axis of the slider.
+# The same mechanism in every link convention: a revolute joint about z, a parallel revolute joint
+# at distance a, and a tilted prismatic joint at d. The tool is offset by e along the axis of the
+# prismatic joint.
 MECHANISM = {
     "dh": (
         joint("dh", "j1", a=a),
@@ -288,7 +289,7 @@ def test_conventions_agree_on_spatial_mechanism(kind):
         name: product_of_exponentials(described)
         for name, described in found.items()
         if name != "urdf"
-    }  # In `urdf`, this joint rotates in the opposite direction.
+    }  # In the `urdf` model, the second joint rotates in the opposite direction.
     assert len(found) == 9
     for other in found:
         assert equal(products["dh"], products[other]), other
@@ -332,8 +333,10 @@ def test_product_of_exponentials_with_helical_joint_equals_pose():
 
 
 def test_screw_axis_at_zero_matches_hand_calculation():
-    """The second axis passes through the point (a1, 0, d1) in the direction (0, -sin 60, cos 60),
-    in degrees."""
+    """The second axis passes through (a1, 0, d1).
+
+    The direction of this axis is (0, -sin(60 deg), cos(60 deg)).
+    """
     S, _ = product_of_exponentials(spatial("dh", "revolute"))
     a1, d1 = sp.symbols("a1 d1", real=True)
     direction = sp.Matrix([0, -sp.sqrt(3) / 2, sp.Rational(1, 2)])
@@ -357,7 +360,7 @@ def test_conventions_agree_with_symbolic_tilt_parameter():
 
 @pytest.mark.parametrize("name", ["puma560", "lynxmotion", "scara", "photo_robot"])
 def test_derived_fk_of_shipped_robots_equals_product(name):
-    """The oracle is the product of elementary matrices at random exact values."""
+    """The expected pose is the product of elementary matrices at exact rational values."""
     described = read(ROBOTS / f"{name}.toml")
     (entries,) = derive(described, functions=["fk"]).function("fk").expanded()
     joints = sp.symbols(f"q1:{len(described.coordinates) + 1}", real=True)

@@ -94,7 +94,8 @@ def test_byte_order_mark_and_windows_line_endings_are_accepted(tmp_path):
     assert read(path) == read_text(text)
 
 
-# Each case: line number, replacement text, field name in the error, and text in the error.
+# Each invalid edit of a robot file is a tuple: line number, new line, and field name and text of
+# the expected error.
 WRONG = [
     (1, 'name = "2nd"', "name", "a letter"),
     (1, "name = 5", "name", "found 5"),
@@ -129,8 +130,8 @@ WRONG = [
     (18, 'a = "9**9**9"', "joints[1].a", "exponent"),
     (18, 'a = "a1*d2"', "joints[1].a", "a length"),
     (18, 'a = "tilt"', "joints[1].a", "tilt is an angle"),
-    (18, "a = []", "joints[1].a", "a list is not an exact number"),
-    (18, "a = \"__import__('os')\"", "joints[1].a", "not understood"),
+    (18, "a = []", "joints[1].a", "expected an exact number, got a list"),
+    (18, "a = \"__import__('os')\"", "joints[1].a", "expected numbers, pi"),
     (18, 'aa = "a1"', "joints[1].aa", "did you mean 'a'?"),
     (19, "limits = [90, -90]", "joints[1].limits", "a minimum below the maximum"),
     (19, "limits = [1, 2, 3]", "joints[1].limits", "two numbers"),
@@ -168,7 +169,7 @@ def test_invalid_field_error_names_line_and_field(line, text, field, words):
     if not text:
         assert (error.line, str(error)[:15]) == (None, "arm.toml: name:")
         return
-    # A missing field is reported at the table that should contain it.
+    # The error about a missing field reports the line of the table that should contain the field.
     expected = 21 if "advance per radian" in words else line
     assert error.line == expected
     assert str(error).startswith(f"arm.toml:{expected}: {field}")

@@ -1,4 +1,4 @@
-"""Belt and chain drives, coupled motors, bodies on two rails, and assumed values."""
+"""Robot files with belts, chain drives, coupled motors, bodies on two rails, or assumed values."""
 
 import numpy as np
 import pytest
@@ -149,7 +149,8 @@ def test_floating_rail_is_solved_by_a_guides_step():
 
 
 def test_bearings_with_repeated_axis_are_not_guides():
-    # Roll and yaw axes are independent, but two roll axes are not.
+    # One bearing with a roll axis and one with a yaw axis are independent, but two bearings with
+    # roll axes are not.
     twice = FLOATING.replace("axis = [0, 1, 0]", "axis = [1, 0, 0]")
     assert forward(read_text(bridge(twice))).open
 

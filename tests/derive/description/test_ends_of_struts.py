@@ -1,5 +1,7 @@
-"""A rod or cylinder may have a different joint at each endpoint. The test equations relate the
-frames at the two endpoints."""
+"""Rods and cylinders may have different joints at their two ends.
+
+The tests use constraint equations between the frames at both ends.
+"""
 
 import numpy as np
 import pytest
@@ -15,15 +17,15 @@ CLOSED, CONVERGED = 1e-10, 1e-13
 RETRACTED = 0.2
 UP = 0.5
 TANGENT, RADIAL = (-90, -90), (180, -90)
-"""Roll and pitch (degrees) of two frames whose x axis points up. At yaw 0, the z axis of the first
-frame is tangential, and the z axis of the second frame is radial."""
+"""Roll and pitch (degrees) of two frames whose x axis points up. At yaw 0, the z axis of frame
+TANGENT is tangential, and the z axis of frame RADIAL is radial."""
 
 
 def around(ends, axes, radii):
-    """Return three legs at angles of 120 degrees.
+    """Return three legs at intervals of 120 degrees.
 
-    Each leg is (kinds of its two ends, frame on the base, frame on the platform). A frame is
-    (position, angles).
+    Each leg is a tuple (joint types at its ends, base frame, platform frame), and each of these
+    frames is a tuple (position, angles).
     """
     legs = []
     for yaw in (0, 120, 240):
@@ -57,7 +59,7 @@ link = "platform"
 
 
 def text(legs):
-    """Return the robot file of a platform; its orientation is 0 at the reference."""
+    """Return the robot file of a platform whose orientation is 0 in the reference configuration."""
     found, reference = HEAD, f"\n[reference]\nz = {UP}\n"
     for k, (ends, a, b) in enumerate(legs):
         sides = [
@@ -97,7 +99,7 @@ def stepped(T, x):
 
 
 def followed(legs, start, q, steps=4):
-    """Return the pose at the strokes q.
+    """Return the platform pose at the cylinder strokes q.
 
     Newton's method computes the pose at intermediate strokes on the line from ``start`` to q.
     """

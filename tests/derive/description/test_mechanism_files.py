@@ -92,7 +92,7 @@ def test_mechanism_file_fields_are_read_with_units():
     assert jack.limits == (sp.Rational(-1, 10), sp.Rational(1, 20))
     motor, extension, slide = robot.coordinates
     assert (motor.kind, motor.moves, motor.unit) == ("revolute", "turn", "rad")
-    # The motor rotates backward by fifty times the joint angle.
+    # The motor rotates by fifty times the joint angle, in the opposite direction.
     assert motor.limits == (-50 * sp.pi / 4, 50 * sp.pi / 2)
     assert (extension.name, extension.unit, slide.unit) == ("jack", "m", "m")
     assert (robot.tool_body, robot.tool_frame, robot.base_frame) == ("arm", "tcp", "ground")
@@ -173,8 +173,8 @@ def test_free_joint_expands_into_six_named_joints():
     assert np.allclose(T, expected, atol=1e-15)
 
 
-# A case is a line number, the new text of the line, the field that the error names, and a part of
-# the error message.
+# Each invalid edit of a robot file is a tuple: line number, new line, field that the error names,
+# and part of the error message.
 WRONG = [
     (4, 'actuated = ["moto", "jack"]', "actuated[1]", "did you mean 'motor'?"),
     (4, 'actuated = ["motor", "turn"]', "actuated[2]", "a joint that motor does not move"),
@@ -252,7 +252,7 @@ def test_invalid_mechanism_field_error_names_line_and_field(line, text, field, w
     error = caught.value
     assert (error.field, words in str(error)) == (field, True), str(error)
     assert str(error).startswith(f"loop.toml:{error.line}: {field}: expected ")
-    # A missing field is reported at the table that should contain it.
+    # The error about a missing field reports the line of the table that should contain the field.
     elsewhere = {"joints[1].link": 16, "drives[1].ratio": line if text else 53}
     assert error.line == elsewhere.get(field, line)
 

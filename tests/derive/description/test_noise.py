@@ -35,7 +35,7 @@ AT_A_METER = Fraction(1, 10**9)
         ("0.20000000298023224", "0.2"),
         ("0.3332999944686890", "0.3333"),
         ("0.20010000610351562", "0.2001"),
-        # Short numbers, calibrated values and small lengths stay unchanged.
+        # Noise removal does not change short numbers, calibrated values and small lengths.
         ("0.0009765625", "0.0009765625"),
         ("123456.7890625", "123456.7890625"),
         ("0.0001", "0.0001"),
@@ -96,7 +96,7 @@ def test_long_decimals_are_rarely_changed():
         ("1.570796325", sp.pi / 2),
         ("0.7853975", sp.pi / 4),
         ("-2.0943933333333335", -2 * sp.pi / 3),
-        # Numbers with few decimal places, a calibrated angle and small angles stay unchanged.
+        # Angles with few decimal places, a calibrated angle and small angles stay unchanged.
         ("0.79", R("0.79")),
         ("1.6", R("1.6")),
         ("3", R(3)),
@@ -154,8 +154,7 @@ def test_random_angles_are_rarely_snapped(places):
     dice = random.Random(places)
     angles = [R(f"{dice.uniform(-6, 6):.{places}f}") for _ in range(250)]
     taken = [angle for angle in angles if exact_angle(angle) != angle]
-    # The true value of a rounded or truncated angle lies in an interval. Few random angles are
-    # fractions of pi by chance.
+    # Few random angles are rounded or truncated values of exact fractions of pi by chance.
     assert len(taken) <= 2 * CHANCE * len(angles)
     assert places < 6 or not taken
 
@@ -214,7 +213,8 @@ def test_random_directions_stay_and_scaled_copies_align_equally():
         assert max(abs(a - b) for a, b in zip(found, given, strict=True)) <= 3 * NOISE
         before, twice = align_z(given), align_z(tuple(2 * component for component in given))
         assert before == twice
-        # Angles are finite decimals, not arc functions of long fractions.
+        # The angles that rotate z onto an axis are finite decimals, not arc functions of long
+        # fractions.
         assert all(decimal_places(motion.angle) is not None for motion in before)
     assert stayed > 22
 

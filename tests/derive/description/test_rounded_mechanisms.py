@@ -1,4 +1,4 @@
-"""Robots with loops and rounded values: structure, poses and list of changes."""
+"""Cleaning of robots with loops and rounded values: structure, poses and list of changes."""
 
 from dataclasses import replace
 
@@ -40,12 +40,12 @@ PAIRS = (
     ((45.3108891325, 8.4807621135), (15.3108891325, -43.4807621135)),
 )
 POSE = (0.00946701, 0.15328673, 0.08513579)
-"""Tool position (meter) of the exact delta robot at the coordinates ``AT``."""
+"""Tool position (meter) of the exact delta robot at the actuated coordinates ``AT``."""
 AT = (0.3224862, 0.1265808, 0.0596154)
 
 
 def linear_delta(longer=0.0):
-    """Return a linear delta whose first rod is longer by some millimeters."""
+    """Return a linear delta file whose first rod is ``longer`` millimeters too long."""
     text = DELTA
     for k, (x, y, yaw) in enumerate(TOWERS, 1):
         text += f'[[joints]]\nname = "s{k}"\nlink = "s{k}"\nparent = "0"\ntype = "prismatic"\n'
@@ -77,7 +77,7 @@ def test_delta_in_decimals_has_closed_form_and_states_change_of_pose():
 
 
 def rod_length(tower, end, across, T):
-    """Return the distance (meter) between the rounded ends of a rod."""
+    """Return the distance (meter) between both ends of a rod, computed from rounded points."""
     x, y, yaw = TOWERS[tower]
     c, s = np.cos(np.deg2rad(yaw)), np.sin(np.deg2rad(yaw))
     a = np.array([x - 20 * c - across * s, y - 20 * s + across * c, 1000 * AT[tower]]) / 1000
@@ -136,7 +136,7 @@ def test_rounded_numbers_on_turned_base_keep_form(name):
 
 
 def test_pose_of_turned_delta_is_pose_in_its_decimals_within_stated_change():
-    """Newton's method closes the loops of a robot whose numbers are rounded."""
+    """For comparison, Newton's method closes the loops of the delta robot with rounded numbers."""
     written = rounded(mechanisms.delta(), 6, awkward_turn(np.random.default_rng(1)))
     derivation = derive(cleaned(written), functions=["fk"])
     assert not derivation.hybrid.forward.open

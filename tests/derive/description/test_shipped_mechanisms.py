@@ -1,4 +1,4 @@
-"""Robots with loops agree with a model that is independent of the compiler."""
+"""Shipped robots with loops agree with a numerical model that is independent of the compiler."""
 
 import tomllib
 from functools import cache
@@ -99,7 +99,7 @@ def swing(m, strut, q, u):
 
 WITHOUT_LIMITS = {"planar_3rrr", "planar_3rrr_170"}
 HELD_BOX = np.radians([[50, 170, -70], [92, 212, -28]])
-"""Lower and upper crank angles for platforms without printed limits."""
+"""Lower and upper limits (radian) of crank angles, for platforms whose source prints no limits."""
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -144,8 +144,7 @@ def test_well_manipulator_passive_joints_match_printed_states(angles, lengths, s
     q = np.array([0, l1, l2, 0, l3, 0, l4])
     u, _ = m.followed(q)
     assert m.unknown == ["theta2", "theta3", "theta5", "theta7"]
-    # The source prints lengths to 1e-7 mm. Away from dead points, the source prints angles to 1e-6
-    # degrees.
+    # The publication prints lengths to 1e-7 mm and, away from dead points, angles to 1e-6 degrees.
     assert np.degrees(u) == pytest.approx(angles, abs=1e-6)
     found = [np.degrees(swing(m, strut, q, u)) for strut in m.mechanism.struts]
     assert found == pytest.approx(swings, abs=1e-6)
@@ -191,7 +190,7 @@ def test_board_installer_chain_and_tool_match_printed_cases(q, chain, tip):
     found = [values[joint.name] for joint in m.mechanism.main_chain.moving]
     assert found == pytest.approx(chain, abs=5e-9)
     assert m.tip(q, u)[:3, 3] == pytest.approx(tip, abs=5e-9)
-    # The parallelograms keep the body elbow_plate horizontal.
+    # The parallelogram linkages keep the body elbow_plate horizontal.
     assert values["elbow_plate"] == pytest.approx(-values["shoulder"], abs=1e-9)
 
 
@@ -244,7 +243,8 @@ def test_gantry_link_joint_and_freedom_counts_match_paper():
     bodies, joints = len(robot.bodies), len(robot.joints) + len(robot.closures)
     assert (bodies, joints, joints - bodies + 1) == (14, 15, 2)
     assert kutzbach(bodies, joints, joints) == 3
-    # The oracle is independent of the compiler's equations.
+    # The numerical model, which gives the Jacobian rank, is independent of the compiler's
+    # equations.
     assert len(m.unknown) == np.linalg.matrix_rank(m.jacobian(m.q, m.u), tol=1e-6) == 10
     counted = mobility(robot)
     assert (counted.kutzbach, counted.by_loops, counted.true) == (3, 3, 3)

@@ -1,4 +1,4 @@
-"""Joints keep their exact kinematics when they get suitable conventions."""
+"""Joints that are converted to suitable link conventions keep their exact kinematics."""
 
 import numpy as np
 import pytest

@@ -1,7 +1,7 @@
-"""A convention added by a test, unknown to the compiler.
+"""A test adds a new link convention that the compiler does not know.
 
-The convention reorders the elementary motions of a Denavit-Hartenberg link: Rx(alpha) Tx(a) Tz(d)
-Rz(theta). A formula selected by the convention's name would be wrong.
+The new convention reorders the elementary motions of a Denavit-Hartenberg link: Rx(alpha) Tx(a)
+Tz(d) Rz(theta). For this convention, a formula selected by the convention's name would be wrong.
 """
 
 import pytest
@@ -110,9 +110,7 @@ def test_custom_convention_is_known_only_to_its_call(tmp_path):
 def test_unknown_field_of_custom_convention_is_named():
     with pytest.raises(DescriptionError, match=r"joints\[1\].alpha: expected one of the fields"):
         read_text(FILE.replace("twist = 30", "alpha = 30"), conventions=WITH_TOY)
-    with pytest.raises(
-        DescriptionError, match="'toy' has no field alpha; its fields are reach, twist"
-    ):
+    with pytest.raises(DescriptionError, match="'toy' has no field alpha; fields: reach, twist"):
         toy("revolute", alpha=0)
 
 
@@ -126,12 +124,14 @@ def test_mechanism_file_accepts_custom_convention():
 
 def test_joint_motion_must_be_rotation_or_translation_along_z():
     fields = (Field("spin", "angle"),)
-    with pytest.raises(DescriptionError, match="'spin' is neither"):
+    with pytest.raises(
+        DescriptionError, match="'spin': expected a rotation about z or a translation"
+    ):
         of_transform("no", fields, rotation("x", spin), source="", words="", turning="spin")
 
 
 def test_custom_convention_with_vector_fields_is_derived_and_printed():
-    """The convention has Euler angles z, y, x, a position, and a motion direction."""
+    """The new link convention has z-y-x Euler angles, a position, and a motion direction."""
 
     def place(kind, *, at, zyx, along):
         z, y, x = zyx

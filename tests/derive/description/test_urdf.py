@@ -1,4 +1,7 @@
-"""URDF import agrees with Pinocchio on random trees. Invalid files raise errors."""
+"""URDF import agrees with Pinocchio on random trees.
+
+Invalid URDF files raise errors.
+"""
 
 import pytest
 import sympy as sp
@@ -10,7 +13,7 @@ from tests.support.generators.random_urdf import compare
 SEEDS = (16, 23)
 """Seeds of random robots with all joint types, in which some mimic joints follow mimic joints.
 
-The test campaign `urdf` tests the robots of further seeds.
+The test campaign `urdf` in ``tests/campaigns`` tests random robots of further seeds.
 """
 
 TWO_LINKS = """\
@@ -194,7 +197,7 @@ def test_robot_names_are_made_valid_identifiers(given, name):
 
 
 def test_byte_order_mark_encoding_and_rounding_noise_are_accepted(path):
-    """The file has rounding noise, a byte order mark, Windows line ends or another encoding."""
+    """The URDF has rounding noise, a byte order mark, Windows line ends and a wrong encoding."""
     noisy = TWO_LINKS.replace('"0.1 0 0.2"', '"1.2246467991473532E-16 -6.1e-33 0.2"')
     content = '\ufeff<?xml version="1.0" encoding="ISO-8859-1"?>\n' + noisy.replace("\n", "\r\n")
     path.write_bytes(content.replace("two-links", "Gerät").encode())
@@ -209,7 +212,7 @@ def test_byte_order_mark_encoding_and_rounding_noise_are_accepted(path):
 
 
 def test_missing_urdf_elements_take_their_defaults(path):
-    """Origin, axis and limit have defaults."""
+    """Missing origin, axis and limit elements of a URDF joint have default values."""
     bare = TWO_LINKS.replace('<origin xyz="0.1 0 0.2" rpy="0 1.57079632679 0"/>', "")
     bare = bare.replace('<axis xyz="0 0 1"/>', "").replace(
         'type="fixed">', 'type="fixed"><axis xyz="0 0 0"/>'
@@ -258,7 +261,7 @@ def test_entities_are_not_expanded(path):
         def attempt(text=text, message=message):
             message.append(wrong(path, text))
 
-        # The entity would expand to 10^10 characters.
+        # The XML entity in the URDF would expand to 10^10 characters.
         assert calls_of(attempt) < MAX_CALLS
         assert "expected" in message[0]
 

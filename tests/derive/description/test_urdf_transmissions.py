@@ -164,7 +164,7 @@ def test_invalid_transmission_is_refused_with_its_element(text, message):
 
 @cache
 def robots():
-    """Return the coupled arms of the documentation, keyed by name."""
+    """Return the arms with coupled joints from the documentation, keyed by robot name."""
     found = map(read_text, examples("how-to/couplings.md", "toml"))
     return {robot.name: robot for robot in found}
 
@@ -191,7 +191,7 @@ def test_couplings_without_a_transmission_are_refused():
     )
     couplings = (Coupling("a", (("n", 1), ("m", -1))), Coupling("b", (("m", 1),)))
     assert convert(joint1_last, "urdf").error == (0, 0)
-    with pytest.raises(InputValueError, match="order of the coordinates to m, n, c"):
+    with pytest.raises(InputValueError, match=r"order of the coordinates.*; new order: m, n, c"):
         convert(replace(joint1_last, couplings=couplings), "urdf")
     constant = replace(joint1_last, couplings=(Coupling("a", (), "0.3"),), motors=())
     with pytest.raises(InputValueError, match="cannot express the coupling of a"):

@@ -54,7 +54,7 @@ SINGLE = ctypes.POINTER(ctypes.c_float)
 
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
-    """Export the code of each robot."""
+    """Export the single-precision C code of each tested robot."""
     folder = tmp_path_factory.mktemp("float")
     for name in [*NAMES, *SOLVED_IN_C]:
         functions = sorted(set(FUNCTIONS) & set(chasles.load(name).functions))
@@ -80,14 +80,14 @@ def compiled(compiler, options, folder):
 
 
 def printed_errors(folder, name, function):
-    """Return the error bounds that the C header states for a function."""
+    """Return the error bounds that the exported C header states for a function."""
     text = (folder / name / f"{name}_float.h").read_text()
     comment = text.split(f"void {name}_float_{function}(")[0].rsplit("/*", 1)[1]
     return [float(bound) for bound in re.findall(r", error (\S+)$", comment, re.MULTILINE)]
 
 
 def called(library, name, info, inputs):
-    """Call a function in single precision for rows of inputs."""
+    """Call a single-precision C function for each row of inputs, and return its outputs."""
     function = library[f"{name}_float_{info.name}"]
     given = [np.ascontiguousarray(x.reshape(len(x), -1), dtype=np.float32) for x in inputs]
     found = [np.empty((len(given[0]), *item.shape), dtype=np.float32) for item in info.outputs]
@@ -151,7 +151,8 @@ def test_right_angle_poses_have_as_many_solutions(name, built):
     assert np.abs(reached - T).max() <= SOLVED
     distance = apart(q, exact[0]).max(axis=-1)
     assert distance[regular_slots(robot, info, *exact[:2])].max() <= 1e-4
-    if name == "ur5e":  # For the ur5e, float and double code find the same solutions.
+    # For the UR5e, the single- and double-precision code find the same solutions.
+    if name == "ur5e":
         assert distance[solved].max() <= 1e-4
 
 

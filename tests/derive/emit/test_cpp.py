@@ -17,7 +17,8 @@ from tests.support.tools import needs, reason
 
 pytestmark = [needs("g++"), needs("cmake")]
 NAMES = ["ur5e", "excavator", "planar_3rrr"]
-"""A serial arm, a robot with closed-form loops, and a platform with loops solved by iteration."""
+"""Names of a serial arm, a robot whose loops have a closed form, and a platform whose loops are
+solved by iteration."""
 PAGE = "how-to/cpp.md"
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
 CONSUMER = """\
@@ -66,7 +67,7 @@ def run(*command, cwd=None, given=None, env=None):
 def built(tmp_path_factory):
     """Write the C++ sources of each robot and build a program with these sources.
 
-    The program of ur5e uses the installed package.
+    The program of the UR5e uses the installed CMake package instead of the sources.
     """
     folder = tmp_path_factory.mktemp("packages")
     (folder / "robots").symlink_to(folder)
@@ -79,7 +80,8 @@ def built(tmp_path_factory):
         project += FETCHED.format(name=name, source=folder / name) if name != "ur5e" else ""
     (folder / "CMakeLists.txt").write_text(project)
     (folder / "page.cpp").write_text(examples(PAGE, "cpp")[0])
-    # Clang compiles the C in a tenth of GCC's time. GCC compiles the C++.
+    # Clang compiles the generated C code in a tenth of GCC's time, but the C++ code is compiled by
+    # GCC.
     settings = {"CC": COMPILER or "gcc", "CMAKE_BUILD_TYPE": "None", "CFLAGS": "-O0"}
     settings = os.environ | settings | {"HOME": str(folder)}
     run("bash", "-ec", examples(PAGE, "")[0], cwd=folder, env=settings)

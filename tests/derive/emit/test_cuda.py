@@ -1,6 +1,6 @@
-"""CUDA kernels, compiled for the processor: values, solutions and nearest solutions.
+"""CUDA kernels compiled for the CPU return correct values, solutions and nearest solutions.
 
-The continuous integration does not install nvcc.
+The continuous integration does not install nvcc, the compiler of CUDA.
 """
 
 import re
@@ -29,12 +29,12 @@ void called(size_t poses, const float *T, float *q, float *residual, float *marg
 {statements}
 }}
 """
-"""C++ function that contains the example of the documentation page."""
+"""C++ function that contains the example of the documentation page about CUDA."""
 
 
 @pytest.fixture(scope="module")
 def shims(tmp_path_factory):
-    """Compile the kernels of each robot once."""
+    """Return a function that compiles the CUDA kernels of a robot once."""
     folder, built = tmp_path_factory.mktemp("cuda"), {}
 
     def shim(name):
@@ -89,7 +89,7 @@ def test_nearest_solution_equals_the_compiled_c(name, shims):
 
 
 def limited(options):
-    """Convert options of the generated code to options of the Python method ``ik_nearest``."""
+    """Convert options of a nearest-solution kernel to options of the method ``ik_nearest``."""
     if "lower" not in options:
         return options
     return {"limits": np.transpose([options["lower"], options["upper"]])}

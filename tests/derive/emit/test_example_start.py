@@ -1,4 +1,4 @@
-"""The coordinates at which exported examples start."""
+"""Tests the joint coordinates at which the example programs of exported code start."""
 
 from dataclasses import replace
 

@@ -79,7 +79,7 @@ def called(folder, name, info, kind, inputs):
 
 
 def bounds(folder, name, info, kind):
-    """Return the error bounds that the docstring states for float32."""
+    """Return float32 error bounds from a JAX function's docstring, or the float64 tolerances."""
     function = getattr(module_of(folder / name / f"{name}_jax.py"), info.name)
     lines = [line for line in function.__doc__.splitlines() if ", error " in line]
     stated = [float(line.split(", error ")[1]) for line in lines]
@@ -150,7 +150,7 @@ def test_for_jax_refuses_a_folder_without_the_module(tmp_path, folder):
     robot = chasles.load("ur5e")
     with pytest.raises(chasles.InputValueError, match="run chasles export jax ur5e --to"):
         for_jax(robot, tmp_path)
-    with pytest.raises(chasles.InputValueError, match="has no jax source of this version of ur5e"):
+    with pytest.raises(chasles.InputValueError, match="no current jax source of ur5e"):
         for_jax(robot, folder / "panda")
     with pytest.raises(chasles.InputValueError, match="has no function hessian_mixed"):
         for_jax(robot, folder / "ur5e")

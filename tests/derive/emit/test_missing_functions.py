@@ -12,7 +12,7 @@ from chasles.derive.emit.seeds import seeded
 from tests.support.derivations import robot_of
 
 ROBOTS = ["ur5e", "planar_3rrr", "jaco2"]
-"""An arm with a closed form, and two robots with iterative solvers in C."""
+"""Names of an arm with a closed-form inverse, and of two robots with iterative solvers in C."""
 PRINTED = {
     "c_float": ("{robot}_float.h", r"^void {robot}_float_{function}\("),
     "rust": ("src/lib.rs", r"^pub fn {function}\("),
@@ -26,14 +26,14 @@ PRINTED = {
 """For each output language, the file with the public functions and the pattern of a function
 declaration."""
 SELECTING = ("rust", "cuda")
-"""Languages with their own functions for the solution nearest to a seed."""
+"""Output languages with their own functions for the solution nearest to a seed configuration."""
 COMPLETE = ("cpp", "mex", "moveit")
-"""Languages that call the C code of the robot. The C code has all functions."""
+"""Output languages that call the C code of a robot, which contains all functions."""
 MISSING = {"planar_3rrr": "fk", "jaco2": "ik"}
 """For each robot, a function that calls an iterative solver."""
 MISSING_IN_CASADI = {"ur5e": "ik", "planar_3rrr": "twist_mixed", "jaco2": "ik"}
-"""For each robot, a function that is missing in the CasADi file. The function has branches, or the
-loops of the robot have no closed form."""
+"""For each robot, a function that is missing in the CasADi file. These functions have several
+branches, or depend on loops without a closed form."""
 
 
 def test_all_languages_are_tested():
@@ -73,7 +73,7 @@ def one_of_each_role(name):
 
 
 def named_as_missing(text):
-    """Return the missing functions that are listed in the header of a file."""
+    """Return the names of missing functions that the header of a generated file lists."""
     sentences = re.sub(r"\n *(\*|//!)? *", " ", text)
     return {
         function

@@ -37,12 +37,13 @@ NAMES = ["ur5e", "panda"]
 PAGE = "how-to/moveit.md"
 SAMPLES = 200
 TOLERANCE = 1e-12
-"""Maximum difference of results between MoveIt plugin and C code, away from singularities."""
+"""Maximum difference between results of the MoveIt plugin and of the C code, away from
+singularities."""
 Q = {
     "ur5e": [0.3, -1.2, 1.4, -0.5, 0.8, 0.2],
     "panda": [0.3, -0.4, 0.2, -1.9, 0.4, 1.8, 0.6],
 }
-"""For each robot, a configuration within the limits of this robot."""
+"""For each robot, a configuration within its joint limits."""
 CONFIG = """\
 add_library({package}::{package} INTERFACE IMPORTED)
 set_target_properties({package}::{package} PROPERTIES
@@ -65,14 +66,14 @@ endfunction()
 
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory):
-    """Export the package of a robot."""
+    """Return a function that exports the MoveIt package of a robot."""
     folder = tmp_path_factory.mktemp("moveit")
     return cache(lambda name: moveit.exported(name, folder / name))
 
 
 @pytest.fixture
 def plugin(packages):
-    """Initialize a robot's plugin."""
+    """Return a function that initializes the MoveIt plugin of a robot."""
 
     def initialized(name, *, has_limits=True, step=0.1):
         found = bare(packages, name, has_limits=has_limits)
@@ -326,7 +327,7 @@ def test_only_the_exported_redundant_joint_is_accepted(plugin):
 
 @pytest.mark.parametrize(("ending", "compiler"), [(".hpp", "g++"), (".h", moveit.COMPILER)])
 def test_sources_compile_without_warnings(ending, compiler, packages, tmp_path):
-    """Up to MoveIt 2.12, the names of its headers end in .h."""
+    """In MoveIt versions up to 2.12, header names end in .h instead of .hpp."""
     package = packages("ur5e")
     stubs = tmp_path / "include"
     for header in (moveit.STUBS / "include").rglob("*.hpp"):
@@ -451,7 +452,7 @@ def test_parameters_of_the_page_are_in_the_package(packages):
 
 
 def test_missing_functions_are_named(tmp_path):
-    with pytest.raises(InputValueError, match="planar_3rrr: a plugin of MoveIt needs an inverse"):
+    with pytest.raises(InputValueError, match="planar_3rrr: a MoveIt plugin requires an inverse"):
         write(robot_of("planar_3rrr"), tmp_path, functions=["fk"], languages=["moveit"])
-    with pytest.raises(InputValueError, match="ur5e: a plugin of MoveIt needs fk"):
+    with pytest.raises(InputValueError, match="ur5e: a MoveIt plugin requires fk"):
         write(robot_of("ur5e"), tmp_path, functions=["ik"], languages=["moveit"])

@@ -1,6 +1,6 @@
 """Tests the Rust crate, also without the Rust standard library.
 
-The continuous integration does not install Rust.
+These tests do not run in the continuous integration, which does not install Rust.
 """
 
 import os
@@ -34,12 +34,12 @@ FUNCTIONS = ["fk", "fk_jacobian_mixed", "twist_mixed", "acceleration_mixed", "ik
 SAMPLES = 10_000
 SOLVED = 1e-9
 TOLERANCE = 1e-12
-"""Largest difference from the C code, for an inverse away from singularities."""
+"""Maximum difference between inverse results of Rust and C, away from singularities."""
 POSE_ERROR = 1e-9
-"""Largest pose error of a solution."""
+"""Maximum pose error of an inverse kinematics solution."""
 PAGE = "how-to/rust.md"
 CALLED = {"sin", "cos", "sqrt", "atan2", "memcpy", "memset"}
-"""C functions that a crate calls if it is built without Rust's standard library."""
+"""C functions that a generated crate calls if built without Rust's standard library."""
 NEAREST = """\
 "ik_nearest" => while let Some(x0) = take::<{size}>(&mut source) {{
     let (q_seed, lower) = (take(&mut source).unwrap(), take::<N>(&mut source).unwrap());
@@ -57,7 +57,7 @@ NEAREST = """\
     put(&row.1);
 }}
 """
-"""The ``match`` case in Rust that calls the nearest solution for each row of its inputs."""
+"""The ``match`` arm in Rust that calls ``ik_nearest`` for each row of inputs."""
 CALLER = """\
 use chasles_{name}::*;
 use std::io::{{stdin, stdout, BufReader, BufWriter, Read, Write}};
@@ -149,7 +149,7 @@ def run_rows(crate, name, rows):
 
 
 def called_nearest(crate, robot, T, q_seed, limits=None, weights=None):
-    """Return q, residual, margin and slot of the nearest solutions in Rust."""
+    """Call ik_nearest in Rust; return q, residual, margin and index of the nearest solutions."""
     lower, upper = np.transpose(robot.limits if limits is None else limits)
     weights = np.ones(robot.n) if weights is None else weights
     shared = np.tile(np.concatenate([lower, upper, weights]), (len(T), 1))
@@ -184,7 +184,10 @@ def test_inverse_is_complete_at_right_angle_poses(name, crates):
 
 
 def check_inverse(name, crates, q):
-    """Compare all solutions. At a singularity, only the poses must agree."""
+    """Compare all inverse kinematics solutions of Rust and C.
+
+    At a singularity, only the poses must agree.
+    """
     robot = chasles.load(name)
     info = inverse_of(robot)
     inputs = inputs_of(robot, info, q)

@@ -1,4 +1,4 @@
-"""The function ik_nearest in languages other than C."""
+"""Test the function ik_nearest in output languages other than C."""
 
 import pytest
 

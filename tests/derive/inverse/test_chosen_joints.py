@@ -12,7 +12,7 @@ from tests.support.generators.drawn_arms import cases_for_given, random_arm
 from tests.support.oracles.verdict import judged
 
 SEED = 155
-"""Random arm with a fixed revolute joint inside the chain."""
+"""Seed of a random arm with a fixed revolute joint inside the chain."""
 
 
 def test_ik_with_random_fixed_joints_solves_every_random_pose():
@@ -25,7 +25,7 @@ def test_ik_with_random_fixed_joints_solves_every_random_pose():
         assert poses.name == "random"
         found = judged(chosen, poses, chosen.answers)
         assert (found.missed, found.wrong, found.lost or 0) == (0, 0, 0), case.name
-        # The fixed joint values are bitwise equal.
+        # The solutions contain the given values of the fixed joints, bitwise equal.
         q = np.random.default_rng(SEED).uniform(-3, 3, (20, case.robot.n))
         assert (case.found(q).q[..., list(give)] == q[:, None, list(give)]).all()
 
@@ -54,7 +54,7 @@ def test_fixed_joints_become_function_inputs():
         (
             "panda",
             ("joint8",),
-            "panda: cannot fix unknown joint joint8; the joints are joint1, joi",
+            "panda: cannot fix unknown joint joint8; expected one of joint1, joi",
         ),
         ("scara", ("shoulder", "elbow", "quill", "flange"), "all joints are fixed"),
         ("iiwa14", ("A4",), "the other joints could move without moving the tool; joints that"),

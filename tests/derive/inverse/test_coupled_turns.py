@@ -51,7 +51,7 @@ def test_small_bend_has_no_cancellation(shift):
 def coupled_pair(plane, sense):
     """Return two coupled rotations, and the component of p along h.
 
-    ``plane`` contains the angles of h, k1, k2 and p in their common plane (degrees).
+    ``plane`` contains the angles (degrees) of the vectors h, k1, k2 and p in their common plane.
     """
     exact = [
         (sp.sin(a), sp.Integer(0), sp.cos(a)) for a in (sp.pi * sp.Integer(x) / 180 for x in plane)
@@ -66,7 +66,7 @@ def coupled_pair(plane, sense):
 
 
 def turned(k, angles, v):
-    """Rotate each row of v about the axis k by the angle of this row."""
+    """Rotate each row of v about the axis k by the corresponding angle."""
     c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
     along = k * (k @ v)
     return along + c * (v - along) + s * np.cross(k, v)

@@ -1,6 +1,6 @@
-"""Prismatic joints whose directions are linearly dependent at some joint values.
+"""Inverse kinematics of arms whose prismatic directions are dependent at some joint values.
 
-If the directions are dependent, many joint values reach one pose.
+If the prismatic directions are linearly dependent, many joint values reach one pose.
 """
 
 import numpy as np
@@ -23,8 +23,8 @@ DEPENDENT = {
     "two slides and an oblique turn": [("P", YZ), FIXED, ("P", YZ), ("R", Z)],
     "two slides and a turn along": [("P", Z), FIXED, ("P", Z), ("R", Z)],
 }
-"""Type and axis direction of the joints before a spherical wrist; F denotes the fixed joint. If the
-fixed joint is at 0, the directions of the prismatic joints are dependent."""
+"""Types and axis directions of the joints before a spherical wrist, including the fixed joint
+FIXED. If the fixed joint is at 0, the directions of the prismatic joints are dependent."""
 OFFSETS = [0.0, 1e-16, 1e-13, 1e-10, 1e-7, 1e-4]
 """Deviations of the fixed joint from 0 (radian)."""
 POSES = 100

@@ -16,7 +16,7 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 ARM = read(description("so101"))
 SEEDS = range(2)
 TRUE = 1e-8
-"""A solution with a larger pose error (meter, or rotation matrix entry) is wrong."""
+"""Maximum pose error (meter, or rotation matrix entry) of a correct inverse kinematics solution."""
 SAME = 1e-6
 """Two solutions count as equal if their difference (radian) is below 1e-6."""
 REGULAR = 1e-5
@@ -24,7 +24,7 @@ REGULAR = 1e-5
 
 
 def drawn(seed):
-    """Return an SO-101 with random errors.
+    """Return an SO-101 arm with random geometric errors.
 
     The maximum error is between 0.1 and 10 mm for lengths, and between 0.1 and 10 mrad for angles.
     """

@@ -1,4 +1,4 @@
-"""Solutions satisfy the equation objects of subproblems."""
+"""Solutions of inverse kinematics subproblems satisfy the symbolic equations of the subproblems."""
 
 import pytest
 import sympy as sp

@@ -17,7 +17,7 @@ NAMES = (
     *("ur5e", "puma560", "iiwa14", "panda", "scara", "jaco2", "lynxmotion", "photo_robot"),
     "bricklaying_planar",
 )
-"""Serial robots with each structure, a general arm, and arms whose joints are fixed."""
+"""Serial robots of each closed-form structure, a general arm, and arms with fixed joints."""
 LOOPED = ("slider_crank", "excavator", "planar_3rrr", "stewart_gough")
 """Mechanisms with and without a main-chain structure."""
 
@@ -128,7 +128,7 @@ def test_explanation_states_structure_and_solution_count(name, structure, most):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_explanation_has_a_step_for_every_joint(name):
-    """A joint is fixed, solved in a step, or computed from an angle sum."""
+    """The explanation states that a joint is fixed, solved, or computed from an angle sum."""
     found = explained(name)
     if found.inverses.written or not found.inverses.functions:
         return
@@ -164,7 +164,7 @@ def test_explanation_measures_deviation_from_nearest_structure():
 
 
 def test_deviation_of_nearly_meeting_axes_is_a_length():
-    """Axes 5 and 6 are 100 mm apart."""
+    """Joint axes 5 and 6 of the test arm are 100 mm apart."""
     text = str(explain(arm((0.2, 0.1, 0.3, 0.1, 0.0, 0.1))))
     rows = [line for line in text.splitlines() if line.startswith("  axes joint5 and joint6 ")]
     assert rows
@@ -232,9 +232,9 @@ def test_command_line_explains_and_writes_nothing(tmp_path, monkeypatch):
 
 
 def general_arm(last):
-    """Return an arm without a closed form.
+    """Return an arm without a closed-form inverse.
 
-    Axes 5 and 6 are parallel, and their distance is ``last`` (meter).
+    Joint axes 5 and 6 are parallel at the distance ``last`` (meter).
     """
     rows = [(0.3, 0.1, -90), (0.05, 0.4, 20), (0.02, 0.1, 70), (0.4, 0.05, -60), (0.1, last, 0)]
     joints = "".join(

@@ -1,9 +1,7 @@
-"""Tests a new inverse family for cylindrical arms.
+"""Tests a new family of closed-form inverses for cylindrical arms, which only this file defines.
 
-Only this file defines the family.
-
-The arm has a revolute column, a lift, a boom and a tool joint about the vertical. The new family
-precedes the listed families, because a listed family also matches these axes.
+The test arm has a revolute column, a lift, a boom and a tool joint about the vertical. The new
+family precedes the listed families, because a listed family also matches the axes of this arm.
 """
 
 import re
@@ -76,7 +74,7 @@ def requires(lines):
 
 
 def to_position(work, lines, start, wanted):
-    """Solve lift, boom and column so that a point reaches a position."""
+    """Solve lift, boom and column so that the point ``start`` reaches the position ``wanted``."""
     terms, (column, lift, boom, _) = work.terms, lines.axes
     V, reach = subtracted(terms, wanted, column.p), subtracted(terms, start, column.p)
     height = dot(terms, column.h, V)
@@ -100,7 +98,7 @@ def solve(work, lines, target):
 
 
 def position_yaw(robot, lines):
-    """Return the tool position and the wrist angle relative to the boom."""
+    """Build the inverse for a tool position and a wrist angle relative to the boom."""
     terms, work, wrist = lines.terms, Work(lines.terms), lines.axes[3]
     turn = CosSin(*terms.cos_sin(YAW))
     lever = rotated(terms, wrist.h, turn, subtracted(terms, tool_origin(robot, terms), wrist.p))
@@ -122,7 +120,7 @@ def position_yaw(robot, lines):
 
 
 def functions(robot, lines):
-    """Build a function for the wrist height above the base."""
+    """Build a kinematics function that computes the wrist height above the base."""
     terms, q = lines.terms, sp.symbols("_h1:5", real=True)
     height = terms.let(lines.axes[3].p[2] + q[1])
     result = Result("height", (height,), (), "m", "height of the lift")
@@ -216,7 +214,7 @@ def test_article_contains_text_and_equations_of_custom_family(derivation):
 
 
 def test_family_with_other_joint_count_is_not_evaluated():
-    """The conditions of a family may be valid only for its number of joints."""
+    """The conditions of an inverse family may be valid only for the family's number of joints."""
     seen = []
     other = Family("other", (5,), lambda lines: seen.append(lines) or [], solve)
     derive(ARM, families=(other, CYLINDRICAL))
@@ -225,7 +223,7 @@ def test_family_with_other_joint_count_is_not_evaluated():
 
 @pytest.mark.parametrize("given", [True, False])
 def test_family_option_decides_whether_joints_may_be_fixed(given):
-    """With a second lift, the arm has one joint more than the family allows."""
+    """With a second lift, the test arm has one joint more than the inverse family allows."""
     text = """
 name = "two_lifts"
 convention = "dh"

@@ -1,4 +1,7 @@
-"""Arms with one, four and five joints, some with a rotated hand or a virtual axis."""
+"""Inverse kinematics of arms with few joints, some with a rotated hand or a virtual axis.
+
+The arms have one, four or five joints.
+"""
 
 import numpy as np
 import pytest
@@ -32,8 +35,8 @@ SOLD = """<robot name="arm"><link name="base"/>
 
 
 REACHING_OTHER_AXES = (61035130000014, 19126538000017, 7102000005)
-"""Seeds of random arms. In these arms, the position of a point on the last axis determines the
-first three joint values."""
+"""Seeds of random arms in which the position of a point on the last axis determines the first three
+joint values."""
 
 
 def lost_of(cases):

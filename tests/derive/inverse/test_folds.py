@@ -16,13 +16,13 @@ ERROR = 3e-3
 """Calibration error (meter, radian) of the arm."""
 ELBOW, WRIST = 2, 4
 STARTS, STEPS = 150, 40
-"""Number of start configurations per pose, and number of iterations per start, in the reference
+"""Numbers of start configurations per pose and of iterations per start in the independent numerical
 search."""
 TRUE = 1e-8
-"""A solution with a larger pose error (meter, or rotation matrix entry) is wrong."""
+"""Maximum pose error (meter, or rotation matrix entry) of a correct inverse kinematics solution."""
 KNOWN = 1e-4
-"""The independent search finds all solutions at which the smallest singular value of the Jacobian
-is at least 1e-4."""
+"""The independent numerical search finds all solutions at which the smallest singular value of the
+Jacobian exceeds 1e-4."""
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def determinant(arm, q):
 
 
 def at_fold(arm, rng, count):
-    """Return configurations in which the elbow is singular."""
+    """Return random configurations in which an elbow angle makes the Jacobian singular."""
     found = []
     while len(found) < count:
         q = np.tile(rng.uniform(-np.pi, np.pi, arm.n), (241, 1))
@@ -68,7 +68,7 @@ def is_among(solutions, q):
 
 
 def searched(arm, T, rng):
-    """Find solutions by damped least squares from many start configurations."""
+    """Search for inverse kinematics solutions by damped least squares from random starts."""
     q = rng.uniform(-np.pi, np.pi, (len(T), STARTS, arm.n))
     for _ in range(STEPS):
         e, J = twists(arm, T, q)
@@ -136,7 +136,7 @@ def test_random_search_near_folds_finds_no_extra_solutions(case):
 
 
 def test_ik_recovers_configurations_with_nearly_aligned_wrist(case):
-    """Two wrist axes nearly coincide."""
+    """In the tested configurations, two wrist axes nearly coincide."""
     arm, _ = case
     rng = np.random.default_rng(4)
     q = rng.uniform(-np.pi, np.pi, (300, arm.n))

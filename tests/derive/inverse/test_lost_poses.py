@@ -1,6 +1,6 @@
 """The derivation avoids or reports inverses that miss poses at multiples of 90 degrees.
 
-All arms are random with fixed seeds. Poses come from products of exponentials.
+The tested arms are random with fixed seeds. Target poses come from products of exponentials.
 """
 
 from functools import cache
@@ -74,8 +74,7 @@ def test_numeric_search_keeps_fixed_joint_values(seed):
 def test_shipped_serial_robots_need_no_numeric_search():
     """An inverse kinematics function that misses no pose needs no slow search.
 
-    ``python -m bench inverse`` tests the poses of the robots at joint angles that are multiples of
-    90 degrees.
+    ``python -m bench inverse`` tests robot poses at joint angles that are multiples of 90 degrees.
     """
     functions = [f for name in NAMES for f in chasles.load(name).manifest.functions]
     solved = [f for f in functions if f.role.name == "inverse"]
@@ -99,9 +98,9 @@ def test_numeric_arm_pose_matches_product_of_exponentials():
 
 @pytest.mark.parametrize("seed", SEARCHED)
 def test_estimate_of_unsolved_poses_matches_their_count(seed):
-    """Independent code counts the missed poses.
+    """Independent code counts the poses for which the inverse finds no solution.
 
-    For some poses, rounding decides whether the pose is missed.
+    For some poses, rounding decides whether a solution is found.
     """
     case = pose_case(seed)
     arm = NumericArm.of(case.described, case.inverses.classification.lines)

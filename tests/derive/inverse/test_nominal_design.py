@@ -1,4 +1,4 @@
-"""As-built robots with loops whose files name a nominal robot."""
+"""Inverse kinematics of as-built robots with loops, whose files name a nominal robot."""
 
 import re
 from dataclasses import replace
@@ -40,7 +40,7 @@ def design():
 
 @cache
 def built(seed=3):
-    """Return a robot with length errors of up to 0.1 mm and a crank error of 0.05 degrees."""
+    """Return an as-built robot with length errors up to 0.1 mm and a crank error of 0.05 deg."""
     spoilt = as_built(design(), BOARD_INSTALLER, 1e-4, np.random.default_rng(seed))
     joints = tuple(
         replace(joint, before=(*joint.before, Rotation("x", sp.pi / 3600)))
@@ -52,7 +52,7 @@ def built(seed=3):
 
 
 def test_nominal_design_gives_inverse_of_built_mechanism(monkeypatch):
-    # Only the first nominal mechanism is tried, which keeps the test short.
+    # The inverse derivation tries only the first nominal mechanism, which keeps the test short.
     tried = hybrid_inverse.nominal_mechanisms
     monkeypatch.setattr(hybrid_inverse, "nominal_mechanisms", lambda m: islice(tried(m), 1))
     alone = hybrid_inverses(solved(built()))
@@ -84,7 +84,9 @@ def test_nominal_design_must_have_the_same_members():
         for strut in design().struts
     )
     reference = tuple((n, v) for n, v in design().reference if n != "rod_KH_swing")
-    with pytest.raises(DescriptionError, match=r"its struts differ from.*: rod_KH, rod_X"):
+    with pytest.raises(
+        DescriptionError, match=r"nominal robot .*: different struts: rod_KH, rod_X"
+    ):
         off(struts=renamed, reference=reference)
     with pytest.raises(DescriptionError, match="its actuated coordinates"):
         off(actuated=design().actuated[::-1])
@@ -92,7 +94,7 @@ def test_nominal_design_must_have_the_same_members():
 
 @pytest.fixture
 def files(tmp_path):
-    """Write the as-built file next to the design file."""
+    """Write the robot file of the as-built robot next to the robot file of the design."""
     (tmp_path / "design.toml").write_text(with_values(VALUES))
     own = with_values(VALUES | {"r": "161.82"})
     own = own.replace('convention = "urdf"', 'convention = "urdf"\nnominal = "design.toml"', 1)
@@ -111,7 +113,8 @@ def test_nominal_key_accepts_installed_robot_name(files, is_in_folder):
     text = (files / "built.toml").read_text()
     (files / "built.toml").write_text(text.replace('"design.toml"', '"board_installer"'))
     if is_in_folder:
-        # A robot name in the file refers to the installed robot.
+        # A nominal robot name without file suffix refers to the installed robot, even if a file has
+        # the same name.
         (files / "board_installer").write_text("")
     assert read(files / "built.toml").nominal == read(ROBOTS / "board_installer.toml")
 
@@ -126,7 +129,7 @@ def test_nominal_key_accepts_installed_robot_name(files, is_in_folder):
         ),
         ("ur10e", "the file of a robot with loops"),
         ("built.toml", "names no nominal robot itself"),
-        ("four_bar.toml", "its joints differ from the nominal robot 'four_bar'"),
+        ("four_bar.toml", "nominal robot 'four_bar': different joints"),
         ("ur5e.toml", "the file of a robot with loops"),
     ],
 )
@@ -171,7 +174,7 @@ def inverse(placement):
 
 
 def in_other_frames(mechanism, seed=0):
-    """Return the same robot with other body frames and joint frames."""
+    """Return the same mechanism with other body frames and joint frames."""
     rng = np.random.default_rng(seed)
     moved = {joint.link: displacement(rng) for joint in mechanism.joints}
     back = {body: inverse(by) for body, by in moved.items()}
@@ -228,7 +231,8 @@ def test_design_difference_detects_axis_and_zero_errors():
         )
         return replace(robot, joints=joints)
 
-    # A motor has an identifiable zero position. The zero position of a passive joint is arbitrary.
+    # The zero position of a motor is identifiable, whereas the zero position of a passive joint is
+    # arbitrary.
     assert apart(with_joint("crank", before=off), robot)[1] == pytest.approx(2e-3, rel=0.05)
     tilted = with_joint("yaw", before=Rotation("x", sp.Rational(2, 1000)))
     assert 5e-4 < apart(tilted, robot)[1] < 3e-3

@@ -20,7 +20,7 @@ from tests.support.oracles.verdict import counts, judged, newton
 
 POSES, COUNTED = 200, 2
 STARTS = 60
-"""Number of random starts of Newton's method. An orientation has one or two solutions."""
+"""Number of random starts of Newton's method. A target orientation has one or two solutions."""
 FUNCTIONS = ["fk", "fk_jacobian_mixed", "ik", "ik_orientation"]
 PAN = """
 name = "pan"
@@ -35,7 +35,7 @@ joints = [
 
 
 def orientation_case(seed: int) -> Derived:
-    """Return the orientation task of a random arm with three free revolute joints."""
+    """Derive the orientation inverse of a random arm with three free revolute joints."""
     draw = random.Random(seed)
     kinds = draw.choice(("RRR", "RRR", "RRRP", "PRRR", "RPRR", "RRPRP"))
     arm = decoupled(kinds, 2 + seed)
@@ -45,7 +45,7 @@ def orientation_case(seed: int) -> Derived:
 
 
 def fixed_case(seed: int) -> Derived:
-    """Return the orientation task of a random six-joint arm with three fixed joints."""
+    """Derive the orientation inverse of a random six-joint arm with three fixed joints."""
     draw = random.Random(seed)
     rows = [
         f'{{ name = "j{k}", xyz = {[draw.randint(-300, 300) for _ in range(3)]}, '
@@ -133,7 +133,7 @@ def test_arm_with_more_joints_needs_fixed_joints():
         arm.ik_orientation(np.eye(3), fixed={"elbow": 1.0})
     with pytest.raises(InputValueError, match="unknown joint 'elbo'"):
         arm.ik_orientation(np.eye(3), fixed={"elbo": 1.0})
-    with pytest.raises(InputTypeError, match="values of joints by name"):
+    with pytest.raises(InputTypeError, match="fixed must map joint names to values"):
         arm.ik_orientation(np.eye(3), fixed=["elbow"])
     parallel = {names[k]: q[k] for k in (0, 4, 5)}
     with pytest.raises(DerivationError, match="has no function ik_orientation"):

@@ -25,10 +25,11 @@ PLANAR = {
     "a slide across axis 1": [("R", Z), ("P", X), FIXED, ("R", Z)],
     "a slide across axis 2": [("R", Z), FIXED, ("R", Z), ("P", Y)],
 }
-"""Type and axis direction of the first four joints; F is the revolute joint that `fixed=` names."""
+"""Types and axis directions of the first four joints. FIXED is the revolute joint that the argument
+`fixed` names."""
 EXCHANGED = [("R", Z), FIXED, ("P", Y), ("P", Z)]
-"""With the fixed joint at 0 degrees, only the second prismatic joint changes the height. At 90
-degrees, only the first prismatic joint changes the height."""
+"""With the fixed joint at 0 degrees, only the second prismatic joint changes the wrist height. With
+the fixed joint at 90 degrees, only the first prismatic joint changes the wrist height."""
 OFFSETS = [0.0, 1e-13, 1e-10, 1e-7, 1e-4]
 """Deviations (radian) of the fixed joint from the value at which the arm is planar."""
 WRIST = [X, Y, X]
@@ -36,7 +37,7 @@ POSES = 200
 
 
 def case_of(joints, seed):
-    """Return an arm with random lengths and a fixed joint, and its inverse."""
+    """Derive the inverse of an arm with random lengths, a fixed joint and a spherical wrist."""
     axes = [*joints, *(("R", axis) for axis in WRIST)]
     case = solved_with_fixed(axes, seed, meeting=len(joints))
     assert case.inverses.classification.found.family.title == "spherical wrist"
@@ -46,7 +47,7 @@ def case_of(joints, seed):
 def verdict(joints, value, seed=0):
     """Count poses without solution, wrong solutions and unrecovered configurations.
 
-    The solutions are not refined by iteration.
+    The counted solutions are not refined by iteration.
     """
     case = case_of(joints, seed)
     q = case.random(np.random.default_rng(seed), POSES)

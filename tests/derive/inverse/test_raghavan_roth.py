@@ -1,4 +1,4 @@
-"""Equations of general six-joint arms, and their tables."""
+"""Raghavan-Roth equations of general six-joint arms, and their coefficient tables."""
 
 from dataclasses import replace
 from functools import cache
@@ -113,7 +113,7 @@ def test_translation_along_z_expands_in_powers(sign):
 
 
 def factors(value, slides):
-    """Return 1, cosine and sine of an angle, or powers 0 to 2 of a displacement."""
+    """Return [1, cosine, sine] of a joint angle, or the powers 0 to 2 of a displacement."""
     return [1, value, value**2] if slides else [1, np.cos(value), np.sin(value)]
 
 
@@ -223,7 +223,7 @@ def test_fixed_joint_is_absorbed_into_a_placement():
 def test_helical_joint_is_rejected_with_the_robot_name():
     robot = of("jaco2")
     screw = replace(robot.joints[2], kind="helical", pitch=sp.Rational(1, 10))
-    with pytest.raises(DescriptionError, match="jaco2 needs revolute or prismatic joints"):
+    with pytest.raises(DescriptionError, match="jaco2: expected revolute or prismatic joints"):
         placements(replace(robot, joints=(*robot.joints[:2], screw, *robot.joints[3:])))
 
 

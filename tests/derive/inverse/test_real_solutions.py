@@ -13,7 +13,7 @@ from tests.support.generators.random_arms import random_arm
 
 POSES = 8
 SAME = 1e-10
-"""Tolerance for the entries of a pose."""
+"""Tolerance for the entries of a pose matrix."""
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,7 @@ NEAR_AXIS = (0.0, 1e-12, 1e-10, 1e-9, 3e-9, 1e-8, 3e-8, 1e-7, 1e-6, 1e-5, 1e-4, 
 
 
 def lowered(terms, symbols, values):
-    """Return a CasADi function that computes expressions from a vector and two signs."""
+    """Compile symbolic expressions to a CasADi function of a vector and two branch signs."""
     arguments = (
         Argument("x", tuple(symbols), (len(symbols),), "", ""),
         Argument("signs", SIGNS, (2,), "", ""),
@@ -32,9 +32,9 @@ def lowered(terms, symbols, values):
 
 
 def slots(function, X):
-    """Evaluate the function for all four pairs of signs.
+    """Evaluate a function for all four pairs of branch signs.
 
-    The result has the shape (N, 4, outputs).
+    The results have the shape (N, 4, outputs).
     """
     values = [
         np.array(function(ca.DM(X.T), ca.DM(np.tile(np.array([signs]).T, (1, len(X))))))
@@ -44,7 +44,7 @@ def slots(function, X):
 
 
 def angles_of(turns, limit=1e-15):
-    """Return angles of cosine-sine pairs, which must be unit vectors."""
+    """Return the angles of (cosine, sine) pairs, which must have norm 1."""
     np.testing.assert_allclose(np.hypot(turns[..., 0], turns[..., 1]), 1, rtol=0, atol=limit)
     return np.arctan2(turns[..., 1], turns[..., 0])
 
@@ -232,7 +232,7 @@ def roots():
     function = lowered(terms, v, (root.turn.c, root.turn.s, root.margin))
 
     def solve(X):
-        """Return roots (N, 4), polynomial values (N, 4) and margins (N, 4)."""
+        """Return four roots per polynomial, the polynomial values and the margins, each (N, 4)."""
         Y = slots(function, X)
         phi = angles_of(Y, 1e-14)
         a0, a1, b1, a2, b2 = X.T[:, :, None]
@@ -243,10 +243,10 @@ def roots():
 
 
 def polynomial_of(angles):
-    """Return the polynomial with four specified roots.
+    """Return the coefficients of trigonometric polynomials with four specified roots each.
 
-    The angles of each row are the roots phi of the trigonometric polynomial sum(c_k e^(i k phi)), k
-    = -2 ... 2. The largest absolute value of the coefficients is 1.
+    The angles of each row are the roots phi of sum(c_k e^(i k phi)), k = -2 ... 2. The largest
+    absolute value of the real coefficients in a row is 1.
     """
     coefficients = []
     for row in angles:
@@ -301,7 +301,7 @@ def solve5():
     function = lowered(terms, v, outputs)
 
     def solve(p0, k1, p1, k2, p2, k3, p3):
-        """Return angles (N, 4, 3), relative gaps (N, 4) and margins (N, 4)."""
+        """Return angles (N, 4, 3), relative closure errors (N, 4) and margins (N, 4)."""
         Y = slots(function, np.concatenate([p0, k1, p1, k2, p2, k3, p3], 1))
         angles = np.stack([angles_of(Y[..., 2 * k : 2 * k + 2]) for k in range(3)], -1)
         p0, k1, p1, k2, p2, k3, p3 = (x[:, None] for x in (p0, k1, p1, k2, p2, k3, p3))
@@ -359,7 +359,7 @@ def test_sp5_is_accurate_near_the_second_axis(solve5, distance):
 
 
 def test_sp5_solves_axes_at_right_angles(solve5):
-    """Test a complete grid of axes and multiples of 90 degrees."""
+    """Test all combinations of coordinate axes and angles that are multiples of 90 degrees."""
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     grid = np.array(list(itertools.product(range(3), range(6), range(6), *[range(4)] * 3)))
     k1, k2, k3 = (axes[grid[:, k]] for k in range(3))

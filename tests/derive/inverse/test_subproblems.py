@@ -1,6 +1,6 @@
 """Tests subproblems 1 to 4 and subproblems with prismatic joints.
 
-The targets have known solutions or are at the border of the reachable targets.
+The subproblem targets have known solutions, or are at the border of the reachable targets.
 """
 
 import itertools
@@ -34,7 +34,7 @@ def symbols(*names):
 
 
 def compiled(terms, inputs, outputs):
-    """Compile a function of inputs (M, n) and a sign, which returns an array (M, outputs)."""
+    """Compile a function that computes an array (M, outputs) from inputs (M, n) and a sign."""
     flat = tuple(x for value in inputs for x in (value if isinstance(value, tuple) else (value,)))
     arguments = (Argument("x", flat, (len(flat),), "", ""), Argument("sign", (SIGN,), (1,), "", ""))
     result = Result("y", tuple(outputs), (len(outputs),), "", "")
@@ -257,15 +257,18 @@ def test_sp2_is_accurate_near_the_second_axis(solve2):
 
 def test_sp2_out_of_reach_has_negative_margin(solve2):
     k, m = np.array([[0, 0, 1.0]]), np.array([[1.0, 0, 0]])
-    # The second rotation keeps the unit vector x, and the first moves it in the plane z = 0. The
-    # target is outside this plane.
+    # The second rotation does not move the unit vector x, and the first rotation moves x in the
+    # plane z = 0. The target vector is outside the plane z = 0.
     y = solve2(1, k, m, m, np.array([[0, 0.6, 0.8]]))
     assert y[0, 4] < 0
     assert np.isfinite(y).all()
 
 
 def test_sp2_out_of_reach_is_finite_where_the_second_angle_is_arbitrary():
-    """The first angle is the least-squares angle, which rotates v onto the second axis."""
+    """The first angle of subproblem 2 is its least-squares angle.
+
+    This angle rotates v onto the second axis.
+    """
     terms, (v,) = Terms({}), symbols("v")
     k, m, p = [tuple(map(sp.Rational, row)) for row in ("001", "100", ("2", "1/2", "0"))]
     first, second = sp2(terms, k, m, p, v, SIGN)
@@ -347,7 +350,7 @@ def test_sp3_folds_if_squared_distance_rounds_below_zero():
     ids=["stretched", "nearly stretched", "folded", "nearly folded"],
 )
 def test_sp3_merges_solutions_that_rounding_does_not_separate(D2, whole, apart):
-    """D2 has the rounding error of a floating-point number of magnitude `whole`."""
+    """The squared distance D2 has the rounding error of a float of magnitude `whole`."""
     terms, square, size = Terms({}), *sp.symbols("D W", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     p = (one, zero, zero)
@@ -358,7 +361,7 @@ def test_sp3_merges_solutions_that_rounding_does_not_separate(D2, whole, apart):
 
 
 def test_sp3_with_variable_lengths_is_accurate_near_fold():
-    """The vectors have lengths 1 and 1 + 3e-8, and the elbow is nearly folded."""
+    """The vectors of subproblem 3 have lengths 1 and 1 + 3e-8, and the elbow is nearly folded."""
     terms, (p0, p) = Terms({}), symbols("a", "b")
     square = sp.Symbol("D", real=True)
     k = (sp.Integer(0), sp.Integer(0), sp.Integer(1))
@@ -421,7 +424,7 @@ def test_direction_of_constant_zero_is_zero_angle(is_parameter):
 
 
 def test_direction_of_rounding_noise_is_zero_angle():
-    """Components of size 1e-17 are rounding errors, and ``direction`` replaces them by 0."""
+    """The function ``direction`` replaces rounding errors, such as 1e-17, by 0."""
     terms, noise = Terms({}), sp.Rational(1, 10**17)
     turn = direction(terms, noise, -noise)
     assert [float(terms.value(x)) for x in (turn.c, turn.s)] == [1.0, 0.0]

@@ -1,8 +1,9 @@
 """Tests the inverses printed in articles: ``python tests/derive/latex/read_all.py [ARM ...]``.
 
-The script parses the printed text, evaluates it at random poses, and compares it with ``ik``. The
-default is all shipped arms and all arms in ``derive/robots/shelf``. The script prints the number of
-agreeing solutions, or the reason for a failed evaluation.
+The script parses the printed formulas, evaluates the formulas at random poses, and compares the
+solutions with ``ik``. By default, the script tests all shipped arms and all arms in
+``derive/robots/shelf``. The script prints the number of agreeing solutions, or the reason for a
+failed evaluation.
 """
 
 import sys
@@ -17,7 +18,7 @@ POSES = 10
 def message(name):
     """Evaluate the printed equations of an arm, and compare the solutions with ``ik``.
 
-    Returns a message about the result, and whether an equation is wrong.
+    Returns a message about the comparison, and whether a printed equation is wrong.
     """
     from chasles.derive import SerialRobot, derive, read
     from tests.support.derivations import description

@@ -1,4 +1,4 @@
-"""Compares the drawing in a serial robot's article with the kinematics of the robot."""
+"""Compare the drawing in a serial robot's LaTeX article with the kinematics of the robot."""
 
 import re
 

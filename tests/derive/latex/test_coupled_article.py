@@ -1,4 +1,4 @@
-"""The article of an arm with coupled joints prints the inverse for the joints and the motors."""
+"""The LaTeX article of an arm with coupled joints prints the inverse for joints and motors."""
 
 import re
 

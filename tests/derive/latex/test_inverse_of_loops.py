@@ -1,4 +1,4 @@
-"""Articles explain the inverse of robots with loops."""
+"""LaTeX articles explain the inverse kinematics of robots with loops."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ BOOM = Path(__file__).parents[1] / "inverse" / "mechanisms" / "skew_boom.toml"
 
 
 def printed(robot):
-    """Return the section about the inverse kinematics in an article."""
+    """Return the section of a LaTeX article about the inverse kinematics."""
     return inverse_of_loops(LoopPage.of(derive(robot, functions=["ik"])))
 
 

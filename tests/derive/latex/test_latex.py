@@ -1,4 +1,4 @@
-"""Printed formulas are correct, unambiguous and reproducible."""
+"""Formulas in LaTeX articles are correct, unambiguous and reproducible."""
 
 import os
 import re
@@ -32,10 +32,10 @@ FILES += ["transforms.tex", "fk.tex", "jacobian.tex", "inverse.tex", "singularit
 FILES += ["workspace.tex", "example.tex", "references.tex"]
 EVALUATED = ("iiwa14", "jaco2", "photo_robot", "awkward", "calibrated", "tilted", "named_wrist")
 EVALUATED += ("fourteen", "random0", "random3")
-"""Robots whose printed formulas are evaluated. Together, the robots have every kind of joint,
+"""Robots whose printed formulas are evaluated. Together, these robots have every kind of joint,
 constant and name."""
 REPRINTED = ("scara", "iiwa14", "four_bar", "slider_crank", "planar_3rrr", "bricklaying_gantry")
-"""Robots of every kind. Their newly printed articles are compared with the committed articles."""
+"""Robots of every kind, whose new LaTeX articles are compared with the committed articles."""
 SMALL = tuple(name for name in EVALUATED if name != "fourteen")
 TRUE = 1e-12
 """Tolerance of sums of a few dozen double-precision products of size 1."""
@@ -43,7 +43,7 @@ R = sp.Rational
 
 
 class Reader:
-    """Evaluates the equations of an article."""
+    """Evaluates the equations of a LaTeX article."""
 
     def __init__(self, found, notation, q):
         self.known = {s: v.evalf(30) for s, v in found.terms.parameters.items()}
@@ -162,7 +162,7 @@ sys.stdout.buffer.write("".join(printed("awkward").values()).encode())
 
 
 def test_article_is_independent_of_hash_seed():
-    """A different hash seed gives the same article."""
+    """Python runs with different hash seeds print the same LaTeX article."""
     seed = "1" if os.environ.get("PYTHONHASHSEED") == "20" else "20"
     done = subprocess.run(
         [sys.executable, "-c", PRINT],
@@ -334,9 +334,9 @@ def test_two_conventions_are_printed_as_parameter_tables():
 
 
 def urdf(folder, *joints):
-    """Write a URDF chain.
+    """Write the URDF file of a chain.
 
-    Each joint is a tuple (name, type, axis, roll, further elements).
+    Each joint is a tuple (name, type, axis, roll, further XML elements).
     """
     parts = ['<robot name="chain"><link name="l0"/>']
     for k, (name, kind, axis, roll, more) in enumerate(joints, 1):

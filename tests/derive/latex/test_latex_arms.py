@@ -1,6 +1,6 @@
 """The printed equations of serial arms in loops hold at closed configurations.
 
-The configurations come from Newton's method on a NumPy model of the loops.
+Configurations with closed loops come from Newton's method on a NumPy model.
 """
 
 from functools import cache
@@ -22,7 +22,7 @@ from tests.support.loops.legs_of_joints import driven_by_a_leg
 
 SAME = 1e-9
 STEP = 0.05
-"""Distance of the actuated coordinates from the reference (radian or meter)."""
+"""Maximum deviation of the actuated coordinates from the reference (radian or meter)."""
 
 
 @cache
@@ -42,7 +42,7 @@ def closed(model):
 
 
 def symbols_of(page, arm, poses):
-    """Return the pose entries that an arm reaches, keyed by their symbols in the article."""
+    """Return the pose entries of the end of an arm, keyed by the symbols in the LaTeX article."""
     notation = arm.symbols.equations.notation
 
     def number(placement):
@@ -55,7 +55,7 @@ def symbols_of(page, arm, poses):
 
 
 def values_of(arm, known):
-    """Return the values of the printed steps of an arm."""
+    """Return the symbol values that result from the printed solution steps of an arm."""
     task = arm.task
     done = dict(known)
     for step in task.steps:

@@ -1,4 +1,4 @@
-"""The printed inverse is readable and agrees with the generated inverse."""
+"""The inverse in a LaTeX article is readable and agrees with the generated inverse."""
 
 import itertools
 import re
@@ -29,18 +29,18 @@ from tests.support.printed_robots import named_wrist
 TRUE = 1e-10
 """Tolerance of textbook formulas, whose results are inaccurate in the last digits."""
 FUNCTIONS = (*PRINTED_FUNCTIONS, "ik")
-"""Functions in the printed articles."""
+"""Names of the functions that the tested LaTeX articles contain."""
 INSIDE = 1e-3
 """Minimum margin at which angles are accurate to the tolerance `TRUE`."""
 SOLVED = [name for name in NAMES if name != "jaco2"]
 EVALUATED = ("iiwa14", "puma560", "lynxmotion", "photo_robot", "scara")
 """One arm of each structure."""
 PRINTED = ("jaco2", "lynxmotion", "five_bar", "planar_3rrr", "bricklaying_gantry", "slider_crank")
-"""Arms with and without a closed form, and loops with and without a closed-form inverse."""
+"""Names of arms and of robots with loops, each with and without a closed-form inverse."""
 
 
 class Reader:
-    """Evaluates the steps of a task for one choice of signs."""
+    """Evaluates the printed inverse kinematics steps for one choice of branch signs."""
 
     def __init__(self, page, task, numbers, signs):
         notation = page.equations.notation
@@ -60,7 +60,7 @@ class Reader:
         return value
 
     def meaning(self, meaning):
-        """Evaluate the definition of a symbol of the article."""
+        """Evaluate the definition of a symbol in the LaTeX article."""
         if isinstance(meaning, sp.cos | sp.sin) and meaning.args[0] in self.sums:
             return meaning.func(self.sums[meaning.args[0]])
         return self(meaning)
@@ -87,7 +87,7 @@ class Reader:
         self.close([step for step in task.steps if not step.solution])
 
     def close(self, steps):
-        """Check that the computed angles satisfy the common equation of the given steps."""
+        """Check that the computed angles satisfy the common equation of solution steps."""
         if not steps:
             return
         equation = steps[0].equation
@@ -104,7 +104,7 @@ class Reader:
 
 
 def target_of(name, function, rng):
-    """Return reachable inputs of a task, keyed by symbol."""
+    """Return reachable input values of an inverse kinematics function."""
     q = rng.uniform(-1.2, 1.2, len(derivation(name).robot.moving))
     T = np.array(kernels(name)["fk"](q)).reshape(4, 4)
     p, z = T[:3, 3], T[:3, 2]
@@ -194,7 +194,7 @@ def test_printed_multi_angle_equations_reproduce_the_inverse(kind):
 
 
 def test_printed_inverse_with_named_tilts_matches_and_stays_short():
-    """Six constant axis directions get names, and the text prints their components."""
+    """The printed inverse names six constant axis directions, and prints their components."""
     found = derive(named_wrist(), functions=FUNCTIONS)
     page = Page.of(found)
     tasks = printed_tasks(page, page.inverse, {})
@@ -290,7 +290,7 @@ def test_article_measures_deviation_from_nearest_structure():
 
 
 def test_angle_sums_respect_axis_sense_and_direction():
-    """The signs in a sum follow from each joint's axis and coordinate."""
+    """The signs in an angle sum follow from the axis and coordinate direction of each joint."""
     arm = read_text(
         """name = "arm"
 convention = "dh"

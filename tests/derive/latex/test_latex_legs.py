@@ -17,8 +17,8 @@ from chasles.derive.terms.casadi_graph import lower
 from tests.support.generators.planar_platforms import drawn_platform
 
 LEGS = {
-    # Each case contains three legs and the number of harmonics. Each leg is a pair (joint types,
-    # index of the actuated joint). A leg constrains a point to a circle or a line.
+    # Each platform is a pair (three legs, number of harmonics), and each leg is a pair (joint
+    # types, index of the actuated joint). A leg constrains a platform point to a circle or a line.
     "circles": ((("RRR", 0), ("RRR", 1), ("RPR", 1)), 3),
     "two lines": ((("RRR", 0), ("RPR", 2), ("PRR", 2)), 3),
     "lines that turn alike": ((("PRP", 0), ("PRP", 0), ("RRP", 0)), 1),
@@ -29,7 +29,7 @@ ANGLES = (-2.9, 0.4, 1.7)
 
 
 class Numbers:
-    """Evaluates the equations of an article."""
+    """Evaluates the equations of a LaTeX article."""
 
     def __init__(self, page, q, phi):
         notation = page.chain.equations.notation
@@ -62,7 +62,7 @@ def printed(name):
 
 
 def vectors_of(found, numbers):
-    """Return the values of the vectors u and n, keyed by their LaTeX symbols."""
+    """Return the values of the printed vectors u_i and n_i, keyed by their LaTeX symbols."""
     numbers.name([pair for of in (*found.u, *found.n) for pair in of])
     heads = {"u": range(2, 4), "n": range(4 - len(found.n), 4)}
     parts = {"u": found.u, "n": found.n}
@@ -127,7 +127,7 @@ def _check_position(platform, shown, numbers, vectors, residual, phi):
     np.testing.assert_allclose(left[lines], 0, atol=1e-9)
     circles = np.array([numbers(L) for L in shown.legs.L])
     squares = (left[: len(circles)] + circles) ** 2 - circles**2
-    # The linear equations are differences of circle equations.
+    # The linear equations of the platform position are differences of circle equations.
     np.testing.assert_allclose(squares - squares[:1], 0, atol=1e-9)
 
 

@@ -1,4 +1,4 @@
-"""Printed loop equations agree with the derived functions."""
+"""Loop equations in LaTeX articles agree with the derived functions."""
 
 import re
 from dataclasses import replace
@@ -33,11 +33,11 @@ COMPARED += ("actuators", "actuator_margin", "actuator_rates")
 """Names of the functions that are compared with printed formulas."""
 TRUE = 1e-10
 NEAR = 0.05
-"""Range of random values about the reference (radian, meter)."""
+"""Maximum deviation of random joint values from the reference (radian, meter)."""
 
 
 class Reader:
-    """Evaluates the equations of an article."""
+    """Evaluates the equations of a LaTeX article."""
 
     def __init__(self, page):
         notation = page.chain.equations.notation
@@ -57,7 +57,7 @@ class Reader:
         self.known |= {s: sp.Float(x, 25) for s, x in zip(symbols, numbers, strict=True)}
 
     def step(self, printed):
-        """Evaluate a printed step, and check that the loop of the step closes."""
+        """Evaluate a printed loop solution step, and check that the loop of the step closes."""
         for symbol, value in printed.vectors:
             self.known[symbol] = self(value)
         self.positions |= {
@@ -102,13 +102,13 @@ class Reader:
         return total
 
     def rates(self, found, printed):
-        """Solve the rate equations that the article prints for a solution step."""
+        """Solve the joint rate equations that the LaTeX article prints for a solution step."""
         equations = found.equations(printed)
         for part, symbol in found.inner.items():
             self.known[symbol] = self(found.of(part))
         unknowns = list(dict.fromkeys(s for rate, _ in equations for s, _ in rate.left))
         rows = np.zeros((len(equations), len(unknowns)))
-        # An equation may use the joint rate from the preceding equation.
+        # A rate equation may contain the joint rate that the preceding equation determines.
         for k, (rate, total) in enumerate(equations):
             for symbol, weight in rate.left:
                 rows[k, unknowns.index(symbol)] = float(self(weight))
@@ -228,8 +228,8 @@ def test_printed_rates_match_actuator_rates(name):
     steps = page.backward_steps
     reader, thetad = Reader(page), random(len(theta), 7)
     if name == "board_installer":
-        # The main chain has more joints than degrees of freedom. Only some joint rates satisfy the
-        # loop equations.
+        # The main chain has more joints than degrees of freedom, so not all of its joint rates
+        # satisfy the loop equations.
         thetad = array(name, "chain_rates", some_q(name), random(6, 7))
     reader.give(page.theta, theta)
     found = Rates(page, {symbol: k for k, symbol in enumerate(page.theta)})

@@ -1,4 +1,4 @@
-"""Printed equations of platforms on legs agree with the derived functions."""
+"""Equations in LaTeX articles of platforms on legs agree with the derived functions."""
 
 from dataclasses import replace
 from functools import cache
@@ -27,7 +27,7 @@ ROUNDING = 1e-9
 
 @cache
 def derived(name):
-    """Derive a shipped robot, or a planar platform with three rods of unequal length."""
+    """Derive the functions of a shipped robot, or of a planar platform with three unequal rods."""
     if name != "crooked":
         written = ELIMINATED if name in TRIADS else WRITTEN
         return derive(read(ROBOTS / f"{name}.toml"), functions=written)
@@ -58,7 +58,7 @@ def printed(name):
 
 
 class Numbers:
-    """Evaluates the equations of an article."""
+    """Evaluates the equations of a LaTeX article."""
 
     def __init__(self, name, theta, q):
         page = printed(name).page
@@ -108,9 +108,8 @@ def test_printed_pins_are_constant_in_platform_frame(name):
     numbers, found = Numbers(name, theta, q), printed(name)
     b, pins = (numbers.array([getattr(rod, of) for rod in found.rods]) for of in ("b", "pin"))
     p = numbers.array([found.tool])
-    # The scalar products of the pin vectors do not depend on the platform's rotation. The
-    # coordinates of the pins in the platform frame do not depend on the platform's rotation,
-    # either.
+    # Neither the scalar products of the pin vectors nor the pin coordinates in the platform frame
+    # depend on the platform's rotation.
     gram = (b - p) @ (b - p).T
     np.testing.assert_allclose(pins @ pins.T, gram, rtol=0, atol=TRUE)
     other = Numbers(name, *somewhere(name, seed=1))
@@ -152,7 +151,7 @@ def eliminated(numbers, triad, length, phi):
     solution = triad.equations.solution
     vectors = solution.atoms(Cross).pop().args
     axes = (dict(zip(vectors, (u2[k], u3[k]), strict=True)) for k in (0, 1))
-    # J in the formula is the rotation by 90 degrees.
+    # The matrix J in the printed formula is the rotation by 90 degrees.
     one = {next(s for s in solution.free_symbols if str(s) == "J"): 1}
     cross = dict.fromkeys(solution.atoms(Cross), area)
     x, y = (numbers(solution.xreplace(cross).xreplace(one | axis)) for axis in axes)

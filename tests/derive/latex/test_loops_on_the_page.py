@@ -1,4 +1,4 @@
-"""Articles of random mechanisms: worked examples close their loops, and matrix sizes agree."""
+"""LaTeX articles of random mechanisms: example values close the loops, and matrix sizes agree."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Names do not depend on the order of functions, terms or symbols."""
+"""Names in generated output do not depend on the order of functions, terms or symbols."""
 
 import random
 from itertools import permutations
@@ -46,7 +46,7 @@ def test_fragments_written_in_any_order_are_the_same(name):
     if found.robot.couplings:
         found = derive(found.robot.uncoupled)
     expected = dict(fragments(found))
-    # The pictures depend on the description alone.
+    # The pictures in a LaTeX article depend only on the robot description.
     for picture in ("drawing.tex", "workspace.tex"):
         expected.pop(picture, None)
     names = list(WRITERS)

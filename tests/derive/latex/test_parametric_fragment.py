@@ -1,4 +1,4 @@
-"""Articles with parametric functions and model reports compile.
+"""LaTeX articles with parametric functions and model reports compile.
 
 The product of the printed parametric transforms equals the tool pose.
 """
@@ -36,7 +36,7 @@ def sagging():
 
 @pytest.fixture(scope="module")
 def written(sagging):
-    """Return the files of the article of the sagging arm, keyed by path."""
+    """Return the LaTeX files of the arm with gravity deflection, keyed by path."""
     return files(sagging, NO_PROGRAMS)
 
 
@@ -91,7 +91,7 @@ TOKEN = re.compile(r"([RT])_\{?([xyz])\}?\(([^()]*)\)|(T)\(([^()]*)\)")
 
 
 def test_printed_parametric_product_equals_the_pose(sagging, written):
-    """The product of the printed factors equals the pose, even for changed geometry parameters."""
+    """The product of the printed transforms equals the tool pose, also for changed parameters."""
     text = written[f"{FOLDER}/parametric.tex"]
     random = np.random.default_rng(4)
     q = random.uniform(-2, 2, 6)

@@ -1,4 +1,4 @@
-"""The parsed LaTeX text of an inverse agrees with the generated inverse."""
+"""Formulas parsed from the LaTeX text of an inverse agree with the generated inverse."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from tests.support.printed_robots import FUNCTIONS
 from tests.support.read_back import POSES, read_back, without_formula
 
 SHIPPED = ("ur5e", "iiwa14")
-"""Names of two arms with different structures and a closed form. ``python
+"""Names of two arms with different structures and a closed-form inverse. ``python
 tests/derive/latex/read_all.py`` tests all arms."""
 CHAIN = "R/RLP/RxrxR"
 

@@ -1,4 +1,4 @@
-"""Shortened expressions have the same value as the long expressions."""
+"""Shortened symbolic expressions have the same values as the original expressions."""
 
 import pytest
 import sympy as sp

@@ -1,4 +1,4 @@
-"""Outlines of workspaces have the known area, contain samples, and are reproducible."""
+"""Workspace outlines have a known area, contain random reachable points, and are reproducible."""
 
 import math
 import re
@@ -23,12 +23,14 @@ from tests.support.printed_robots import derived
 AREA = 0.02
 """Maximum relative error of the workspace area."""
 CELL = 0.011
-"""Side length of a grid cell, relative to the longer side of the region."""
+"""Side length of a grid cell, relative to the longer side of the workspace region."""
 ALMOST = 0.998
-"""Minimum fraction of random configurations inside the outline; the outline has rounded corners."""
+"""Minimum fraction of random tool positions inside the workspace outline, whose corners are
+rounded."""
 MAX_BYTES = 3000
 SMALL_FIGURES = ("ur5e", "iiwa14", "bricklaying_planar", "awkward", "tilted", "random3")
-"""Upright and horizontal arms, redundant arms, and arms with prismatic joints or unusual angles."""
+"""Names of upright and horizontal arms, redundant arms, and arms with prismatic joints or unusual
+angles."""
 
 
 @cache
@@ -72,8 +74,8 @@ def test_two_link_arms_reach_rings_and_half_rings():
 
 
 def test_joint_limits_reduce_the_area_to_a_ring_sector():
-    # The elbow angle determines the distance of the tip from the shoulder, and the shoulder moves
-    # the tip along an arc.
+    # The elbow angle determines the distance of the arm tip from the shoulder, and the shoulder
+    # moves the tip along an arc.
     rng = np.random.default_rng(2)
     for _ in range(3):
         low, bend, turn = (
@@ -87,7 +89,7 @@ def test_joint_limits_reduce_the_area_to_a_ring_sector():
 
 
 def inside(loops, points):
-    """Test points in polygons by counting the edges to their right."""
+    """Test which points are inside polygons, by counting the edges to the right of each point."""
     count = np.zeros(len(points), dtype=int)
     x, y = points.T
     for loop in loops:

@@ -1,4 +1,4 @@
-"""Tests that one new class adds a solution step to the loop solver and to the article."""
+"""Test that one new class adds a solution step to the loop solver and to the LaTeX article."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -38,8 +38,8 @@ HALF = sp.Rational(1, 2)
 class Isosceles(PlanarStep):
     """Three pins in an isosceles triangle whose two arms have equal constant lengths.
 
-    The third pin has the position C = D/2 + k J D. D is the vector along the base, and k^2 = (arm
-    length)^2 / |D|^2 - 1/4. J is the matrix of a quarter turn.
+    The third pin has the position C = D/2 + k J D. D is the vector along the base of the triangle,
+    k^2 = (arm length)^2 / |D|^2 - 1/4, and J is the rotation by 90 degrees.
     """
 
     base: Arm
@@ -72,7 +72,7 @@ class Isosceles(PlanarStep):
                 relation=relation,
                 turned=d.angle,
                 solved=(first, second),
-                # The margin is sin^2 of the angle between the arms.
+                # The margin of the isosceles triangle is sin^2 of the angle between its arms.
                 margin=terms.let(inside * d.square**2 / v.square**2),
                 sign=sign,
                 base=d,
@@ -114,7 +114,7 @@ class Isosceles(PlanarStep):
 
 
 def above(terms, D, half, k):
-    """Return the vector from the start of the vector D to the third pin."""
+    """Return the vector to the third pin of the triangle, from the start of the base vector D."""
     x, y = D
     return terms.let(half * x - k * y), terms.let(half * y + k * x)
 
@@ -134,7 +134,7 @@ def rate(d, there, half, k):
 
 
 def rocker():
-    """Return a crank and a rocker, connected by a rod of the rocker's length."""
+    """Return a mechanism of a crank and a rocker, connected by a rod of the rocker's length."""
     a, b, g = (Parameter(n, x) for n, x in (("a", "1/2"), ("b", "6/5"), ("g", "7/5")))
     return Mechanism(
         "rocker",

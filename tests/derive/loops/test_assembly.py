@@ -140,7 +140,7 @@ KINDS = {
 }
 BUILDERS = {build.__name__: build for build in KINDS}
 SINGLE = ("slotted_rocker", "oldham", "parallelogram")
-"""Mechanisms whose loops have a single solution."""
+"""Names of mechanisms whose loops have only one solution."""
 
 
 @cache
@@ -264,7 +264,7 @@ def test_slotted_rocker_with_unit_crank_inverts_and_differentiates():
 def test_reference_between_two_branches_is_rejected():
     symmetric = replace(four_bar(), reference=near(("crank", 0)))
     with pytest.raises(
-        DescriptionError, match=r"four_bar.*loop of .*(elbow|rocker|wrist).*dead point"
+        DescriptionError, match=r"four_bar.*(elbow|rocker|wrist).*: the loop .*dead point"
     ):
         derive(symmetric)
     between = near(("crank", 0), ("elbow", 0), ("rocker", 0))
@@ -323,7 +323,7 @@ def test_class_iii_mechanism_has_only_a_closed_form_inverse():
     h = made.hybrid
     assert {"x", "y", "roll", "pitch", "yaw"} & set(h.forward.open)
     assert not set(h.backward.open) & {c.moves for c in mechanism.coordinates}
-    # `chain` calls the loop solver, and the inverse functions call no solver.
+    # The function `chain` calls the loop solver, and the inverse functions call no solver.
     called = {f.name: [call.entry for call in f.calls] for f in made.functions}
     assert called["chain"] == ["at"]
     assert {called[name] == [] for name in INVERSE} == {True}
@@ -364,7 +364,8 @@ def test_parallelogram_angles_are_solved_without_square_root():
     assert type(step) is Parallelogram
     assert sp.expand(h.forward.values["shade"] + h.q[0]) == 0
     assert h.forward.values["stay_swing"] == h.q[0]
-    # The crossed assembly mode is solved by its own equations, which contain no square root.
+    # The crossed assembly mode of the linkage is solved by its own equations, which contain no
+    # square root.
     crossed = replace(
         mechanism, reference=near(("arm", 1), ("shade", "-14/5"), ("stay_swing", "1/3"))
     )

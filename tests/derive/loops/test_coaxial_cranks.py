@@ -1,4 +1,4 @@
-"""A four-bar linkage with coaxial cranks, so that its loop is a rigid triangle."""
+"""Test a four-bar linkage whose cranks are coaxial, so that its loop is a rigid triangle."""
 
 from pathlib import Path
 

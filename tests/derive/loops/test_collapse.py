@@ -54,8 +54,8 @@ def test_board_installer_translation_matches_crank_formula(board):
     values = tool_kinematics(board).motion.values
     named = [v for v in values if v.free_symbols <= board.terms.definitions.keys()]
     translations = [v for v in named if not board.terms.is_solved(v)]
-    # A guard term makes the results NaN if a loop is open. If all loops are closed, each guard term
-    # is 0.
+    # Guard terms make the results NaN if a loop is open. Each guard term is 0 if all loops are
+    # closed.
     closed = dict.fromkeys(board.forward.loops.keys() - board.terms.solved.keys(), 0)
     found = []
     for value in translations:
@@ -137,7 +137,7 @@ def test_jacobian_rates_with_wrist_after_parallelogram_are_correct():
     np.testing.assert_allclose(np.array(J_dot(q, qd)), rate, atol=1e-9)
     by_rate = np.array(H(q)).reshape(6, 2, 2) @ qd
     np.testing.assert_allclose(by_rate.ravel(), rate.ravel(), atol=1e-9)
-    # Only the wrist rotates the tool. The crank translates the tool.
+    # The crank only translates the tool, and the wrist rotates the tool.
     columns = np.array(J(q)).reshape(6, 2)
     np.testing.assert_allclose(columns[5], [0, 1], atol=1e-15)
 
@@ -164,7 +164,7 @@ def test_parallelogram_on_turntable_translates_in_turntable_axes():
 
 
 def test_consecutive_parallelograms_keep_tool_orientation():
-    """The linkages have different arm lengths."""
+    """The two parallelogram linkages have different arm lengths."""
     joints = (
         pin("a0", BASE, "lower"),
         pin("plate", "lower", "middle", 2),

@@ -1,4 +1,4 @@
-"""Loop equations: geometric meaning, textbook form, and derivatives."""
+"""Test the geometric meaning, textbook form, and derivatives of loop equations."""
 
 from dataclasses import replace
 from functools import cache
@@ -25,11 +25,11 @@ from tests.support.loops.mechanisms import BASE, at, body_poses, pin
 from tests.support.tolerances import DERIVATIVES
 
 CLOSED = 1e-11
-"""Residual tolerance for configurations from a formula with a square root."""
+"""Tolerance of loop residuals for configurations from a formula with a square root."""
 
 
 class Case:
-    """A mechanism, its loop equations, and functions of z and zd."""
+    """A mechanism, its loop equations, and functions of its configuration z and rates zd."""
 
     def __init__(self, mechanism):
         self.mechanism = mechanism
@@ -102,7 +102,7 @@ BUILT = {
     "stewart": mechanisms.stewart,
 }
 WITHOUT_DELTA = [name for name in BUILT if name != "delta"]
-"""The delta robot is omitted, because its ball-ended rods also occur in ``rssr`` and
+"""Names of all mechanisms except the delta robot, whose ball-ended rods also occur in ``rssr`` and
 ``stewart``."""
 PLANAR = (
     *("four_bar", "four_bar_rod", "slider_crank", "arm", "parallelogram", "trammel"),
@@ -125,7 +125,7 @@ def closed(name):
 def _welded_pose(mechanism):
     """Return the base-frame pose of the body that is welded to the rail.
 
-    The rotation is Rz(yaw) Ry(pitch) Rx(roll).
+    The rotation of the welded body is Rz(yaw) Ry(pitch) Rx(roll).
     """
     (weld,) = mechanism.closures
     T = _matrix(weld.a.placement) @ np.linalg.inv(_matrix(weld.b.placement))
@@ -341,7 +341,7 @@ def test_planar_3rrr_residual_vanishes_at_published_inverse(cranks):
         out = np.exp(1j * np.radians(leg))
         rod = 0.020 + 0.050j + 0.13 * out - (0.29 * out + 0.17 * np.exp(1j * crank))
         z |= {f"crank{k}": crank, f"rod{k}_swing": np.angle(rod) - crank}
-    # The source prints angles in degrees with eight decimal places.
+    # The publication prints angles in degrees with eight decimal places.
     assert np.max(np.abs(c.at("residual", z))) < 1e-10
 
 
@@ -353,7 +353,7 @@ def cross_matrix(w):
 
 
 def exponential(screw, value):
-    """Return Rodrigues' formula for a unit screw."""
+    """Return the exponential (4, 4) of a unit screw times a joint value, by Rodrigues' formula."""
     v, w = screw[:3], screw[3:]
     T = np.eye(4)
     if not np.any(w):
@@ -391,7 +391,7 @@ def across_loop_joint(c, loop, z):
 
 
 def center(screws):
-    """Return the common point p of revolute axes: v = p x omega for all axes."""
+    """Return the common point p of revolute axes, whose screws (v, omega) satisfy v = p x omega."""
     A = np.vstack([-cross_matrix(screw[3:]) for screw in screws])
     return np.linalg.lstsq(A, np.concatenate([screw[:3] for screw in screws]), rcond=None)[0]
 
@@ -467,7 +467,7 @@ def test_pin_ended_rod_in_spatial_loop_is_rejected():
     whole = mechanisms.rssr()
     pinned = replace(whole, struts=(replace(whole.struts[0], ends="pin"),))
     with pytest.raises(
-        DescriptionError, match="the ends of 'rod' are pins, but its loop is not planar"
+        DescriptionError, match="'rod': the ends are pins, but the loop is not planar"
     ):
         Case(pinned)
 
@@ -481,7 +481,7 @@ def test_loop_without_any_closed_configuration_is_rejected():
         closures=(Closure("hook", "ball", Frame(BASE, at(0, 0, "1/2")), Frame("body")),),
     )
     with pytest.raises(
-        DescriptionError, match=r"the loop of 'hook' closes in no configuration: a residual of 0\.5"
+        DescriptionError, match=r"does not close in any .* residual of 'hook' is 0\.5"
     ):
         Case(stage)
 

@@ -1,4 +1,4 @@
-"""The damped search continues if the damping is smaller than the rounding errors of the matrix."""
+"""The damped least-squares search continues if damping is below the matrix rounding errors."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from chasles.derive.loops.model.damped_search import least
 
 
 def test_search_continues_with_stronger_damping_if_the_matrix_is_singular():
-    # The two columns of the Jacobian are equal.
+    # The Jacobian of the test function has two equal columns.
     def residual(x):
         return 1e8 * (x[..., :1] + x[..., 1:]) ** 3
 

@@ -1,4 +1,4 @@
-"""Tests reader, article, mobility and calibration with the file of a geared five-bar linkage."""
+"""Test file reader, LaTeX article, mobility and calibration for a geared five-bar linkage."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -121,7 +121,7 @@ def test_joint_named_offset_is_refused():
 
 
 def test_calibrated_file_of_geared_linkage_moves_like_its_parameters(tmp_path):
-    """A NumPy model of the calibrated file computes the tool poses that ``fk_p`` computes."""
+    """A NumPy model of the calibrated robot file gives the same tool poses as ``fk_p``."""
     write(read_text(TEXT), tmp_path / "r", functions=("fk",), parametric=True, languages=("c",))
     with compiled_quickly():
         robot = chasles.load(tmp_path / "r")

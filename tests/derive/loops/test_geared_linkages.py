@@ -1,6 +1,6 @@
-"""Linkages with gears, racks and planetary stages agree with a numeric model.
+"""Linkages with gears, racks and planetary stages agree with a numerical model.
 
-Newton's method closes the loops of the model.
+Newton's method closes the loops of the numerical model.
 """
 
 import numpy as np
@@ -34,14 +34,15 @@ SEEDS = {
     548: "gears_between_passive_joints",
     5000053: "two_gears_in_a_loop",
 }
-"""The mechanism family of each seed: two linkages with and two without a closed form.
+"""Mechanism family of the random linkage of each seed. Two linkages have a closed form, and two do
+not.
 
 In the linkages of seeds 548 and 5000053, the crank and a coupled joint rotate beyond 180 degrees.
 """
 
 
 def compare_gravity(robot, linkage):
-    """Compare gravity forces with differences of the potential energy at closed configurations."""
+    """Compare gravity forces with potential energy differences, with all loops closed."""
     model, gravity = Model(linkage.mechanism), np.array([1.0, -9.0, 3.0])
     masses = [
         PointMass(joint.link, 0.5 + k, [0.1 * k, -0.2, 0.05])

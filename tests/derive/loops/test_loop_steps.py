@@ -1,4 +1,4 @@
-"""Solution steps of every kind satisfy their printed equations."""
+"""Loop solution steps of every kind satisfy the equations printed for them."""
 
 from dataclasses import replace
 from functools import cache, reduce
@@ -60,7 +60,7 @@ BUILDERS = (
     *(crank_and_slider, crank_slider_offset, crossed, delta, excavator_arm, oldham, parallelogram),
     *(pushed, rssr, rsur, slider_crank, slotted_rocker),
 )
-"""Builders of mechanisms whose joints all follow from the actuators."""
+"""Functions that build mechanisms whose joint values all follow from the actuator values."""
 
 
 def flat_legs():
@@ -68,7 +68,8 @@ def flat_legs():
 
 
 PLATFORMS = (stewart, flat_legs, tripod)
-"""Builders of mechanisms whose joints follow from the main chain."""
+"""Functions that build mechanisms whose joint values follow from the joint values of the main
+chain."""
 
 
 @cache
@@ -84,7 +85,7 @@ def steps():
 
 
 class Numbers:
-    """The values of the symbols in a solution step."""
+    """Values of the symbols in a loop solution step."""
 
     def __init__(self, solution, equations):
         self.of = solution.reference.of
@@ -177,7 +178,7 @@ def hybrid_of(solution):
 
 
 def numbers_in(solution):
-    """Return the coordinates of a solution."""
+    """Return the coordinates from which a loop solution computes the other joint values."""
     h = hybrid_of(solution)
     return h.q if solution is h.forward else h.theta
 

@@ -59,7 +59,7 @@ def gear(description, tmp_path_factory):
 @pytest.mark.parametrize("name", ["fk", "link_poses", "jacobian_mixed", "chain", "passive"])
 def test_open_brace_raises_for_one_pose_and_is_nan_in_a_batch(gear, name):
     function = getattr(gear, name)
-    with pytest.raises(chasles.OutOfReachError, match="knee does not close"):
+    with pytest.raises(chasles.OutOfReachError, match="knee: the loop does not close"):
         function(np.array([OPEN]))
     closed, opened = (np.asarray(function(np.array([[q]]))).ravel() for q in (0.25, OPEN))
     varies = closed != np.asarray(function(np.array([[0.24]]))).ravel()
@@ -79,7 +79,7 @@ def test_finite_poses_are_exactly_those_that_newton_closes(gear, description):
     assert np.array_equal(finite, gear.loops_close(q))
     for k in np.flatnonzero(finite):
         assert min(abs(mode["leg"] - theta[k, 0]) for mode in modes[k]) < 1e-9
-    # At these inputs, the loop cannot close on the reference branch of the leg.
+    # At inputs where the results are NaN, the loop cannot close on the reference branch of the leg.
     leg = np.arccos(gear.fk(q)[:, 2, 2])
     for k in np.flatnonzero(~finite):
         assert np.isnan(leg[k])

@@ -32,8 +32,8 @@ def test_gradient_of_least_squares_is_zero_where_all_loops_close():
     loops = ClosedLoops(mechanism, closed_configuration(mechanism), in_least_squares=True)
     gradient, J, _ = loops.evaluated(loops.reference)
     assert np.abs(gradient).max() < 1e-12
-    # The least-squares gradient has one entry per passive joint. The Jacobian of the gradient is
-    # about J^T J, where J is the Jacobian of the closure errors.
+    # The least-squares gradient has one entry per passive joint. The Jacobian of this gradient is
+    # approximately J^T J, where J is the Jacobian of the closure errors.
     assert J.shape == (sum(loops.passive), len(loops.names))
     part = J[:, loops.passive]
     assert part == pytest.approx(part.T, abs=1e-8)

@@ -75,7 +75,7 @@ def test_phasor_sums_add_rotate_and_scale_like_complex_numbers():
 def test_cancelling_phasors_are_removed():
     rod = PhasorSum.of((L, sp.S.Zero), A)
     assert (rod - rod).terms == {}
-    # Terms with equal angle sums merge, and opposite vectors cancel.
+    # Phasors with equal angle sums merge, and opposite phasors cancel.
     there = PhasorSum.of((L, sp.S.One), A + B) + PhasorSum.of((-L, -sp.S.One), B + A)
     assert there.terms == {}
     left = PhasorSum.of((L**2 / L - L, sp.sqrt(2) * sp.sqrt(3) - sp.sqrt(6)), A)
@@ -107,7 +107,7 @@ def test_loop_relation_shortens_phasor_sum():
     long = long - PhasorSum.of((sp.S(6), sp.S.Zero), A + B)
     short = long.reduced([loop], lambda s: len(s.terms))
     assert short.terms == {sp.S.Zero: (sp.S(4), sp.S.Zero)}
-    # The sums `long` and `short` are equal only if the loop equation holds.
+    # The phasor sums `long` and `short` are equal only if the loop equation holds.
     assert total(long) - total(short) == pytest.approx(2 * total(loop))
     nothing_to_gain = PhasorSum.of((L, sp.S.Zero), A)
     assert nothing_to_gain.reduced([loop], lambda s: len(s.terms)) == nothing_to_gain

@@ -40,7 +40,7 @@ def numbers(mechanism, values):
 
 
 class InSpace:
-    """Points and directions in the plane, as vectors of the base frame."""
+    """Points and directions in the plane of a loop, as vectors in the base frame."""
 
     def __init__(self, mechanism, linkage, z):
         self.mechanism, self.z = mechanism, z

@@ -61,7 +61,7 @@ def lift():
 
 
 def from_the_platform():
-    """A delta with reversed rods and one reversed arm."""
+    """A delta robot with reversed rods and one reversed arm."""
     whole = delta()
     rods = tuple(replace(rod, a=rod.b, b=rod.a) for rod in whole.struts)
     joints = tuple(replace(j, direction=-1) if j.name == "arm1" else j for j in whole.joints)
@@ -115,7 +115,7 @@ def test_reference_equally_near_two_branches_is_rejected():
     for offset in (0, sp.Rational(1, 10**6)):
         tie = replace(whole, reference=(*whole.reference[:1], ("ram", middle + offset)))
         with pytest.raises(
-            DescriptionError, match="both branches of the loop of rod are equally near"
+            DescriptionError, match="rod: both branches of the loop are equally near"
         ):
             _ = solved(tie).forward
     for offset, sign in ((sp.Rational(1, 100), 1), (-sp.Rational(1, 100), -1)):
@@ -242,7 +242,7 @@ def test_actuators_and_their_rates_invert_the_chain(name):
 
 
 def test_delta_pose_beyond_rod_length_has_negative_margin():
-    """The pose is farther from the arm's plane than the rod length."""
+    """The distance of the target pose from the arm's plane exceeds the rod length."""
     f = kernels("delta")
     for y in (0.9, 1.5, 4.0):
         theta = np.array([0.0, y, -0.3, 0, 0, 0])

@@ -1,4 +1,4 @@
-"""A reference configuration selects a loop branch even if it omits some joints of the loop."""
+"""A reference configuration that omits some joints of a loop also selects a loop branch."""
 
 import cmath
 
@@ -74,7 +74,7 @@ def test_reference_selects_branch_of_ring_without_stated_joint(ram, sign):
 
 
 def lower_values(hybrid, entries, length):
-    """Evaluate terms at a value of the actuated coordinate."""
+    """Evaluate symbolic terms at a value of the actuated coordinate."""
     result = Result("values", tuple(entries), (len(entries),), "rad", "joints")
     q = hybrid.arguments["q"]
     function = SymbolicFunction("values", "Values.", "", (q,), (result,), hybrid.terms)

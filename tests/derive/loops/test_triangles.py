@@ -26,7 +26,7 @@ x1, x2, x3, x4, x5, x6 = X = sp.symbols("x1:7", real=True)
 
 
 def compiled(terms, symbols, *values):
-    """Compile the values to a CasADi function of a vector."""
+    """Compile symbolic expressions to a CasADi function of a vector."""
     argument = Argument("x", tuple(symbols), (len(symbols),), "", "")
     result = Result("y", tuple(sp.sympify(value) for value in values), (len(values),), "", "")
     (function,) = lower([SymbolicFunction("f", "F.", "", (argument,), (result,), terms)], "test")
@@ -39,7 +39,7 @@ def moving(terms, x, y):
 
 
 def circles(v, w, d, sign):
-    """Intersect two circles in 30-digit complex numbers."""
+    """Intersect two circles in the complex plane, with 30-digit arithmetic."""
     v, w, d = (mpmath.mpc(*map(mpmath.mpf, pair)) for pair in (v, w, d))
     a, b, c = abs(v), abs(w), abs(d)
     along = (c**2 + a**2 - b**2) / (2 * c)
@@ -91,7 +91,7 @@ def area(kind):
 @pytest.mark.parametrize("kind", ["base", "arm"])
 @pytest.mark.parametrize("dead", [0.4, 1.0])
 def test_triangle_height_is_accurate_near_dead_points(kind, dead):
-    """Heron's product is accurate where a difference of squares loses digits."""
+    """Heron's formula is accurate where a difference of squares loses digits."""
     f = area(kind)
     checked = 0
     for exponent in range(-2, -15, -1):

@@ -16,7 +16,7 @@ from tests.support.loops.solved import solved
 
 
 def in_a_row(count):
-    """Return four-bars in series, each mounted on the preceding rocker."""
+    """Return four-bar linkages in series, each mounted on the rocker of the preceding linkage."""
     joints, closures, reference, on = [], [], [], BASE
     for k in range(count):
         joints += [
@@ -97,8 +97,8 @@ def test_rhombus_has_a_folded_branch():
     own, other = (solution.values for solution in forward_branches(h))
     assert sp.expand(own["bar"] + h.q[0]) == 0
     assert sp.expand(own["crank1"] - h.q[0]) == 0
-    # On the second branch, the bar lies along the first crank, and the second crank lies along the
-    # ground.
+    # On the second branch of the linkage, the bar lies along the first crank, and the second crank
+    # along the ground link.
     assert not h.terms.is_solved(other["bar"])
     assert sp.expand(other["bar"]) in (sp.pi, -sp.pi)
     assert sp.expand(other["crank1"]) in (sp.pi, -sp.pi)
@@ -143,7 +143,7 @@ def scissor_lift():
 
 
 def test_folded_scissor_lift_has_no_branch():
-    """If both feet coincide, the upper bars share one point and may rotate together."""
+    """If both feet of the lift coincide, the upper bars share a point and may rotate together."""
     assert labels(scissor_lift(), "chain_all") == (
         "cross far, upper right",
         "cross far, upper left",

@@ -1,4 +1,4 @@
-"""Constants agree with SymPy's evaluation, including zeros and undefined values."""
+"""Evaluated constants agree with SymPy, including zeros and undefined values."""
 
 import math
 import random

@@ -14,7 +14,7 @@ from chasles.derive.emit.languages import ON_DEMAND
 from tests.support.derivations import description
 
 LONG = re.compile("hessian|_dot|acceleration|fk_p")
-"""Functions with long C code, which this test does not compile."""
+"""Pattern of the names of functions with long C code, which the tests do not compile."""
 
 
 @pytest.fixture(scope="module", params=["scara", "four_bar", "planar_3rrr"])

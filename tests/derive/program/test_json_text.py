@@ -1,4 +1,4 @@
-"""The text of manifests keeps the data in readable lines."""
+"""The JSON text of manifests has readable lines and preserves the data."""
 
 import json
 

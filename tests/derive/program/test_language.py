@@ -1,4 +1,4 @@
-"""A new output language, plain Python with ``math``, agrees with C."""
+"""Test a new output language: functions in plain Python with ``math`` agree with C functions."""
 
 import json
 import runpy
@@ -92,7 +92,7 @@ def plain_functions(name):
 
 
 def assert_same_values(robot, plain, q):
-    """Compare the Python functions with C. Returns the number of functions."""
+    """Compare Python functions with C functions, and return the number of compared functions."""
     rng = np.random.default_rng(3)
     given = {"q": q, "qd": rng.uniform(-1, 1, robot.n), "qdd": rng.uniform(-1, 1, robot.n)}
     given["T"] = robot.fk(q)
@@ -163,7 +163,7 @@ def test_two_languages_may_not_write_the_same_file(tmp_path):
     twice = (*RUN, Emitter("another c", lambda derivation, programs: {"scara.c": ""}))
     with pytest.raises(
         InputValueError,
-        match=r"files for another c and another language have the same path: scara\.c",
+        match=r"another c: another language has files with the same path: scara\.c",
     ):
         write(read(ROBOTS / "scara.toml"), tmp_path, functions=("fk",), languages=twice)
     assert not list(tmp_path.iterdir())

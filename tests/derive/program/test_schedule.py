@@ -1,4 +1,4 @@
-"""The order of a program's statements."""
+"""Test the order of statements in generated programs."""
 
 from collections import Counter
 

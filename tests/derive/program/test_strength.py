@@ -1,4 +1,4 @@
-"""Strength reduction makes some statements cheaper and keeps others."""
+"""Strength reduction replaces some program statements by cheaper statements, and keeps others."""
 
 import re
 
@@ -67,7 +67,7 @@ def program(given, stored):
 
 
 def all_stored(*given):
-    """Reduce statements. All statements except the first are results."""
+    """Apply strength reduction to statements, of which all except the first are results."""
     return texts(reduced(program(given, range(2, len(given) + 1))))
 
 

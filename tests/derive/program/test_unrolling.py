@@ -1,4 +1,4 @@
-"""A program for all branches returns bitwise the same results as one program per branch."""
+"""One program for all branches gives bitwise the same results as one program per branch."""
 
 import re
 
@@ -53,10 +53,11 @@ SIGNED = [
         rf"^static void {name}_(\w+)_branch\(", (GENERATED / name / f"{name}.c").read_text(), re.M
     )
 ]
-"""Pairs of robot name and function name, for functions with sign inputs. The function names are
-read from the generated C code."""
+"""Pairs (robot name, function name) of all functions with branch sign inputs. The function names
+are read from the generated C code."""
 SAMPLE = ("ur5e", "iiwa14", "lynxmotion", "five_bar", "slider_crank")
-"""Arms with branches, a redundant arm, position tasks, and planar loops."""
+"""Names of arms with several branches, a redundant arm, and robots with position tasks or planar
+loops."""
 SAMPLED = [pair for pair in SIGNED if pair[0] in SAMPLE]
 X, Y, S = Input(0, 0), Input(0, 1), Input(1, 0)
 A, B, C, D = map(Variable, range(1, 5))
@@ -65,7 +66,7 @@ A, B, C, D = map(Variable, range(1, 5))
 def run(program, arguments):
     """Evaluate a program for many poses.
 
-    Arguments and results are arrays (entries, poses).
+    Its arguments and results are arrays of shape (entries, poses).
     """
     values = {}
 

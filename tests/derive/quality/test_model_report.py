@@ -45,7 +45,7 @@ def test_convention_determinants_match_papers(convention, own, whole):
 
 
 def by_definition(product, symbols, values):
-    """Return det(D^T D) for the derivative D of the link's matrix."""
+    """Return det(D^T D), where D contains the parameter derivatives of a link transform."""
     A = placement_matrix(product)
     D = sp.Matrix.hstack(*(A.diff(symbol).reshape(16, 1) for symbol in symbols))
     D = np.array(D.xreplace(values).evalf(), dtype=float)

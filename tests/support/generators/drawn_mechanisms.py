@@ -356,7 +356,7 @@ def drawn(
         if modes:
             mode = modes[draw.randrange(len(modes))]
             return DrawnMechanism(family, _near(open_, numbers, mode), q[0], mode)
-    raise AssertionError(f"no mechanism of seed {seed} closes")
+    raise AssertionError(f"seed {seed}: no generated mechanism closes")
 
 
 def _mechanism(sketch: Sketch, scale: sp.Expr, name: str, tool: str) -> Mechanism:

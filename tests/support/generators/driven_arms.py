@@ -135,7 +135,7 @@ def built_arm(seed: int) -> Mechanism:
             apart = numbers.wrapped(names, np.array([mode[name] for name in names]) - own)
             if np.abs(apart).max() < CLEAR:
                 return built
-    raise AssertionError(f"no arm of seed {seed} closes as built")
+    raise AssertionError(f"seed {seed}: no generated arm closes as built")
 
 
 def arm_as_built(design: Mechanism, rng: np.random.Generator) -> Mechanism:

@@ -128,7 +128,7 @@ class Model:
                 return u
             du = np.linalg.lstsq(self.jacobian(q, u), -r, rcond=None)[0]
             u = u + du * min(1.0, 0.3 / np.abs(du).max())
-        raise AssertionError(f"the loops of {self.mechanism.name} do not close at {q}")
+        raise AssertionError(f"{self.mechanism.name}: the loops do not close at {q}")
 
     def held(self, q, u):
         """Return the smallest singular value of the loop Jacobian, which is 0 at a dead point."""

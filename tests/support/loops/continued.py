@@ -50,4 +50,4 @@ def _continued(loops, w, goal):
 def _check_branch(loops, moved, asked):
     scales = np.where(loops.is_length, loops.size, 1.0)
     if np.abs(moved / scales).max() > 2 * np.abs(asked / scales).max() + SAMPLED_RANGE:
-        raise DescriptionError("the loops change their branch on the way")
+        raise DescriptionError("the loops change their branch along the path")

@@ -76,8 +76,8 @@ class BodyJoint:
         """
         if self.kind == "free" or self.kind == "ball":  # noqa: PLR1714
             raise DescriptionError(
-                f"joint {self.name!r} is a {self.kind} joint; expected hinges, slides and fixed "
-                f"bodies between base and tip (--base {self.child} starts after it)"
+                f"joint {self.name!r}: expected hinges, slides and fixed bodies between base and "
+                f"tip, got a {self.kind} joint (--base {self.child} starts after it)"
             )
         given: dict[str, sp.Expr | Vector] = {"xyz": self.xyz, "rpy": self.rpy, "axis": self.axis}
         before, after = urdf(self.kind, **given)

@@ -175,7 +175,7 @@ class ModelLoops:
             pulled = f"; driven tendons are not modeled ({', '.join(tendons)})" if tendons else ""
             raise DescriptionError(
                 "the loop joints have no actuator, so q is undefined: add one actuator for "
-                f"each degree of freedom, <motor joint={names[0]!r}/> in <actuator>{pulled}"
+                f"each degree of freedom, such as <motor joint={names[0]!r}/> in <actuator>{pulled}"
             )
         return tuple(map(identifier, moved))
 
@@ -360,8 +360,9 @@ def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
     lengths_of = [float(sp.sqrt(sum(part**2 for part in axis))) for axis in axes]
     if abs(lengths_of[0] - lengths_of[1]) > 10 ** (3 - COMPILED_DECIMALS) or not lengths_of[0]:
         raise DescriptionError(
-            f"equalities {first.name!r} and {second.name!r} join points {lengths_of[0]} m apart on "
-            f"one body and {lengths_of[1]} m on the other; expected two points on one hinge axis"
+            f"equalities {first.name!r} and {second.name!r}: expected two points on one hinge "
+            "axis, but their distances on the bodies differ: "
+            f"{lengths_of[0]} m and {lengths_of[1]} m"
         )
     a, b = (
         Frame(identifier(end.link), from_xyz_rpy(end.xyz, ORIGIN) + align_z(axis))

@@ -350,8 +350,8 @@ class SdfFile:
         types = [each.get("type") for each in closing]
         if types != ["ball"] or self.tree.moved(joint.child):
             raise DescriptionError(
-                f"joint {joint.name!r}: ball joints only close loops or carry a rod with a second "
-                f"ball joint; make {joint.child!r} the child of another joint, too"
+                f"joint {joint.name!r}: a ball joint must close a loop or carry a rod with a "
+                f"second ball joint; add another joint with the child {joint.child!r}"
             )
         second = str(closing[0].get("name"))
         (other,) = (link for link in self._ends(closing[0]) if link not in links)

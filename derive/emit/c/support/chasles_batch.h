@@ -1,9 +1,9 @@
 /* Evaluates a batch of poses on SIMD lanes. Each row of the batch is a pose. This file is part of
  * chasles and is the same for every robot.
  *
- * The file is included once per instruction set, after chasles_lanes.h. `lanes_run` processes the
- * rows in tiles of LANES rows. The function transposes the inputs to SIMD lanes, runs a kernel and
- * transposes the results back. */
+ * chasles_batch.h is included once per instruction set, after chasles_lanes.h. `lanes_run`
+ * processes the rows in tiles of LANES rows. For each tile, `lanes_run` transposes the inputs to
+ * SIMD lanes, runs a kernel and transposes the results back. */
 #ifndef CHASLES_BATCH_H
 #define CHASLES_BATCH_H
 
@@ -12,13 +12,14 @@
 
 #define LANES_MAX_INPUTS 256  /* maximum number of doubles in all inputs of a function */
 #define LANES_MAX_OUTPUTS 512 /* maximum number of doubles in all outputs of a function */
-#define LANES_MAX_ARGUMENTS 8 /* maximum number of inputs or outputs */
-#define LANES_LINE 8          /* doubles in a cache line */
-/* Number of doubles in the work memory. The memory holds the inputs, the outputs, and the collected
- * rows of each output. The rows of each output need one extra cache line.
- */
+#define LANES_MAX_ARGUMENTS 8 /* maximum number of inputs, and of outputs */
+#define LANES_LINE 8          /* number of doubles in a cache line */
+/* Number of SIMD vectors in the work memory of a batch evaluation. The work memory holds the
+ * inputs, the outputs, and the collected rows of each output. The collected rows of each output
+ * need one extra cache line. */
 #define LANES_MAX_WORK (LANES_MAX_INPUTS + 2 * LANES_MAX_OUTPUTS + LANES_MAX_ARGUMENTS * LANES_LINE)
-/* Results above this size [bytes] do not fit into the caches and bypass them. */
+/* A result array above this size [bytes] bypasses the caches, because the array does not fit into
+ * the caches. */
 #define LANES_STREAMED ((size_t)4 << 20)
 
 typedef struct {
@@ -26,9 +27,10 @@ typedef struct {
     const int *sizes; /* number of doubles in each input and each output */
 } lanes_shape;
 
-/* A result that is written to memory in complete cache lines. New rows are written to `stage`,
- * starting at its second cache line. The last `held` doubles of its first cache line are left over
- * from earlier rows. The first `skipped` doubles in the array `to` do not belong to the result. */
+/* A result that is written to memory in complete cache lines. New rows are written to the buffer
+ * `stage`, starting at its second cache line. The last `held` doubles in the first cache line of
+ * `stage` are left over from earlier rows. The first `skipped` doubles in the array `to` do not
+ * belong to the result. */
 typedef struct {
     double *to;
     size_t held, skipped;
@@ -40,7 +42,8 @@ typedef void (*LANES_NAME(lanes_kernel))(const lanes *in, lanes *out);
 
 /* ---- results that bypass the caches ---- */
 
-/* Writes all complete cache lines. The remaining doubles are kept for the next tile. */
+/* Writes all complete cache lines of a result to memory, and keeps the remaining doubles for the
+ * next tile of rows. */
 static LANES_TARGET void LANES_NAME(lanes_push)(lanes_stream *stream, size_t added)
 {
     const double *from = stream->stage + LANES_LINE - stream->held;
@@ -83,8 +86,8 @@ static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
     lanes work[LANES_MAX_WORK] __attribute__((aligned(4096)));
     lanes_stream streams[LANES_MAX_ARGUMENTS];
     const int *sizes = shape->sizes + shape->inputs;
-    /* The arrays are adjacent in memory. Page-aligned arrays would compete for a few cache lines.
-     */
+    /* The input and output arrays are adjacent in memory, because separately page-aligned arrays
+     * would compete for a few cache lines. */
     lanes *in = work, *out = in;
     for (int i = 0; i < shape->inputs; i++) {
         out += shape->sizes[i];

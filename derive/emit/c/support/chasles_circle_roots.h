@@ -1,8 +1,8 @@
 /* Finds the real roots of a trigonometric polynomial of degree at most 8. This file is part of
  * chasles and is the same for every robot.
  *
- * The circle is divided into 96 cells. A cell is halved until its Taylor terms show that the
- * polynomial has no root, is monotonic or is convex. */
+ * The search divides the circle into 96 cells. A cell is halved until its Taylor terms show that
+ * the polynomial has no root in the cell, is monotonic or is convex. */
 #ifndef CHASLES_CIRCLE_ROOTS_H
 #define CHASLES_CIRCLE_ROOTS_H
 
@@ -20,14 +20,14 @@
 #define CHASLES_MAX_ROOTS 32
 /* Number of terms in a Taylor series. The first omitted term is 1e-14 of the largest term. */
 #define CHASLES_TERMS 11
-/* Maximum number of examined intervals. */
+/* Maximum number of intervals that the root search examines. */
 #define CHASLES_MAX_PARTS 400
-/* Maximum number of halvings of a cell. The smallest width is 1e-6 rad. Roots closer than this
- * width count as one root. */
+/* Maximum number of halvings of a cell. The narrowest interval is 2e-6 rad wide. Roots closer than
+ * the width of the narrowest interval count as one root. */
 #define CHASLES_HALVINGS 15
 #define CHASLES_TURN 6.283185307179586476925286766559
 
-/* The values cos(2 pi k / 96). The sine for index k is the entry k + 72. */
+/* Table of cos(2 pi k / 96), whose entry k + 72 is sin(2 pi k / 96). */
 /* clang-format off */
 static const double chasles_circle_cosine[CHASLES_CELLS + 72] = {
     1.0, 0.9978589232386035, 0.9914448613738104, 0.9807852804032304, 0.9659258262890683,
@@ -72,7 +72,7 @@ static const double chasles_circle_cosine[CHASLES_CELLS + 72] = {
 };
 /* clang-format on */
 
-/* Pascal's triangle. The rows of the triangle are padded to full SIMD vectors. */
+/* Pascal's triangle, with rows padded to full SIMD vectors. */
 #define CHASLES_PADDED 16
 static const double chasles_circle_pascal[CHASLES_TERMS][CHASLES_PADDED] = {
     {1.0},
@@ -87,15 +87,15 @@ static const double chasles_circle_pascal[CHASLES_TERMS][CHASLES_PADDED] = {
     {1.0, 9.0, 36.0, 84.0, 126.0, 126.0, 84.0, 36.0, 9.0, 1.0},
     {1.0, 10.0, 45.0, 120.0, 210.0, 252.0, 210.0, 120.0, 45.0, 10.0, 1.0}};
 
-/* Returns the angle modulo 2 pi in (-pi, pi]. */
+/* Returns an angle reduced modulo 2 pi to the interval (-pi, pi]. */
 static double chasles_circle_wrapped(double angle)
 {
     const double wrapped = angle - CHASLES_TURN * floor(angle / CHASLES_TURN + 0.5);
     return wrapped <= -0.5 * CHASLES_TURN ? 0.5 * CHASLES_TURN : wrapped;
 }
 
-/* The trigonometric polynomial sum a[k] cos(k x) + b[k] sin(k x), its largest coefficient and its
- * error bound. */
+/* A trigonometric polynomial, the sum of a[k] cos(k x) + b[k] sin(k x), with its largest
+ * coefficient and its error bound. */
 typedef struct {
     double a[CHASLES_DEGREE + 1], b[CHASLES_DEGREE + 1];
     double most, noise;
@@ -103,14 +103,15 @@ typedef struct {
 
 typedef struct {
     int count;
-    int unresolved;                      /* whether the interval may contain further roots */
+    int unresolved;                      /* whether the search may have missed or merged roots */
     int parts;                           /* number of examined intervals */
-    double angle[CHASLES_MAX_ROOTS];     /* angle at each real root of the determinant */
+    double angle[CHASLES_MAX_ROOTS];     /* angle [rad] of each real root of the polynomial */
     double imaginary[CHASLES_MAX_ROOTS]; /* half of the distance between two close roots, or 0 */
 } chasles_circle_roots;
 
 /* Computes the Taylor series of a trigonometric polynomial about each of several angles x0. `c` and
- * `s` are the cosines and sines of the angles x0. The variable of a series is (x - x0) / radius. */
+ * `s` are the cosines and sines of the angles x0. The variable of each Taylor series is (x - x0) /
+ * radius, where the radius is half the width of an interval. */
 CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series, int degree,
                                           const double (*weight)[CHASLES_DEGREE + 1],
                                           const double *c, const double *s, chasles_vector *t)
@@ -137,7 +138,7 @@ CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series, i
 /* A Taylor series on the interval |z| <= 1. */
 typedef struct {
     double from, radius; /* center and radius of the interval on the circle [rad] */
-    double nearly;       /* largest imaginary part of a root [rad] */
+    double nearly;       /* largest imaginary part [rad] of a root that is tried as real */
     double noise;
     double t[CHASLES_TERMS];
 } chasles_circle_part;
@@ -159,8 +160,9 @@ static void chasles_circle_doubt(chasles_circle_roots *roots, double error)
     roots->unresolved = roots->unresolved || !(error < CHASLES_DOUBT);
 }
 
-/* Computes the Taylor series on half of an interval. The value of `side` is -1 or 1. The new
- * coefficients are half[i] = side^i sum_k binomial(k, i) (side / 2)^k whole[k]. */
+/* Computes the Taylor series on the lower half (`side` = -1) or the upper half (`side` = 1) of an
+ * interval. The coefficients of the new series are half[i] = side^i sum_k binomial(k, i) (side /
+ * 2)^k whole[k]. */
 static void chasles_circle_half(const chasles_circle_part *whole, double side,
                                 chasles_circle_part *half)
 {
@@ -263,7 +265,7 @@ static void chasles_circle_convex(const chasles_circle_part *part, chasles_circl
         chasles_circle_doubt(roots, sqrt(over * part->noise));
 }
 
-/* Finds the roots in an interval. */
+/* Finds the roots of a Taylor series in an interval. */
 static void chasles_circle_divided(const chasles_circle_part *part, int halvings,
                                    chasles_circle_roots *roots)
 {
@@ -322,8 +324,9 @@ static void chasles_circle_cell(chasles_circle_sampler sampler, const void *sour
         chasles_circle_add(roots, part->from + part->radius, CHASLES_EDGE);
 }
 
-/* Finds the real roots and the angles where two roots nearly coincide. If the sampler is NULL, no
- * new samples are computed. */
+/* Finds the real roots of a trigonometric polynomial, and the angles where two roots nearly
+ * coincide. If the function pointer `sampler` is NULL, no new samples of the polynomial are
+ * computed. */
 static void chasles_circle_real(chasles_circle_sampler sampler, const void *source,
                                 const chasles_circle_series *series, chasles_circle_roots *roots)
 {

@@ -6,20 +6,20 @@
 /* Two close complex roots are tried as real roots if half the distance between the two roots [rad]
  * is below this value. */
 #define CHASLES_NEARLY_REAL 1e-3
-/* Maximum size [rad] of the last Newton step to a root of the determinant. Further steps would only
- * change rounding errors. */
+/* Maximum size [rad] of the last Newton step to a root of the determinant. Further Newton steps
+ * would only change rounding errors. */
 #define CHASLES_ROOT_FOUND 1e-9
-/* A Taylor series is recomputed if the sum of its terms is less than this multiple of its rounding
- * error. */
+/* A Taylor series is recomputed if the sum of its absolute coefficients is less than this multiple
+ * of its rounding error. */
 #define CHASLES_BLURRED 1e5
 /* If two roots of the determinant are closer than this distance [rad], rounding errors may exchange
- * their null vectors. */
+ * the null vectors of the matrix at these roots. */
 #define CHASLES_TWINS 1e-3
-/* The sign of a value of the polynomial is uncertain if its magnitude is below this multiple of its
- * rounding error. */
+/* The sign of a polynomial value is uncertain if the magnitude of the value is below this multiple
+ * of its rounding error. */
 #define CHASLES_UNSURE 10.0
-/* If the sign of the polynomial at an interval end is uncertain, two roots with this imaginary part
- * [rad] are assumed. */
+/* If the sign of a polynomial at an interval end is uncertain, the search assumes two roots with
+ * this imaginary part [rad]. */
 #define CHASLES_EDGE 1e-4
 /* If the error [rad] of a root of the determinant exceeds this value, the root may represent
  * several roots. */

@@ -1,10 +1,10 @@
 /* Selects the solution nearest to a seed for a robot whose motors move several joints. This file is
  * part of chasles and is the same for every robot.
  *
- * The limits of coordinates and joints form a polytope. For each revolute joint, the search tries
- * the number of full turns nearest to the seed within the limits, and the adjacent numbers. If none
- * of these numbers gives a solution within the limits, the search tries numbers that differ from
- * the nearest number by up to four. */
+ * The limits of the coordinates and joints form a polytope of allowed configurations. For each
+ * revolute joint, the search tries the number of full turns nearest to the seed within the limits,
+ * and the adjacent numbers. If no such number gives a solution within the limits, the search tries
+ * up to four full turns more or less than the nearest number. */
 #ifndef CHASLES_COUPLINGS_H
 #define CHASLES_COUPLINGS_H
 
@@ -14,7 +14,8 @@
  * limits nearest to the seed. */
 #define CHASLES_MAX_WINDINGS 4
 
-/* The couplings of n coordinates q and the joints theta. The independent joints phi determine q. */
+/* The couplings of n coordinates q and the joints theta. The values phi of the independent joints
+ * determine the coordinates q. */
 typedef struct {
     int n, joints;
     const double *measure; /* matrix (n, n) of the equation phi = measure q + constants */
@@ -39,9 +40,8 @@ static inline double chasles_row(int n, const double *row, const double *q)
     return sum;
 }
 
-/* Writes the limits of entry j of the product `measure` q into `low` and `high`. This entry is
- * phi[j] without its constant term. The range follows from the limits of the coordinates and of the
- * joints. */
+/* Writes the limits of the independent joint value phi[j], without its constant term, to `low` and
+ * `high`. The limits of phi[j] follow from the limits of the coordinates and of the joints. */
 static inline void chasles_range(const chasles_couplings *c, const chasles_moves *moves, int j,
                                  double *low, double *high)
 {
@@ -63,8 +63,8 @@ static inline void chasles_range(const chasles_couplings *c, const chasles_moves
     }
 }
 
-/* Returns the distance of coordinates from the seed, or INFINITY if a limit is violated. A
- * coordinate that violates a limit only by rounding is set to the limit. */
+/* Returns the distance of the coordinates q from the seed, or INFINITY if a coordinate or a joint
+ * violates a limit. A coordinate that violates a limit only by rounding is set to the limit. */
 static inline double chasles_distance_within(const chasles_couplings *c, const chasles_moves *moves,
                                              const double *q_seed, double *q)
 {
@@ -88,7 +88,7 @@ static inline double chasles_distance_within(const chasles_couplings *c, const c
 }
 
 /* Writes the first and the last number of full turns to try for an independent joint. Returns 0 if
- * no number of turns is within the limits or the seed is not finite. */
+ * no number of full turns keeps the joint within its limits, or if the seed is not finite. */
 static inline int chasles_turns(const chasles_couplings *c, const chasles_moves *moves,
                                 const double *slot, const double *q_seed, int j, int width,
                                 double *first, double *last)
@@ -122,9 +122,10 @@ static inline int chasles_can_turn(const chasles_couplings *c, const chasles_mov
     return 0;
 }
 
-/* Shifts a solution by the full turns that bring it nearest to the seed. Returns the distance from
- * the seed, or INFINITY if no number of turns is within the limits. Of several shifted solutions at
- * the same distance, the one with the smallest sum of displacements is selected. */
+/* Shifts a solution by the full turns that bring it nearest to the seed. Returns the distance of
+ * the shifted solution from the seed, or INFINITY if no shifted solution is within the limits. Of
+ * several shifted solutions at the same distance, the one with the smallest sum of displacements is
+ * selected. */
 static inline double chasles_wound(const chasles_couplings *c, const chasles_moves *moves,
                                    const double *slot, const double *q_seed, int width, double *q)
 {
@@ -168,8 +169,8 @@ static inline double chasles_wound(const chasles_couplings *c, const chasles_mov
     return nearest;
 }
 
-/* Computes chasles_nearest for a robot with couplings. `moves` contains the limits of the
- * coordinates, followed by the limits of the joints. */
+/* Selects the solution nearest to a seed, like chasles_nearest, for a robot with couplings. `moves`
+ * contains the limits of the coordinates, followed by the limits of the joints. */
 static inline int chasles_nearest_coupled(const chasles_couplings *c, const chasles_slots *of,
                                           const chasles_moves *moves, const double *q_seed,
                                           double *q, double *residual, double *margin)

@@ -1,12 +1,13 @@
-/* Computes LANES values at once, one per pose or branch. This file is part of chasles and is the
- * same for every robot.
+/* Defines C arithmetic on SIMD vectors of LANES values, one value per pose or solution branch. This
+ * file is part of chasles and is the same for every robot.
  *
- * The file is included for each instruction set, with CHASLES_ISA 0 (baseline), 1 (AVX2) or 2
- * (AVX-512). The file defines the type `lanes`, its functions, and conversions between rows and
- * lanes. Each lane has the same result as scalar C, including NaN and infinities. The last digits
- * of transcendental functions may differ. The error of an angle is at most 2 units in the last
- * place, and with FMA, the error of a cosine or sine at most 1.5 units. Functions of libmvec, the
- * vector library of glibc, have an error of at most 4 units in the last place. */
+ * chasles_lanes.h is included for each instruction set, with CHASLES_ISA 0 (baseline), 1 (AVX2) or
+ * 2 (AVX-512). The header defines the vector type `lanes`, functions of this type, and conversions
+ * between rows of doubles and SIMD lanes. Each lane has the same result as scalar C, including NaN
+ * and infinities, except for the last digits of transcendental functions. The error of an arc
+ * tangent is at most 2 units in the last place. With FMA, the error of a cosine or sine is at most
+ * 1.5 units in the last place. Functions of libmvec, the vector library of glibc, have an error of
+ * at most 4 units in the last place. */
 #ifndef CHASLES_LANES_H
 #define CHASLES_LANES_H
 
@@ -17,20 +18,20 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Minimax polynomials for |y| <= pi/4 with z = y^2, highest powers first. sin y = y + y z P(z) to
- * 2^-57, and cos y = 1 - z/2 + z^2 Q(z) to 2^-63. */
+/* Minimax polynomials P and Q for |y| <= pi/4, highest powers first. With z = y^2, sin y = y +
+ * y z P(z) to 2^-57, and cos y = 1 - z/2 + z^2 Q(z) to 2^-63. */
 static const double lanes_sine[] = {1.589623007685026e-10,  -2.505074776274793e-08,
                                     2.7557313621395764e-06, -0.00019841269829589612,
                                     0.008333333333322118,   -0.1666666666666663};
 static const double lanes_cosine[] = {-1.1358536307896614e-11, 2.0875700837723448e-09,
                                       -2.755731417926397e-07,  2.4801587288851585e-05,
                                       -0.0013888888888873056,  0.041666666666666595};
-/* pi/2 as a sum of doubles, rounded down. */
+/* pi/2 as a sum of three doubles, rounded down. */
 static const double lanes_right_angle[] = {1.5707963267948966, 6.123233995736765e-17,
                                            1.0828566739219139e-32};
 #define LANES_FARTHEST 1e5 /* maximum angle [rad]; libmvec computes functions of larger angles */
-/* Minimax polynomial for |t| <= 1/2 with z = t^2, lowest power first. atan t = t + t z P(z) to
- * 2^-57. */
+/* Coefficients of the minimax polynomial P for the arc tangent of |t| <= 1/2, lowest power first.
+ * With z = t^2, atan t = t + t z P(z) to 2^-57. */
 static const double lanes_arctangent[] = {
     -0.3333333333333298,   0.19999999999903106, -0.14285714276386502, 0.11111110659684081,
     -0.09090896246194469,  0.07692073937540857, -0.0666381088370742,  0.05858300759286596,
@@ -53,7 +54,7 @@ static const double lanes_arctangent[] = {
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
 #define LANES_NAME(name) LANES_JOIN(name, LANES_SET)
 
-/* Subtracting +0 preserves -0. */
+/* Subtracting the zero vector converts a number to a vector, and preserves -0. */
 #define LANES_OF(number) ((number) - LANES_NAME(lanes_zero))
 /* Conditions have the vector type `lanes_where`. LANES_CHOICE selects bits by a condition, so a NaN
  * in the value that is not selected has no effect. */
@@ -64,7 +65,7 @@ static const double lanes_arctangent[] = {
 #define LANES_NUMBER(condition) LANES_CHOICE(condition, 1.0, 0.0)
 #define LANES_COUNT(branches) ((branches) < LANES ? (branches) : LANES) /* in one vector */
 
-/* Declares the result of a function with one or two lane vectors as arguments. */
+/* Declares a variable and computes its value by a function of one or two SIMD vectors. */
 #define LANES_LET1(value, name, x) \
     lanes value;                   \
     LANES_NAME(lanes_##name)(&x, &value)
@@ -75,7 +76,7 @@ static const double lanes_arctangent[] = {
     lanes c, s;                \
     LANES_NAME(lanes_cos_sin)(&x, &c, &s)
 
-/* Functions take lane vectors by address, because the baseline ABI cannot pass wide vectors by
+/* Functions take SIMD vectors by address, because the baseline ABI cannot pass wide vectors by
  * value. */
 #define LANES_PART(x, k) (((lanes_part *)(x))[k])
 #define LANES_PARTS (int)(sizeof(lanes) / sizeof(lanes_part))
@@ -89,7 +90,7 @@ static const double lanes_arctangent[] = {
 #define LANES_LIBMVEC(name)                                 \
     LANES_TARGET lanes_part LANES_VECTOR(name)(lanes_part); \
     LANES_BY_PARTS(name, LANES_VECTOR(name))
-/* Used if libmvec lacks the function. */
+/* Computes a function by libm in each SIMD lane, if libmvec lacks the function. */
 #define LANES_LIBM(name)                                                                   \
     static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, lanes *value) \
     {                                                                                      \
@@ -132,7 +133,7 @@ static const double lanes_arctangent[] = {
 #define LANES_SET avx512
 #define LANES_TARGET __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma,tune=haswell")))
 #define LANES_VECTOR(name) _ZGVeN8v_##name
-/* The mask of all lanes is explicit, because g++ 12 warns about the form without a mask. */
+/* The mask is explicit, because g++ 12 warns about intrinsics without a mask. */
 #define LANES_ALL (__mmask8) - 1
 #define LANES_SQRT(x) _mm512_maskz_sqrt_pd(LANES_ALL, x)
 #define LANES_MAX(x, y) ((lanes)_mm512_maskz_max_pd(LANES_ALL, LANES_OF(x), LANES_OF(y)))
@@ -220,10 +221,10 @@ LANES_LIBM(tan)
 LANES_BY_PARTS(sqrt, LANES_SQRT)
 
 /* Computes 1 / sqrt(x) with an error of at most 2 units in the last place, if x and 1 / x are
- * normal numbers. The result is NaN if x is negative or NaN. AVX-512 estimates the result with an
- * error e of at most 2^-13. The series of (1 - e)^(-1/2) refines the estimate with a truncation
- * error of 35/128 e^4. Other instruction sets compute the square root and the quotient separately.
- */
+ * normal numbers. The reciprocal square root is NaN if x is negative or NaN. AVX-512 estimates the
+ * result with an error e of at most 2^-13. The series of (1 - e)^(-1/2) refines the estimate with a
+ * truncation error of 35/128 e^4. Instruction sets other than AVX-512 compute the square root and
+ * the quotient separately. */
 LANES_INLINE void LANES_NAME(lanes_rsqrt)(const lanes *x, lanes *value)
 {
 #if CHASLES_ISA == 2
@@ -245,7 +246,7 @@ LANES_INLINE void LANES_NAME(lanes_fabs)(const lanes *x, lanes *value)
 }
 
 #if CHASLES_ISA > 0
-/* Fallback for lanes whose angle is large or not finite. */
+/* Computes cosine and sine by libmvec in SIMD lanes whose angle is large or not finite. */
 static __attribute__((noinline, cold)) LANES_TARGET void LANES_NAME(lanes_cos_sin_far)(
     const lanes *x, const lanes_where *far, lanes *c, lanes *s)
 {
@@ -256,10 +257,10 @@ static __attribute__((noinline, cold)) LANES_TARGET void LANES_NAME(lanes_cos_si
     *s = LANES_CHOICE(*far, far_s, *s);
 }
 
-/* Subtracts n right angles by the method of Cody and Waite, then evaluates two polynomials. */
+/* Computes cosine and sine by Cody-Waite reduction to |y| <= pi/4 and two polynomials. */
 static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes *c, lanes *s)
 {
-    const double units = 6755399441055744.0; /* the sum with 1.5 * 2^52 is rounded to an integer */
+    const double units = 6755399441055744.0; /* adding 1.5 * 2^52 rounds a number to an integer */
     const lanes shifted = LANES_FMA(*x, LANES_OF(0.63661977236758134), LANES_OF(units));
     const lanes n = shifted - units;
     lanes y = *x;
@@ -274,7 +275,7 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
     }
     sine = LANES_FMA(y * z, sine, y);
     cosine = LANES_FMA(z, LANES_FMA(z, cosine, LANES_OF(-0.5)), LANES_OF(1.0));
-    /* Restores the sign of -0, which the sum has lost. */
+    /* Restores the sign of the sine of -0, which the polynomial sum has lost. */
     const lanes_mask sine_bits = (lanes_mask)sine | ((lanes_mask)y & INT64_MIN);
     const lanes_mask quarter = (lanes_mask)shifted, odd = -(quarter & 1);
     const lanes_mask swapped = (sine_bits ^ (lanes_mask)cosine) & odd;
@@ -295,10 +296,10 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
 }
 #endif
 
-/* Computes the angle of a point (y, x). Let a be the smaller and b the larger of |x| and |y|. The
- * angle follows from the arc tangent of (a - b) / (a + b) near a diagonal, otherwise from the arc
- * tangent of a / b. Only a + b and the division cause rounding errors. The angle is wrong if |x|
- * and |y| differ and their sum overflows. */
+/* Computes the angle atan2(y, x). Let a be the smaller and b the larger of |x| and |y|. The angle
+ * follows from the arc tangent of (a - b) / (a + b) near a diagonal, otherwise from the arc tangent
+ * of a / b. In the quotient, only a + b and the division cause rounding errors. The angle is wrong
+ * if |x| and |y| differ and their sum overflows. */
 LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes *value)
 {
     const double *const p = lanes_arctangent;
@@ -309,7 +310,7 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     const lanes_where steep = LANES_LT(width, height);
     const lanes large = LANES_CHOICE(steep, height, width);
     const lanes small = LANES_CHOICE(steep, width, height);
-    /* `diagonal` is true if x and y are infinite (the quotient is 0), and false if both are 0. */
+    /* `diagonal` is true if x and y are infinite (quotient 0), and false if x and y are 0. */
     const lanes_where diagonal = LANES_LT(LANES_MIN(0.5 * large, DBL_MAX), small);
     const lanes above = LANES_CHOICE(diagonal, LANES_MAX(small - large, -DBL_MAX), small);
     const lanes below = LANES_MAX(LANES_TINY, LANES_CHOICE(diagonal, large + small, large));
@@ -324,8 +325,8 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     odd = LANES_FMA(zz, odd, LANES_OF(p[3]));
     even = LANES_FMA(zz, even, LANES_OF(p[0]));
     odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
-    /* The arc tangent of t is an angle relative to an axis or diagonal. The direction of this axis
-     * or diagonal is `count` times 45 degrees. */
+    /* The arc tangent of t is the angle from an axis or diagonal whose direction is `count` times
+     * 45 degrees. */
     const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
     const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
     const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));
@@ -376,7 +377,7 @@ LANES_INLINE void LANES_NAME(lanes_sign)(const lanes *x, lanes *value)
     *value = LANES_CHOICE(less, -1.0, LANES_CHOICE(more, 1.0, *x));
 }
 
-/* If one argument is NaN, the result is the other argument, as for fmax and fmin in C. */
+/* If one argument is NaN, the functions return the other argument, like fmin and fmax in C. */
 LANES_INLINE void LANES_NAME(lanes_fmin)(const lanes *x, const lanes *y, lanes *value)
 {
     *value = LANES_CHOICE(LANES_NE(*y, *y), *x, LANES_MIN(*x, *y));
@@ -421,7 +422,7 @@ LANES_INLINE void LANES_NAME(lanes_transpose)(const lanes *a, lanes *rows)
 #endif
 }
 
-/* Stores the first `width` doubles of a row and leaves later doubles unchanged. */
+/* Loads the first `width` doubles of a row, and sets the remaining lanes to 0. */
 static inline LANES_TARGET void LANES_NAME(lanes_load)(const double *row, int width, lanes *to)
 {
 #if CHASLES_ISA == 2
@@ -435,8 +436,7 @@ static inline LANES_TARGET void LANES_NAME(lanes_load)(const double *row, int wi
 #endif
 }
 
-/* The values are transposed in registers, because a wide load would wait for the preceding narrow
- * stores. */
+/* Transposes rows to lanes in registers, because a wide load would wait for narrow stores. */
 static inline LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptrdiff_t step,
                                                          int size, int count, lanes *to)
 {
@@ -444,7 +444,7 @@ static inline LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptr
         int width = size - k < LANES ? size - k : LANES;
         lanes block[LANES], turned[LANES];
         for (int lane = 0; lane < LANES; lane++) {
-            /* An unused lane repeats the last row, so that its values are valid. */
+            /* An unused lane repeats the last row, so that the lane contains valid values. */
             const double *row = rows + (lane < count ? lane : count - 1) * step;
             LANES_NAME(lanes_load)(row + k, width, &block[lane]);
         }

@@ -1,8 +1,8 @@
 /* Selects the inverse kinematics solution nearest to a seed configuration, within joint limits.
  * This file is part of chasles and is the same for every robot.
  *
- * A periodic joint is shifted by full turns to the value nearest to the seed within its limits.
- */
+ * Each periodic joint is shifted by full turns to the value within its limits that is nearest to
+ * the seed. */
 #ifndef CHASLES_NEAREST_H
 #define CHASLES_NEAREST_H
 
@@ -22,14 +22,14 @@
 #define CHASLES_MAX_SLOTS 64   /* maximum number of solution slots of an inverse */
 #define CHASLES_MAX_JOINTS 64  /* maximum number of coordinates of a robot */
 
-/* A function returns one of these negative numbers instead of a solution slot. A negative number
- * states the reason for a missing solution. */
+/* Instead of the index of a solution slot, a function returns one of the following negative
+ * numbers, which state why there is no solution. */
 #define CHASLES_OUT_OF_REACH (-1)   /* no solution reaches the pose */
 #define CHASLES_OUTSIDE_LIMITS (-2) /* all solutions of the pose are outside the limits */
 #define CHASLES_NOT_FINITE (-3)     /* the seed or every residual is NaN, or the seed is infinite */
 
-/* Converts each displacement in a vector to a number of turns, and rounds this number to an
- * integer. Adding and subtracting 1.5 * 2^52 does the rounding. */
+/* Converts each displacement in a vector to a number of full turns, rounded to an integer. Adding
+ * and subtracting 1.5 * 2^52 rounds a number to an integer. */
 #define CHASLES_TURNS(apart) \
     (((apart) * (1 / CHASLES_FULL_TURN) + 6755399441055744.0) - 6755399441055744.0)
 
@@ -41,17 +41,17 @@ typedef struct {
                          */
 } chasles_moves;
 
-/* The solution slots of an inverse, with one solution per row. */
+/* The solution slots of an inverse kinematics function, with one solution per row. */
 typedef struct {
     int n, slots;
     const double *q, *residual, *margin;
     double tolerance; /* largest residual of a valid solution */
 } chasles_slots;
 
-/* Writes the coordinates of a solution. Shifts each coordinate by full turns to the value within
- * its limits that is nearest to the seed. Returns the distance from the seed, or INFINITY if a
- * coordinate has no value within its limits. A coordinate that violates a limit only by rounding is
- * set to the limit. */
+/* Writes the coordinates of a solution, each shifted by full turns to the value within its limits
+ * that is nearest to the seed. Returns the distance of the shifted solution from the seed, or
+ * INFINITY if a coordinate has no value within its limits. A coordinate that violates a limit only
+ * by rounding is set to the limit. */
 static inline double chasles_limited(int n, const chasles_moves *moves, const double *slot,
                                      const double *q_seed, double *q)
 {
@@ -77,7 +77,7 @@ static inline double chasles_limited(int n, const chasles_moves *moves, const do
     return distance;
 }
 
-/* Writes the coordinates of a solution; each is shifted by full turns to the value nearest to the
+/* Writes the coordinates of a solution, each shifted by full turns to the value nearest to the
  * seed. Returns whether the shifted coordinates are within the limits. */
 static inline int chasles_is_inside(int n, const chasles_moves *moves, const double *slot,
                                     const double *q_seed, double *q)
@@ -113,8 +113,9 @@ static inline int chasles_least(int slots, const double *distance)
     return least < chasles_rounded(INFINITY) ? (int)(least & CHASLES_ROUNDING) : -1;
 }
 
-/* Sets q to NaN. Writes the smallest residual of all solution slots, and the margin of the slot
- * with this residual. Returns the reason why there is no solution. */
+/* Sets the coordinates q to NaN, because there is no solution. Writes the smallest residual of all
+ * solution slots, and the margin of the slot with this residual. Returns the reason why there is no
+ * solution, as a negative number. */
 static inline int chasles_none(const chasles_slots *of, const double *q_seed, double *q,
                                double *residual, double *margin)
 {
@@ -140,10 +141,10 @@ static inline int chasles_none(const chasles_slots *of, const double *q_seed, do
     return *residual <= of->tolerance ? CHASLES_OUTSIDE_LIMITS : CHASLES_OUT_OF_REACH;
 }
 
-/* Returns the result of chasles_nearest. The input `distance` contains the distances from
- * chasles_distances, which ignores the limits. Solutions are tested in the order of these
- * distances, until no later solution can be nearer. The function overwrites entries of the array
- * `distance`. */
+/* Returns the same result as chasles_nearest. The input `distance` contains the distances that
+ * chasles_distances computes without regard to the limits. Solutions are tested in the order of
+ * their distances, until no later solution can be nearer to the seed. The function overwrites
+ * entries of the array `distance`. */
 static inline int chasles_nearest_limited(const chasles_slots *of, const chasles_moves *moves,
                                           const double *q_seed, double *distance, double *q,
                                           double *residual, double *margin)
@@ -167,9 +168,10 @@ static inline int chasles_nearest_limited(const chasles_slots *of, const chasles
 }
 
 /* Writes the solution nearest to the seed, its residual and margin. Returns the index of the
- * solution slot that contains the nearest solution. If several solutions have equal distances,
- * returns the lowest index. Without a solution, sets q to NaN, writes the smallest residual and its
- * margin, and returns the reason. The arrays q and q_seed may be the same. */
+ * solution slot that contains the nearest solution. Of several solutions at the same distance, the
+ * function selects the one with the lowest index. Without a solution, the function sets q to NaN,
+ * writes the smallest residual and its margin, and returns the reason as a negative number. The
+ * arrays q and q_seed may be the same. */
 static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *moves,
                                   const double *q_seed, double *q, double *residual, double *margin)
 {
@@ -186,10 +188,9 @@ static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *
     return chasles_nearest_limited(of, moves, q_seed, distance, q, residual, margin);
 }
 
-/* Applies chasles_nearest to rows of solutions: the batch has `rows` poses, each with k solution
- * slots of n coordinates. `moves` contains pointers to the limits and weights, in the order of the
- * fields of chasles_moves. The rows of the outputs q, residual and margin are contiguous in memory.
- */
+/* Applies chasles_nearest to a batch of `rows` poses, each with k solution slots of n coordinates.
+ * `moves` contains pointers to the limits and weights, in the order of the fields of chasles_moves.
+ * The rows of the outputs q, residual and margin are contiguous in memory. */
 static inline void chasles_nearest_slots(size_t rows, int n, int k, const double *const *slots,
                                          double tolerance, const double *const *moves,
                                          const double *q_seed, ptrdiff_t seed_step,

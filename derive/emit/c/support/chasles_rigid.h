@@ -17,11 +17,11 @@
 /* Writes the rigid pose nearest to T (4 x 4) to `rigid`, and returns 1. The pointers `rigid` and T
  * may be equal. The rotation of the rigid pose is nearest to the rotation part of T in the
  * Frobenius norm. Returns 0 without changing rigid if T is not finite or is left-handed, or if T
- * deviates by more than the tolerance (radian, at most 0.1). The deviation is |R^T R - 1| / sqrt(8)
- * of the rotation part R, or the error of an entry in the last row.
+ * deviates by more than the tolerance (radian, at most 0.1). The deviation of T is |R^T R - 1| /
+ * sqrt(8) for the rotation part R, or the error of an entry in the last row of T.
  *
- * The iteration R <- R (3 - R^T R) / 2 squares the distance in each step and converges to the
- * orthogonal factor of R's polar decomposition (Bjorck and Bowie 1971 and Higham 1986). */
+ * The iteration R <- R (3 - R^T R) / 2 converges quadratically to the orthogonal factor of R's
+ * polar decomposition (Bjorck and Bowie 1971, Higham 1986). */
 static inline int chasles_project(const double *T, double tolerance, double *rigid)
 {
     double R[9], E[9], off2 = 0, sum = 0;

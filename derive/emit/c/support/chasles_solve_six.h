@@ -6,9 +6,9 @@
 #include <math.h>
 
 /* Solves six linear equations for x. In the matrix `a` (6 x 7), the first six columns are the
- * coefficients and the last column is the right-hand side. The function overwrites `a`. Returns the
- * determinant of the coefficient matrix. The determinant is 0 if the coefficient matrix is
- * singular. */
+ * coefficients and the last column is the right-hand side. The function overwrites the matrix `a`.
+ * Returns the determinant of the coefficient matrix. The determinant is 0 if the coefficient matrix
+ * is singular. */
 static double chasles_solve_six(double (*a)[7], double *x)
 {
     double determinant = 1.0;

@@ -1,9 +1,8 @@
-/* Defines the functions of kinematics in single precision. This file is part of chasles and is the
- * same for every robot.
+/* Defines the mathematical functions that kinematics in single precision uses. This file is part of
+ * chasles and is the same for every robot.
  *
  * To use a CORDIC unit or tables, write a header that defines some of the macros below, and compile
- * with -DCHASLES_FLOAT_HOOKS='"header.h"'.
- */
+ * with -DCHASLES_FLOAT_HOOKS='"header.h"'. */
 #ifndef CHASLES_FLOAT_H
 #define CHASLES_FLOAT_H
 
@@ -30,8 +29,8 @@
 #define CHASLES_MAX_REDUCED 8192.0f /* maximum angle [rad] for the exact reduction of angles */
 
 /* Writes the cosine and the sine of an angle, each with an error of at most 1e-7. A multiple of
- * pi/2, split into three parts, is subtracted from the angle. The polynomials come from the Cephes
- * library. */
+ * pi/2, split into three parts, is subtracted from the angle. The polynomials for the cosine and
+ * the sine come from the Cephes library. */
 CHASLES_INLINE void chasles_cos_sin(float x, float *c, float *s)
 {
     if (x > -CHASLES_MAX_REDUCED && x < CHASLES_MAX_REDUCED) {

@@ -1,6 +1,5 @@
-/* Gateway for MATLAB and Octave: name(function, input, ...) for one configuration or many
- * configurations. The file is the same for every robot of chasles.
- */
+/* MEX gateway for MATLAB and Octave, called as name(function, input, ...) for one or many
+ * configurations. The file is the same for every robot of chasles. */
 #ifndef CHASLES_MEX_H
 #define CHASLES_MEX_H
 
@@ -25,8 +24,8 @@ static const chasles_function *chasles_found(const chasles_function *functions, 
     return NULL;
 }
 
-/* Returns the number of configurations in an input. A single vector may be a row instead of a
- * column. */
+/* Returns the number of configurations in an input. An input that is a single vector may be a row
+ * instead of a column. */
 static size_t chasles_count(const chasles_array *array, const mxArray *given)
 {
     const int is_matrix = array->shape[1] > 1;

@@ -1,4 +1,4 @@
-"""A small copy of the robot_descriptions cache."""
+"""Pytest fixture that provides a small robot_descriptions cache."""
 
 import subprocess
 import sys
@@ -39,7 +39,7 @@ TREES = {
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
-    """Return a cache with three small repositories."""
+    """Create a robot_descriptions cache with three small repositories."""
     monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(tmp_path))
     monkeypatch.setenv("ROBOT_DESCRIPTION_COMMIT", BRANCH)
     monkeypatch.setenv("GIT_CONFIG_COUNT", "1")

@@ -1,5 +1,7 @@
-"""Chains between any two links. Joints from the base link up to the common ancestor are
-inverted."""
+"""Import kinematic chains between any two links.
+
+On the path from the base link up to the common ancestor of both links, joints are inverted.
+"""
 
 import random
 
@@ -66,7 +68,7 @@ LOOP = """<mujoco model="four_bar"><worldbody>
 
 
 def fk_of(robot):
-    """Return the forward kinematics q -> (4, 4) of a description."""
+    """Return a function that computes a robot's tool pose (4, 4) from its coordinates q."""
     (fk,) = lower(derive(robot, functions=("fk",)).functions, "r")
     return lambda q: np.array(fk(q)).reshape(4, 4)
 

@@ -1,9 +1,9 @@
-"""Malicious files run no command, read no other file and write nothing.
+"""Reading a malicious file runs no command, reads no other file and writes no file.
 
-``@MARK@`` is a file that no command may create. ``@PIPE@`` is a named pipe without a writer.
-``@URL@`` is a network address. In archives, the placeholder ``@MARK@`` is not replaced by a path.
-If a reader ran a command in an archive, the command would create a file named ``@MARK@`` in the
-current folder.
+Placeholders in the malicious files: ``@MARK@`` is the path of a file that no command may create,
+``@PIPE@`` a named pipe without a writer, and ``@URL@`` a network address. In archives, the
+placeholder ``@MARK@`` is not replaced by a path. If a reader ran a command in an archive, the
+command would create a file named ``@MARK@`` in the current folder.
 """
 
 import os
@@ -39,7 +39,7 @@ def calibration(file):
 
 @pytest.fixture(scope="module", autouse=True)
 def imported():
-    """Import the readers once instead of once per file."""
+    """Import the Python packages of the file readers once instead of once per file."""
     for package in ("mujoco", "xacro", "yaml"):
         pytest.importorskip(package)
 
@@ -75,7 +75,7 @@ def content(name, words):
 
 
 def outcome(file):
-    """Return the text of the result or of the error, and whether the reader raised an error."""
+    """Read a file, and return the text of the result or error and whether an error was raised."""
     reader = READERS.get(file.suffix, read)
     try:
         if file.suffix in SUFFIXES:

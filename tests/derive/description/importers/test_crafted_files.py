@@ -1,4 +1,4 @@
-"""Malicious files raise an error that names the file."""
+"""Reading a malicious file raises an error that names the file."""
 
 import sys
 

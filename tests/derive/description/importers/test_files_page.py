@@ -48,7 +48,7 @@ UR5E = (
     (0, -0.0997, 0, 1.5707963267948966, 0, 0),
     (0, 0.0996, 0, 1.5707963267948966, 3.141592653589793, 3.141592653589793),
 )
-"""The nominal UR5e in the format of the ROS driver."""
+"""Nominal frames of the UR5e, in the calibration format of the ROS driver."""
 
 
 def kinematics():

@@ -1,4 +1,4 @@
-"""One function reads every file format, by a suffix in upper or lower case."""
+"""The function `read` reads every robot file format, and ignores the case of the file suffix."""
 
 import pytest
 

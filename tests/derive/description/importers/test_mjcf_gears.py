@@ -68,7 +68,10 @@ def closed(model, joint, value):
 
 
 def joint_values(model, data):
-    """Return all joint values. A ball joint gives angles about the axes z, y, x."""
+    """Return MuJoCo's joint values, keyed by joint name.
+
+    A ball joint gives three angles about the axes z, y and x.
+    """
     found = {}
     for k in range(model.njnt):
         joint, body = model.joint(k), data.body(model.jnt_bodyid[k])
@@ -84,7 +87,7 @@ def joint_values(model, data):
 
 
 def compare(path, text, motor, tip):
-    """Compare ``fk`` with MuJoCo near the reference.
+    """Compare ``fk`` with MuJoCo near the reference configuration of a robot.
 
     If the loops are solved by iteration, check the loop residuals at MuJoCo's joint values instead.
     """
@@ -168,8 +171,8 @@ def test_unsupported_joint_equality_is_refused_by_name(path, equalities, words):
 
 
 def test_order_of_joint_equalities_does_not_change_the_robot(path):
-    # All equalities hold at these joint positions. For the joint ``left``, MuJoCo subtracts the
-    # ``ref`` of 0.2 from the position.
+    # All MJCF joint equalities of the test hold at these joint positions. For the joint ``left``,
+    # MuJoCo subtracts the ``ref`` of 0.2 from the position.
     values = {"left": 0.3, "right": 0.7, "link": -0.6, "coupler": 0.05}
     equalities = (
         GEAR.format(a="right", b="left", c=0.5, r=2),
@@ -184,7 +187,7 @@ def test_order_of_joint_equalities_does_not_change_the_robot(path):
         text = FIVE_BAR.format(bodies=SHAFT, equalities="".join(ordered), motor="coupler")
         found.add(read_model(path, text, "world", "tool").couplings)
     (couplings,) = found
-    # The five equations have rank four.
+    # The five joint equalities are linear equations of rank four.
     assert [c.joint for c in couplings] == ["left", "right", "link"]
     for c in couplings:
         follows = sum(ratio * values[name] for name, ratio in c.ratios) + c.offset
@@ -212,7 +215,7 @@ def test_order_of_joint_equalities_does_not_change_a_chain(path):
         for ordered in permutations(equalities)
     ]
     assert {robot.couplings for robot in robots} == {robots[0].couplings}
-    # Equalities determine all joints except c and d.
+    # The MJCF equalities determine all joint values except those of joints c and d.
     assert [c.name for c in robots[0].coordinates] == ["c", "d"]
     (fk,) = lower([derive(robots[0], functions=("fk",)).function("fk")], "r")
     T = np.array(fk([0.3, 0.7])).reshape(4, 4)

@@ -32,7 +32,7 @@ def path(tmp_path):
 
 
 def test_linkage_in_any_plane_writes_latex_rates(path):
-    """The article contains the joint rates of a four-bar linkage in a tilted plane."""
+    """The LaTeX article of a four-bar linkage in a tilted plane contains the joint rates."""
     robot = read_model(path, random_linkage(random.Random(3)), "world", "tool")
     assert "rates.tex" in fragments(derive(robot, functions=["fk"]))
 
@@ -40,7 +40,7 @@ def test_linkage_in_any_plane_writes_latex_rates(path):
 def satisfied(model, crank):
     """Solve MuJoCo's equality constraints by Newton's method.
 
-    Returns MuJoCo's data, or None if the loops do not close.
+    Returns MuJoCo's data at the solution, or None if the loops do not close.
     """
     data = mujoco.MjData(model)
     at = model.joint("crank").qposadr[0]
@@ -58,7 +58,7 @@ def satisfied(model, crank):
 
 
 def at_solutions(path, text, tip, cranks):
-    """Return the robot, its functions, MuJoCo's model, and closed joint values."""
+    """Return a robot, its functions, MuJoCo's model, and joint values at which all loops close."""
     robot = read_model(path, text, "world", tip)
     if tip == "tool":
         made = derive(robot, functions=("fk", "constraint")).functions

@@ -34,4 +34,4 @@ def test_unknown_or_unreachable_names_are_reported(cache):
         "expected a name of robot_descriptions, such as panda"
         in run("derive", "robot:pandaa").output
     )
-    assert "iiwa14_description could not be downloaded (" in run("derive", "robot:iiwa14").output
+    assert "cannot download iiwa14_description (" in run("derive", "robot:iiwa14").output

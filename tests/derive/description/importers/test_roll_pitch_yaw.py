@@ -1,6 +1,6 @@
 """Roll, pitch and yaw agree with products of rotations.
 
-Multiples of 90 degrees are exact.
+Roll, pitch and yaw that are multiples of 90 degrees are exact.
 """
 
 import itertools
@@ -73,7 +73,10 @@ def test_rpy_reproduces_rotation_matrices_and_quaternions():
 
 @pytest.mark.parametrize("step", [1, 6])
 def test_rpy_is_exact_at_multiples_of_fifteen_degrees(step):
-    """The test multiplies matrices in double precision. At gimbal lock, yaw is 0."""
+    """The test compares products of rotation matrices in double precision.
+
+    At gimbal lock, yaw is 0.
+    """
     turns = range(-12, 13, step) if step > 1 else random.Random(1).choices(range(-12, 13), k=6)
     for angles in itertools.product(turns, repeat=3):
         found = roll_pitch_yaw(quaternion(*(k * np.pi / 12 for k in angles)))

@@ -102,7 +102,7 @@ def test_loops_close_by_joints_that_share_a_child(tmp_path):
 
 
 def test_mimic_in_loops_is_a_gear(tmp_path):
-    """A second link on the base follows the rocker, and carries the tool."""
+    """The link `hand` on the base mimics the rocker's rotation, and carries the tool."""
     extra = """<link name="hand"><pose>0.1 0.2 0 0 0 0</pose></link>
 <joint name="e" type="revolute"><parent>world</parent><child>hand</child>
   <axis><xyz>0 0 1</xyz><mimic joint="c" axis="axis"><multiplier>-1.5</multiplier>
@@ -127,7 +127,7 @@ def test_mimic_in_loops_is_a_gear(tmp_path):
     ],
 )
 def test_gearbox_in_loops_is_a_gear(tmp_path, axes, hand, sign):
-    """Newton's method computes the reference pose."""
+    """The expected tool pose comes from a numerical model, closed by Newton's method."""
     extra = f"""<link name="hand"><pose>0.1 0.2 0 0 0 0</pose></link>
 <joint name="e" type="revolute"><parent>rocker</parent><child>hand</child>
   <axis><xyz>{hand}</xyz><limit><effort>0</effort></limit></axis></joint>
@@ -244,7 +244,7 @@ def test_ball_joint_that_carries_a_link_with_a_pin_is_an_error(tmp_path):
     text = (CRANK % ("ball", "", "fixed", "revolute", f"<axis>{ACROSS}</axis>")).replace(
         "<parent>rocker</parent><child>rod</child>", "<parent>rod</parent><child>rocker</child>"
     )
-    with pytest.raises(DescriptionError, match="make 'rod' the child of another joint, too"):
+    with pytest.raises(DescriptionError, match="add another joint with the child 'rod'"):
         read(file_of(tmp_path, text), tip="rocker")
 
 

@@ -1,4 +1,7 @@
-"""Documented xacro expressions evaluate as in Python. No expression runs a command."""
+"""Documented xacro expressions evaluate as in Python.
+
+No xacro expression runs a command.
+"""
 
 import math
 

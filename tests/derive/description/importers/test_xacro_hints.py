@@ -32,7 +32,7 @@ def written(folder, package="arm", **texts):
 
 
 def refusal(file, *arguments):
-    """Return the error message for a file as one line."""
+    """Expand an invalid xacro file, and return the error message, which must have one line."""
     with pytest.raises(DescriptionError) as caught:
         expanded(file, arguments)
     message = str(caught.value)

@@ -88,7 +88,7 @@ def tripod():
 
 
 def hexa():
-    """Return a platform on three pairs of arms at 120 degrees."""
+    """Return a six-arm platform whose three pairs of arms are at intervals of 120 degrees."""
     legs = []
     for k in range(6):
         middle, side = 120 * (k // 2), 2 * (k % 2) - 1
@@ -101,7 +101,7 @@ def hexa():
 
 
 def twisted_delta():
-    """Return a delta in which one rod end of the second pair is displaced on the platform."""
+    """Return a delta robot in which one rod end of the second pair is displaced on the platform."""
     text = (ROBOTS / "delta.toml").read_text(encoding="utf-8")
     wide = text.replace("cos(120) - w*sin(120)", "cos(120) - w*sin(130)")
     return read_text(

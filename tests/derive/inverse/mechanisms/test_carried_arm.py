@@ -1,6 +1,6 @@
 """Inverse kinematics of platforms on legs, with joints before the legs or on the platform.
 
-Each leg keeps one ball joint of the platform in a plane.
+Each leg constrains one ball joint of the platform to a plane.
 """
 
 from dataclasses import replace
@@ -19,16 +19,17 @@ from tests.support.loops.legs_of_joints import drawn, driven_by_a_leg
 
 POSES, CLOSED, SAME = 20, 1e-12, 1e-9
 REACH = {"m": 0.08, "rad": 2.0}
-"""Maximum distance of a coordinate from the reference."""
+"""Maximum deviation of a coordinate from its reference value (meter or radian)."""
 AXES = [
     ((0, 0, 1), ("0.1", "0.05", "0.1")),
     ((0, 1, 0), ("0.05", "0.03", "0.02")),
     ((1, 0, 0), ("0.02", "-0.04", "0.1")),
 ]
-"""Axis and origin (meter) of each joint on a platform; the axes do not meet in one point."""
+"""Axis direction and origin (meter) of each joint on the platform. The joint axes do not meet in
+one point."""
 PARALLEL = [AXES[0], ((0, 0, 1), AXES[1][1]), AXES[2]]
-"""Axis and origin of three joints. The first two axes are parallel, so that their angles are not
-eliminated together."""
+"""Axis direction and origin (meter) of three joints on the platform. The axes of the first two
+joints are parallel, so that their angles are not eliminated together."""
 RAIL, SPIN = ("rail", (1, 0, 0), ("0.1", 0, 0)), ("turntable", (0, 0, 1), (0, "0.1", 0))
 ROBOTS = {
     "three offset axes": (lambda: carrying(drawn(2, ("RPS",) * 3), PARALLEL), ()),
@@ -42,7 +43,8 @@ ROBOTS = {
         ("rail",),
     ),
 }
-"""Each case is a robot, and the fixed joints of its inverse."""
+"""For each test robot, a function that builds the robot, and the joints that its inverse kinematics
+function fixes."""
 
 
 @pytest.fixture(scope="module", params=ROBOTS)
@@ -84,7 +86,7 @@ def test_solutions_contain_the_generating_coordinates_and_reach_the_pose(loaded)
 
 
 def half_flat():
-    """Return a platform with four degrees of freedom, two legs in planes and a UPS leg."""
+    """Return a platform with four degrees of freedom on two RPS legs and a UPS leg."""
     mechanism = drawn(1, ("RPS", "RPS", "UPS"))
     return replace(mechanism, actuated=(*mechanism.actuated, "u0_2"))
 

@@ -11,11 +11,11 @@ from tests.support.loops.closures import Model
 
 POSES = 20
 REACH = {"revolute": 0.3, "prismatic": 0.05}
-"""Maximum distance of a coordinate from the reference (radian or meter)."""
+"""Maximum deviation of an actuated coordinate from its reference value (radian or meter)."""
 CLOSED, SAME = 1e-12, 1e-9
 GIVEN = {0: [], 1: [], 2: [], 3: ["before"], 7: [], 8: ["axis_0"], 13: ["before"]}
-"""The key is the number of a platform. The value lists the redundant joints, whose values are
-inputs of the inverse."""
+"""Redundant joints of each numbered platform, whose values are inputs of the inverse kinematics
+function."""
 
 
 def configurations(mechanism, seed):
@@ -29,7 +29,7 @@ def configurations(mechanism, seed):
 
 
 def slots_at(ik, T, given):
-    """Return coordinates (k, N, n) and residuals (k, N) of all solution slots."""
+    """Return coordinates (k, N, n) and residuals (k, N) of all k solutions at N poses."""
     (kernel,) = lower([ik], "carried")
     q, residual = [], []
     for signs in patterns(ik):

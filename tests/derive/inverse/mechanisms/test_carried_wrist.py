@@ -1,7 +1,7 @@
 """Wrist on a platform whose three legs each keep a ball joint in a plane, such as a 3-RPS.
 
-The generating coordinates come from a NumPy model. The number of platform rotations is found by
-Newton's method from many start configurations.
+The tests recover coordinates that come from a NumPy model. The number of possible platform
+rotations is found by Newton's method from many start rotations.
 """
 
 from functools import cache, partial
@@ -21,7 +21,8 @@ POSES, STARTS, STEPS = 12, 400, 60
 CLOSED, SAME, APART = 1e-12, 1e-9, 1e-4
 CENTER = np.array([0.1, 0.05, 0.1])
 WRIST = [((0, 0, 1), ("0.1", "0.05", "0.1")), ((0, 1, 0), (0, 0, 0)), ((0, 0, 1), (0, 0, 0))]
-"""Axis and origin of each wrist joint; the axes meet in the center (meter, platform axes)."""
+"""Axis direction and origin (meter) of each wrist joint, along the platform axes. The wrist axes
+meet in CENTER."""
 ROBOTS = {
     "one axis": (partial(drawn, 0, ("RPS", "RPS", "RPS")), 1),
     "two axes": (partial(drawn, 1, ("RPS", "PRS", "RRS")), 2),
@@ -69,14 +70,14 @@ def test_solutions_contain_the_generating_coordinates_and_reach_the_pose(loaded)
 def rotations(model, z, start):
     """Count the platform rotations about the wrist center that keep every ball in its plane.
 
-    The wrist center stays at its position in the configuration z[0].
+    The wrist center has its position in the configuration z[0].
 
-    Each plane is fitted to the positions of its ball in several configurations.
+    The plane of each ball is fitted to the positions of the ball in the configurations z.
 
     Args:
         model: The NumPy model.
         z: Closed configurations (N, n_z).
-        start: Random rotations (k, 3, 3).
+        start: Random rotations (k, 3, 3) at which Newton's method starts.
     """
     platform = model.poses(z)["platform"]
     levers, sides, normals = [], [], []

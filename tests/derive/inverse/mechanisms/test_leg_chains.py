@@ -1,6 +1,7 @@
-"""Actuators and inverse of platforms with serial legs, compared with Newton's method and a formula.
+"""Actuator values and inverse kinematics of platforms with serial legs.
 
-Newton's method runs on a NumPy model.
+For comparison, Newton's method solves a NumPy model, and a formula gives the arm angles of a rotary
+delta.
 """
 
 from functools import partial
@@ -19,18 +20,20 @@ from tests.support.loops.closures import Model, wrapped
 
 POSES, CLOSED, SAME, NEAR = 20, 1e-12, 1e-12, 1e-9
 REACH = {"revolute": 0.2, "prismatic": 0.05}
-"""Maximum distance of a coordinate from the reference (radian or meter)."""
+"""Maximum deviation of an actuated coordinate from its reference value (radian or meter)."""
 STEP, CURVED = 1e-5, 1e-3
-"""Time step of a finite difference (s), and tolerance relative to the largest acceleration."""
+"""Time step (s) of a finite difference of rates, and error tolerance relative to the largest
+acceleration."""
 SLOTS = {"tripteron": 1, "exechon": 8, "3-UPU": 8, "3-URU": 8, "3-PUU": 8, "3-RUU with offsets": 64}
-"""Number of solution slots. A decoupled robot has one slot. For other robots, each leg multiplies
-the number of slots by two, or by four with a folded rod. 3-PUU with offsets and 3-RUU without
-offsets are not listed, because they have the same solution steps as the listed platforms."""
+"""Number of inverse kinematics solutions of each platform. A decoupled platform has one solution.
+On other platforms, each leg multiplies the number of solutions by two, or by four with a folded
+rod. 3-PUU with offsets and 3-RUU without offsets are not listed, because they have the same
+solution steps as the listed platforms."""
 WITHOUT_SLOTS = ("Exechon with a head", "pentapod")
 KINDS = {kind: (LEG_KINDS | MACHINE_KINDS)[kind] for kind in (*SLOTS, *WITHOUT_SLOTS)}
 SHORT = {"pentapod": 0.1}
-"""Sampling range of platforms near a singularity, as a fraction of the reach. Newton's method
-converges within this range."""
+"""For platforms near a singularity, the fraction of REACH within which Newton's method converges
+and coordinates are sampled."""
 MAPS = ("actuators", "actuators_D_chain", "actuator_rates", "actuator_accelerations")
 
 
@@ -61,7 +64,7 @@ def configurations(mechanism, part=1.0):
 
 
 def kernels(mechanism, names):
-    """Return the named functions and their CasADi kernels; each function has a closed form."""
+    """Derive the named functions, which must have a closed form, and their CasADi kernels."""
     found = derive(mechanism, functions=names)
     functions = [found.function(name) for name in names]
     assert not any(function.calls for function in functions)
@@ -79,7 +82,7 @@ def evaluated(kernels, names, *inputs):
 
 
 def slots_at(ik, T):
-    """Return coordinates (k, N, n) and residuals (k, N) of all solution slots."""
+    """Return coordinates (k, N, n) and residuals (k, N) of all k solutions at N poses."""
     (kernel,) = lower([ik], "legs")
     q, residual = [], []
     for signs in patterns(ik):
@@ -136,7 +139,7 @@ def test_unreachable_pose_has_a_residual(platform):
 
 @pytest.mark.parametrize("platform", ["3-RUU with offsets"], indirect=True)
 def test_rotary_delta_agrees_with_the_formula_of_its_arms(platform):
-    """Projected onto the plane of an arm, the arm and its rod are two sides of a triangle."""
+    """In projection onto the plane of an arm, the arm and its rod are two sides of a triangle."""
     functions, model, z = platform
     q, residual = slots_at(functions["ik_legs"][0], model.tip(z))
     assert (residual < NEAR).all()

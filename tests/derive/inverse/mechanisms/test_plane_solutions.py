@@ -1,6 +1,6 @@
-"""All solutions for the joints before and on a platform, compared with Newton's method.
+"""All inverse kinematics solutions for the joints before and on a platform with legs.
 
-Newton's method runs in NumPy from many random starts.
+For comparison, Newton's method in NumPy finds solutions from many random starts.
 """
 
 import ctypes
@@ -22,8 +22,8 @@ from tests.support.loops.legs_of_joints import drawn
 
 POSES, CONFIGURATIONS, STARTS, STEPS = 1, 120, 80, 25
 REACH, FAR, LARGEST = 1.0, 2.0, 0.5
-"""Maximum distances: of a joint value from the reference, of a displacement from zero, and of a
-Newton step."""
+"""Maximum deviation of a joint value from the reference, maximum prismatic displacement, and
+maximum size of a Newton step."""
 CLOSED, SAME = 1e-12, 1e-7
 SOURCE = """#include "chasles_carried_arm.h"
 static void {name}_ik_legs(const double *T, const double *v, double *q, double *r, double *m)
@@ -62,13 +62,13 @@ ARMS = {
     "three slides": ("", "sss"),
     "turntable and slide": (SPIN, "s"),
 }
-"""For each arm: the joint before the legs, and the types of the joints on the platform (revolute r,
-prismatic s)."""
+"""For each robot, the joint before the legs, and the types of the joints on the platform (r:
+revolute, s: prismatic)."""
 
 
 @pytest.fixture(params=ARMS)
 def solver(request, tmp_path):
-    """Return a NumPy model, its unknown joints and their solver in C."""
+    """Return a NumPy model, its unknown joints, and the C solver of these joints."""
     before, behind = ARMS[request.param]
     kinds = ["revolute" if letter == "r" else "prismatic" for letter in behind]
     mechanism = carrying(drawn(4, LEGS), OBLIQUE[: len(behind)], kinds)
@@ -111,7 +111,10 @@ def closed(model, joints, rng):
 
 
 def planes(model, start, z):
-    """Fit the plane of each ball joint and return the ball joint, the normal and the offset."""
+    """Fit the plane of each ball joint.
+
+    Return the ball position, the plane normal and the plane offset.
+    """
     poses, found = model.poses(z), []
     P = np.linalg.inv(poses[start]) @ poses["platform"]
     balls = [closure.b.placement[0].vector for closure in model.mechanism.closures]
@@ -123,7 +126,7 @@ def planes(model, start, z):
 
 
 def errors(model, start, fitted, own, x, T):
-    """Return the distances (N, 3) of the balls from their planes for values x (N, n)."""
+    """Return the distances (N, 3) of three balls from their planes for joint values x (N, n)."""
     z = np.zeros((len(x), len(model.names)), x.dtype)
     z[:, own] = x
     poses = model.poses(z)
@@ -150,7 +153,7 @@ def is_slide(joints):
 
 
 def apart(joints, x, others):
-    """Return the distance of each row of x from the nearest of the other rows."""
+    """Return the distance of each row of joint values x from the nearest row of `others`."""
     change = x[:, None] - others
     angles = ~is_slide(joints)
     change[..., angles] = np.remainder(change[..., angles] + np.pi, 2 * np.pi) - np.pi

@@ -12,8 +12,10 @@ from tests.support.loops.solved import solved
 
 
 def drawn_four_bar(rng):
-    """Return the four link lengths (mm) of a four-bar linkage. The loop closes with the crank
-    perpendicular to the ground."""
+    """Return random link lengths (mm) of a four-bar linkage.
+
+    The loop of the linkage closes with the crank perpendicular to the ground link.
+    """
     while True:
         a, b, c, d = rng.integers(50, 500, 4)
         if abs(b - c) + 5 < math.hypot(a, d) < b + c - 5:
@@ -31,8 +33,8 @@ def test_four_bar_dead_points_align_coupler_and_rocker(seed):
     cosines = [(a * a + d * d - far**2) / (2 * a * d) for far in (b + c, abs(b - c))]
     stops = [sign * math.acos(x) for x in cosines if abs(x) < 1 for sign in (1, -1)]
     np.testing.assert_allclose(found.zeros, sorted(stops), atol=1e-9)
-    # The crank varies the distance between coupler and rocker ends. The margin is sin^2 of the
-    # angle between coupler and rocker.
+    # The crank angle varies the distance between the outer ends of coupler and rocker. The margin
+    # is sin^2 of the angle between coupler and rocker.
     sides = np.abs(np.linspace(abs(a - d), a + d, 2001))
     cosine = (b * b + c * c - sides**2) / (2 * b * c)
     assert found.least == pytest.approx((1 - cosine**2).min(), abs=1e-5)

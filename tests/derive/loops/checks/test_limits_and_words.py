@@ -1,4 +1,4 @@
-"""Reports on mechanisms, such as actuator limits at which the loops cannot close."""
+"""Test the reports on mechanisms, for example about actuator limits at which loops cannot close."""
 
 import re
 from dataclasses import replace
@@ -31,7 +31,8 @@ def test_reachable_limits_give_no_note():
 
 
 def test_note_on_unreachable_limits_states_closing_range():
-    # The stretched length is the sum of both pin distances from the boom pin.
+    # The stretched cylinder length is the sum of the distances of both cylinder pins from the boom
+    # pin.
     reach = 1000 * (np.hypot(0.55, 0.65) + np.hypot(2.6, 0.85)) - 1980
     (message,) = limits_of(solved(limited("excavator", boom_cylinder=("0", "3"))))
     found = re.fullmatch(
@@ -57,8 +58,8 @@ def test_note_states_share_of_limits_in_which_loops_close():
     )
     message = limits_of(solved(replace(robot, parameters=short)))
     part = float(re.match(r"limits: the loops close in (\d+) % of 500 random", message[0]).group(1))
-    # The loops close if the distance of the elbows is at most the sum of the two coupler lengths,
-    # 360 mm. A grid of elbow angles gives the fraction of configurations with closed loops.
+    # The loops close if the distance between the elbows is at most the sum of both coupler lengths,
+    # 360 mm. A grid of crank angles gives the fraction of configurations with closed loops.
     left, right = np.meshgrid(np.linspace(1.9, 3.1, 400), np.linspace(0, 1.25, 400))
     apart = 0.2 + 0.2 * np.exp(1j * right) - 0.2 * np.exp(1j * left)
     assert part < 50
@@ -96,7 +97,7 @@ def test_kutzbach_matches_textbook_counts():
         ({"order": 7, "links": 4, "joints": 4, "freedom": 4}, "order from 1 to 6, found 7"),
         ({"order": 6, "links": 4, "joints": 2, "freedom": 2}, "at least 1 link and 3 joints"),
         ({"order": 3, "links": 4, "joints": 4, "freedom": 13}, "freedom from 4 to 12"),
-        ({"order": 3, "links": 4, "joints": 4, "freedom": 3}, "each of 4 joints has 1 to 3"),
+        ({"order": 3, "links": 4, "joints": 4, "freedom": 3}, r"\(1 to 3 for each of 4 joints\)"),
     ],
     ids=["order", "joints", "freedom above", "freedom below"],
 )

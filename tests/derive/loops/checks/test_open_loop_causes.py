@@ -1,4 +1,4 @@
-"""Error messages for a loop that cannot close because of a second loop."""
+"""Test error messages about a loop that cannot close because of another loop."""
 
 import re
 from dataclasses import replace
@@ -26,7 +26,7 @@ length = 997
 
 
 def with_rod(length):
-    """Return the loader arm with a rod as its front link."""
+    """Return the robot file of a loader arm with a rod as its front link."""
     closure, cylinder = LOADER.index("[[closures]]"), LOADER.index("[[cylinders]]")
     text = LOADER[:closure].replace(FRONT, "").replace("front = 142, ", "") + LOADER[cylinder:]
     return text + ROD.replace("997", length)

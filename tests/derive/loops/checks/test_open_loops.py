@@ -1,7 +1,7 @@
-"""Error messages for impossible mechanisms are complete and correct.
+"""Error messages about mechanisms whose loops cannot close are complete and correct.
 
-Each robot with loops is corrupted in typical ways. If the message proposes a range, the loops must
-close in the middle of the range.
+The tests introduce typical errors into the robot files of mechanisms. If the error message proposes
+a range of a value, the loops must close in the middle of the range.
 """
 
 import math
@@ -53,7 +53,7 @@ def with_parameter(robot, name, value):
 
 
 def error_of(robot):
-    """Return the error that the loops of a robot raise, or None."""
+    """Return the error that solving the loops of a robot raises, or None without an error."""
     try:
         hybrid = solved(robot)
         assert hybrid.forward is not None
@@ -63,7 +63,7 @@ def error_of(robot):
 
 
 def message(robot):
-    """Return the text of the error that a robot's loops raise, or "" without an error."""
+    """Return the error message that solving a robot's loops raises, or "" without an error."""
     return str(error_of(robot) or "")
 
 
@@ -81,7 +81,7 @@ OFFER = re.compile(
 
 
 def offers(text):
-    """Yield the name, minimum and maximum of each suggested value, in meters or radians."""
+    """Yield the name and range (meter or radian) of each value that a message suggests."""
     for name, low, high, unit, or_more in OFFER.findall(text):
         factor = 1e-3 if unit == "mm" else np.pi / 180
         bottom = float(low) * factor
@@ -218,7 +218,7 @@ gas_strut = 20
 
 
 def test_proposal_starts_at_the_stated_joints_and_includes_the_stroke():
-    """With the default stroke, the loop closes only far from the joint values in the file."""
+    """With the default stroke, the loop closes only far from the joint values in the robot file."""
     press = read(Path(__file__).with_name("rocker_press.toml"))
     with pytest.raises(DescriptionError, match="does not close at the reference") as message:
         derive(press, functions=["fk"])
@@ -236,7 +236,7 @@ def test_proposal_starts_at_the_stated_joints_and_includes_the_stroke():
 
 def test_default_swing_angle_points_along_its_strut():
     robot = read_text(BONNET)
-    # At zero joint values, the strut is 1.8 mm too short.
+    # At zero joint values, the gas strut is 1.8 mm too short.
     assert message(robot) == ""
     z = closed_configuration(robot)
     assert max(abs(z[name]) for name in ("front", "hinge", "rear")) < 0.1
@@ -304,9 +304,9 @@ def test_error_on_pin_with_wrong_axis_proposes_a_rotation():
 
 
 def spoilt_actuation(name):
-    """Yield robots with one actuator too few or too many, or without one loop joint or rod.
+    """Yield erroneous robots, each with words of the expected error message.
 
-    Each robot is paired with words of the expected error message.
+    Each robot has one actuator too few or too many, or lacks a loop joint or rod.
     """
     robot = mechanism(name)
     taken = {c.moves for c in robot.coordinates}
@@ -328,8 +328,8 @@ def spoilt_actuation(name):
 
 
 TESTED = {"four_bar": 1, "slider_crank": 1, "five_bar": 2, "excavator": 5, "planar_3rrr": 5}
-"""Step k for each robot. The test of the robot uses every k-th case. The tested cases contain each
-kind of mistake."""
+"""For each robot, the number k if every k-th erroneous variant is tested. The tested variants
+contain each kind of error."""
 
 
 @pytest.mark.parametrize("name", LOOPED)
@@ -339,12 +339,12 @@ def test_error_states_mismatch_of_actuators_and_freedoms(name):
     for robot, words in cases:
         text = message(robot)
         model = Model(robot)
-        # The message names the robot and its number of actuated coordinates.
+        # The error message states the robot's name and number of actuated coordinates.
         assert f"robot {robot.name!r} has " in text
         assert f"{len(robot.actuated)} actuated coordinate" in text
         assert words in text
         passive_cylinder = any(s.is_cylinder and s.name not in robot.actuated for s in robot.struts)
-        # The oracle does not count the degree of freedom of an unactuated cylinder.
+        # The numerical rank does not count the degree of freedom of an unactuated cylinder.
         if words == "can still move" and not passive_cylinder:
             J = model.jacobian(model.q, model.u)
             free = len(model.unknown) - np.linalg.matrix_rank(J, tol=1e-6)
@@ -405,7 +405,7 @@ def test_shipped_mechanisms_have_no_swapped_rod_diagnostics():
 
 
 def with_a_tilted_rocker(kind, closure):
-    """Return a four-bar whose rocker axis is tilted by 0.05 degrees."""
+    """Return a four-bar linkage whose rocker axis is tilted by 0.05 degrees."""
     tilt = ("x", sp.pi / 3600)
     return Mechanism(
         "tilted",

@@ -65,9 +65,8 @@ def test_the_table_has_forty_different_poses():
 
 
 COUNTS = {"6-6": 40, "flat": 40, "6-3": 16, "3-3": 16}
-"""Number of complex poses of generic platforms of each kind: Raghavan 1993 (6-6), Nanua, Waldron
-and Murthy 1990 (3-3).
-"""
+"""Number of complex poses of generic platforms of each kind. The sources are Raghavan 1993 (6-6)
+and Nanua, Waldron and Murthy 1990 (3-3)."""
 
 
 @pytest.mark.parametrize("kind", COUNTS)
@@ -82,7 +81,7 @@ def test_complex_pose_count_matches_known_number(kind):
 
 
 def test_monodromy_paths_permute_the_found_poses():
-    """Closed parameter paths permute the complex poses of a platform."""
+    """If the parameters of a platform follow a closed path, its complex poses are permuted."""
     generator = np.random.default_rng(2)
     a, b = points("3-3", generator)
     found = family(a, b, generator)
@@ -117,10 +116,9 @@ def test_start_poses_are_independent_of_rounding(monkeypatch):
 
 
 def test_architecturally_singular_platform_has_no_start_pose():
-    """The base points and the platform points form the same hexagon.
+    """The base points and the platform points form the same hexagon, with corners on a circle.
 
-    The hexagon has its corners on a circle. This platform can move at constant leg lengths (Husty
-    2000).
+    Such a platform can move at constant leg lengths (Husty 2000).
     """
     generator = np.random.default_rng(5)
     angles = generator.uniform(0, 6, 6)

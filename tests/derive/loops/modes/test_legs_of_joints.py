@@ -1,9 +1,9 @@
 """Platforms on random legs with a ball joint.
 
-The leg types are RPS, PRS, RRS, UPS, PUS and RUS.
+The tested leg types are RPS, PRS, RRS, UPS, PUS and RUS.
 
-A leg with two joints before its ball joint keeps the ball in a plane. A platform on three of these
-legs has three degrees of freedom.
+A leg with two one-axis joints before its ball joint constrains the ball to a plane. A platform on
+three such legs has three degrees of freedom.
 """
 
 from dataclasses import replace
@@ -23,18 +23,19 @@ from tests.support.loops.solved import solved
 POSES = 12
 KINDS = {1: ("RPS", "PRS", "RRS"), 10: ("UPS", "PUS", "RUS", "C", "C", "C")}
 SLOTS = 4
-"""Number of branches. The leg PRS or PUS and the leg RRS or RUS have two solutions each."""
+"""Number of inverse kinematics solutions. The leg PRS or PUS and the leg RRS or RUS have two
+solutions each."""
 FOUND = 1e-8
 MAPS = ("actuators", "actuator_rates")
 
 
 def closed_configurations(mechanism, seed):
-    """Return closed configurations (N, n_z) near the reference."""
+    """Return a NumPy model, and configurations (N, n_z) with closed loops near the reference."""
     model, rng = Model(mechanism), np.random.default_rng(seed)
     at = dict(mechanism.reference)
     start = np.array([float(at.get(name, 0)) for name in model.names])
     z = np.repeat(start[None], POSES, 0)
-    # The loops of six legs close at every pose, but the actuators may be singular.
+    # The loops of a platform on six legs close at every pose, but the actuators may be singular.
     moved = model.actuated if len(model.actuated) < len(model.chain) else model.chain
     z[:, moved] += rng.uniform(-0.06, 0.06, (POSES, len(moved)))
     z = model.newton(z, moved)
@@ -44,7 +45,7 @@ def closed_configurations(mechanism, seed):
 def inverse_at(ik, model, z):
     """Return actuator values (k, N, n) and residuals (k, N) of all k solutions.
 
-    The third result contains the actuator values in the configurations z.
+    Also returns the actuator values of the model in the configurations z.
     """
     (kernel,) = lower([ik], "drawn")
     T, slots = model.tip(z).reshape(-1, 16).T, []

@@ -37,7 +37,8 @@ swing = "psi_{k}"
 """
 FUNCTIONS = ["modes", "chain_fk", "actuators", "actuators_all", "velocity_relation"]
 FUNCTIONS += ["actuator_margin", "constraint", "constraint_D_z", "rods"]
-# Innocenti and Parenti-Castelli 1992: a platform on cylinders with six real modes.
+# A planar platform on three cylinders with six real assembly modes, from Innocenti and
+# Parenti-Castelli 1992.
 BASE = np.array([[0, 0], [15.91, 0], [0, 10]])
 PINS = np.array([[0, 0], [17.04, 0], [13.237, 16.095]])
 LENGTHS = np.array([14.98, 15.38, 12.0])
@@ -61,7 +62,7 @@ def reference(pose, ends, pins, q):
 
 
 def newton(ends, pins, lengths, generator, count=150):
-    """Find poses on three circles by Newton's method from random starts."""
+    """Find planar poses with three pins on three circles, by Newton's method from random starts."""
     size = np.abs(pins).max() + np.max(lengths)
     x = generator.uniform([-size, -size, -np.pi], [size, size, np.pi], (count, 3))
     for _ in range(60):
@@ -89,7 +90,7 @@ def cylinders(tmp_path_factory):
         CYLINDER.format(k=k, a=a, b=b) for k, (a, b) in enumerate(zip(BASE, PINS, strict=True), 1)
     )
     text += reference([-8.7253, 12.1766, -0.9871], BASE, PINS, LENGTHS)
-    # A leg with a cylinder has a single branch.
+    # A planar leg with a cylinder has only one branch.
     functions = [name for name in FUNCTIONS if name not in ("actuators_all", "actuator_margin")]
     folder = tmp_path_factory.mktemp("rpr") / "planar_3rpr"
     return compiled(read_text(text), folder, functions, ["c"])
@@ -156,7 +157,7 @@ def test_assembly_modes_of_3prr_platform_match_newton(tmp_path):
 
 
 MAX_QUERIES = 5_000
-"""Bound on the number of SymPy's sign queries; a platform needs 300 to 1,000 queries."""
+"""Upper bound on the number of sign queries in SymPy. A platform needs 300 to 1,000 queries."""
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""The polynomial of a platform on three rods: elimination, degree and roots."""
+"""The assembly polynomial of a planar platform on three rods: elimination, degree and roots."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ RODS = (sp.Rational(1, 2), sp.Rational(3, 5), sp.Rational(2, 5))
 
 
 def harmonics(coefficients, c, s):
-    """Evaluate the trigonometric polynomial at the angle with cosine c and sine s."""
+    """Evaluate a trigonometric polynomial at the angle with cosine c and sine s."""
     double = c**2 - s**2, 2 * c * s
     triple = double[0] * c - double[1] * s, double[0] * s + double[1] * c
     a0, *rest = coefficients
@@ -27,7 +27,7 @@ def harmonics(coefficients, c, s):
 
 
 def expanded(terms, expressions):
-    """Expand expressions until they contain only points and parameters."""
+    """Expand symbolic expressions until they contain only points and parameters."""
     argument = Argument("p", NAMES, (6,), "m", "points")
     result = Result("y", tuple(expressions), (len(expressions),), "1", "")
     return SymbolicFunction("f", "", "", (argument,), (result,), terms).expanded()[0]
@@ -36,8 +36,9 @@ def expanded(terms, expressions):
 def eliminated(points, c, s):
     """Eliminate the position of a platform from three circles with the centers A_i - R b_i.
 
-    A_i are base points, and b_i are platform points. The first equation is subtracted from the
-    other equations. The two differences are linear in the position, and Cramer's rule solves them.
+    A_i are base points, and b_i are platform points. The first circle equation is subtracted from
+    the other two equations. Both differences are linear in the platform position, and Cramer's rule
+    solves them.
     """
     x, y = sp.symbols("x y", real=True)
     circles = [
@@ -85,7 +86,7 @@ def test_the_fourth_harmonic_cancels():
 
 @pytest.fixture(scope="module")
 def compiled():
-    """Return functions for the polynomial, the position, and the mirrored position."""
+    """Compile functions for the polynomial, the platform position, and the mirrored position."""
     terms = Terms({})
     phi = sp.Symbol("phi", real=True)
     cs = terms.cos_sin(phi)
@@ -132,12 +133,12 @@ def test_every_pose_is_a_root_and_its_position_is_recovered(compiled):
 def test_collinear_centers_give_double_root_and_both_positions(compiled):
     polynomial, position, mirror = compiled
     pose = np.array([0.3, -0.2, 0.7])
-    # The centers A_i - R b_i are on a line that is parallel to the base's x axis.
+    # The circle centers A_i - R b_i are on a line that is parallel to the x axis of the base.
     heights = np.arcsin(0.25 / np.array(RODS, float))
     p = platform_with(pose, heights)
     a = polynomial(p)
     values = [harmonics(a, np.cos(0.7 + d), np.sin(0.7 + d)) for d in (-1e-4, 0, 1e-4)]
-    # The polynomial has a double root.
+    # The assembly polynomial has a double root at the angle 0.7.
     assert abs(values[1]) < 1e-14
     assert values[0] * values[2] > 0
     assert 1e-12 < abs(values[0]) < 1e-4

@@ -1,4 +1,4 @@
-"""Parametric functions of robots with loops agree with robots derived at these parameters."""
+"""Parametric functions of robots with loops agree with robots derived at fixed parameter values."""
 
 from dataclasses import replace
 
@@ -21,7 +21,8 @@ from tests.support.loops.parametric import loops_of, nominal, reference
 from tests.support.loops.solved import solved
 
 RODS = ("five_bar", "delta", "excavator")
-"""A planar loop, a spatial loop, and loops with a cylinder."""
+"""Names of robots with a planar loop, with spatial loops, and with loops that contain a cylinder.
+"""
 EVERY = ("four_bar", "slider_crank", "delta", "stewart_gough", "excavator")
 """Robots with loops of every kind: a pin, a slider, rods, and actuated cylinders."""
 SLIDERS = {
@@ -33,7 +34,7 @@ plane."""
 
 
 def closed(loops, functions, w, p):
-    """Solve the unknown variables by Newton's method."""
+    """Solve the loop equations for the passive joint values by Newton's method."""
     w, n = w.copy(), len(loops.hybrid.q)
     for _ in range(20):
         c, D = (np.array(part) for part in functions["closure_p"](w, p))

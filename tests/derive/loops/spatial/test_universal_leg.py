@@ -1,4 +1,4 @@
-"""A rod between a universal joint and a ball joint, in closed form."""
+"""Closed-form solution of loops with a rod between a universal joint and a ball joint."""
 
 from dataclasses import replace
 from functools import cache
@@ -41,7 +41,7 @@ def turned_round():
 
 
 def spherical():
-    """Return a spherical four-bar with a crank. A pin away from the center closes the loop."""
+    """Return a spherical four-bar linkage whose loop is closed by a pin away from the center."""
     crank, coupler, rocker, ground = (sp.pi * sp.Rational(k, 36) for k in (8, 16, 14, 15))
     outside = Translation((0, 0, 1))
     return Mechanism(
@@ -108,8 +108,8 @@ def test_solution_lies_on_the_branch_of_the_reference(name):
     at_reference = solved(mechanism).at_reference
     for joint, value in at_reference.items():
         assert np.cos(value - float(mechanism.reference_of(joint))) > 0.8
-    # If the reference contains the flipped angles of the universal joint, the solver must select
-    # the second branch.
+    # If the reference configuration contains the flipped angles of the universal joint, the loop
+    # solver must select the second branch.
     over = {"yoke": at_reference["yoke"] + np.pi, "swing": np.pi - at_reference["swing"]}
     if name == "turned_round":
         values = [(n, sp.Rational(f"{over.get(n, v):.3f}")) for n, v in at_reference.items()]

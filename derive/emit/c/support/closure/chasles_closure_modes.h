@@ -1,10 +1,10 @@
-/* Rejects inverse solutions in another assembly mode, for platforms whose loops are closed by
- * iteration. This file is part of chasles and is the same for every robot.
+/* Rejects inverse kinematics solutions in another assembly mode than forward kinematics, for
+ * platforms whose loops are closed by iteration. This file is part of chasles and is the same for
+ * every robot.
  *
- * The legs of a platform reach a pose with the coordinates q; fk(q) is the pose on the reference
- * branch of the loops. The pose of the legs equals the pose of fk unless the two poses belong to
- * different assembly modes.
- */
+ * At the coordinates q of a solution, the platform's legs reach the target pose, and forward
+ * kinematics returns the pose on the reference branch. The target pose and the pose from forward
+ * kinematics are equal unless they belong to different assembly modes. */
 #ifndef CHASLES_CLOSURE_MODES_H
 #define CHASLES_CLOSURE_MODES_H
 
@@ -23,9 +23,9 @@ static inline void chasles_mode_turns(double *q, const double *angles, int n)
     }
 }
 
-/* Returns the residual of a solution: the larger of the leg error and the distance between T and
- * the pose from forward kinematics. The residual is infinite if forward kinematics returns another
- * assembly mode. The residual is NaN if forward kinematics fails. */
+/* Returns the residual of a solution: the larger of the leg error and the distance between the
+ * target pose T and the pose from forward kinematics. The residual is infinite if forward
+ * kinematics returns another assembly mode. The residual is NaN if forward kinematics fails. */
 static inline double chasles_mode_residual(const double T[16], const double reached[16],
                                            double legs, double size)
 {
@@ -42,7 +42,7 @@ static inline double chasles_mode_residual(const double T[16], const double reac
     if (!is_near && legs <= CLOSURE_ON_LEGS * size)
         return INFINITY;
     const double residual = distance > angle ? distance : angle;
-    /* NaN propagates, because comparisons with NaN are false. */
+    /* A NaN residual propagates, because comparisons with NaN are false. */
     return legs > residual ? legs : residual;
 }
 

@@ -23,7 +23,7 @@
 
 #include "chasles_closure_newton.h"
 
-/* Computes the loop variables w at q for the geometry p. */
+/* Computes the loop variables w at the coordinates q for the geometry parameters p. */
 static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                              const double p[CLOSURE_P], double w[CLOSURE_W])
 {
@@ -36,7 +36,9 @@ static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q]
     memcpy(w, s->w, sizeof s->w);
 }
 
-/* Computes L = J_u c_u^-1 (6 x M) from the tool's Jacobian J (6 x W). */
+/* Computes L = J_u c_u^-1 (6 x M), where J_u and c_u are the derivatives of tool pose and closure
+ * equations by the unknown variables. The columns of J_u are columns of the tool's Jacobian J (6 x
+ * W). */
 static void CLOSURE_NAME(levers)(CLOSURE_NAME(closed) * s, const double *J, double *L)
 {
     CLOSURE_NAME(factored)(s);
@@ -74,16 +76,16 @@ static void CLOSURE_NAME(through)(const double *J_x, const double *L, const doub
         }
 }
 
-/* Converts the tool's Jacobian J_w with respect to w to the Jacobian (6 x Q) with respect to the
- * coordinates. */
+/* Converts the tool's Jacobian J_w with respect to the loop variables w to the Jacobian (6 x Q)
+ * with respect to the coordinates. */
 static void CLOSURE_NAME(by_q)(const CLOSURE_NAME(closed) * s, const double *J_w, const double *L,
                                double *J)
 {
     CLOSURE_NAME(through)(J_w, L, s->D, CLOSURE_W, CLOSURE_Q, J);
 }
 
-/* Computes the tool's Jacobian (6 x P) with respect to the parameters. The argument J_p is the
- * tool's Jacobian at constant w. */
+/* Computes the tool's Jacobian (6 x P) with respect to the geometry parameters. The argument J_p is
+ * the same Jacobian at constant loop variables w. */
 static void CLOSURE_NAME(by_p)(const CLOSURE_NAME(closed) * s, const double *J_p, const double *L,
                                const double *c_p, double *J)
 {

@@ -4,20 +4,22 @@
  *
  * For a nearly singular Jacobian, v is the joint direction with the smallest pose change, and u is
  * the twist direction that the joints can hardly reach. The pose error is the twist from the tool
- * pose at q + s v to the target pose. The component of the pose error along u is the quadratic
- * polynomial e(s) = lack - slope s - bend s^2 / 2. If the discriminant slope^2 + 2 bend lack is
- * positive, e(s) has two real roots, one on each side of the fold point. If the discriminant is
- * negative, e(s) has no real root. The two roots s give starts for the two branches of the true
- * arm, even if the nominal arm has no solution. */
-/* Data of fold points. Each SIMD lane processes one fold point. `c` is a configuration near the
- * fold point, and `along` is the direction v. `lack`, the constant coefficient of e(s), is not
- * negative. `step` is the Newton step orthogonal to v, and `step2` is its squared length. */
+ * pose at the displaced configuration q + s v to the target pose. The component of the pose error
+ * along u is the quadratic polynomial e(s) = lack - slope s - bend s^2 / 2. If its discriminant
+ * slope^2 + 2 bend lack is positive, the quadratic e(s) has two real roots, one on each side of the
+ * fold point. If the discriminant is negative, e(s) has no real root. The two real roots of e(s)
+ * give starts for two branches of the actual arm, even if the nominal arm has no solution. */
+/* Data of the fold points that the SIMD lanes process, one fold point per lane. `c` is a
+ * configuration near the fold point, and `along` is the joint direction v with the smallest pose
+ * change. `lack`, the constant coefficient of the quadratic e(s), is not negative. `step` is the
+ * Newton step orthogonal to the joint direction v, and `step2` is its squared length. */
 typedef struct {
     POLISH_NAME(configurations) c;
     lanes along[POLISH_N], u[6], lack, slope, bend, step[POLISH_N], step2;
 } POLISH_NAME(folds);
 
-/* Computes v and u at the configurations, and the Newton step orthogonal to v. */
+/* Computes the nearly singular directions v (joints) and u (twist) at the configurations, and the
+ * Newton step orthogonal to v. */
 POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
 {
     const lanes added = POLISH_OF(POLISH_MIN_DAMPING);
@@ -64,8 +66,9 @@ POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
     }
 }
 
-/* Moves each configuration by the Newton step orthogonal to v, and computes v and u at the new
- * configuration. Computes `bend` from the Jacobian at a configuration displaced along v. */
+/* Moves each configuration by the Newton step orthogonal to v, and recomputes the nearly singular
+ * directions v (joints) and u (twist) there. Computes `bend`, the curvature at the fold point, from
+ * the Jacobian at a configuration displaced along the joint direction v. */
 static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) * f)
 {
     POLISH_NAME(configurations) shifted;
@@ -87,8 +90,9 @@ static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) *
     f->bend = (moved - f->slope) * (1.0 / POLISH_BEND_OFFSET);
 }
 
-/* The branches that meet at each fold point, in pairs. `q` contains a start for each branch, and
- * `far2` is the square of half the distance between the two starts. */
+/* Pairs of solution branches that meet at a fold point. `q` contains a start configuration for each
+ * branch of a pair, and `far2` is the squared half distance between the two start configurations.
+ */
 typedef struct {
     int count;
     double q[POLISH_SLOTS][2][POLISH_N], far2[POLISH_SLOTS];
@@ -104,8 +108,8 @@ static int POLISH_NAME(is_known)(const POLISH_NAME(search) * s, const double *q,
     return 0;
 }
 
-/* Returns whether a branch has no solution, possibly because it ends at a fold point. Either the
- * iteration found no new solution for the branch, or the nominal arm misses a pose that the true
+/* Returns whether a solution branch without a new solution may end at a fold point. Either Newton's
+ * iteration found no new solution on the branch, or the nominal arm misses a pose that the actual
  * arm may reach. */
 static int POLISH_NAME(is_folded)(double residual, double pivot)
 {
@@ -119,25 +123,26 @@ static int POLISH_NAME(is_folded)(double residual, double pivot)
            pivot * residual * residual < moved * moved;
 }
 
-/* Returns whether solutions may exist away from a fold point of the nominal arm. Two conditions
- * must hold. First, the nominal arm is singular at the configuration nearest to the pose. Second,
- * the pose error at this configuration is not along the unreachable direction u. The argument
- * `cost` is the squared error (radian, or relative to the length). */
+/* Returns whether solutions may exist away from a fold point of the nominal arm. One condition is
+ * that the nominal arm is singular at its configuration nearest to the pose. The other condition is
+ * that the pose error at this configuration is hardly along the unreachable twist direction u. The
+ * argument `cost` is the squared pose error (radian, or relative to the arm length). */
 static int POLISH_NAME(is_aside)(double cost, double pivot, double step2)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION;
     return pivot < unsure * unsure && step2 * pivot < POLISH_ASIDE * cost;
 }
 
-/* Returns whether further solutions may be near a branch with a solution. */
+/* Returns whether further solutions may be near a branch for which a solution is already known. */
 static int POLISH_NAME(is_swerved)(double first2, double trace)
 {
     const double part = POLISH_DEVIATION * trace;
     return part * part * trace * first2 > POLISH_SWERVED * POLISH_SWERVED;
 }
 
-/* Starts branches on both sides of the fold points, unless the solutions there are known. Returns 1
- * if the number of solutions at each fold point is known to be zero or two, otherwise 0. */
+/* Queues a start of Newton's iteration on each side of the fold points, unless the solution there
+ * is known. Returns 1 if the number of solutions at each fold point is known to be zero or two,
+ * otherwise 0. */
 static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                           POLISH_NAME(folds) * f, const int *slot, int count,
                                           POLISH_NAME(pairs) * pairs)
@@ -175,8 +180,9 @@ static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_
     return is_clear;
 }
 
-/* Searches for solutions near fold points. Returns whether the solutions are known to be complete.
- * `first` contains the data that Newton's method records in the first step of each branch. */
+/* Searches for solutions near fold points. Returns whether all solutions of the pose are certainly
+ * found. `first` contains the data (pivots, squared step length, trace) that Newton's iteration
+ * records for the first step of each branch. */
 static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
                                             const POLISH_NAME(slots) * start, const double *first)
 {
@@ -192,8 +198,8 @@ static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
         if (s->taken[k]) {
             is_clear = is_clear && !POLISH_NAME(is_swerved)(own[2 * LANES], own[3 * LANES]);
         } else if (POLISH_NAME(is_folded)(start->residual[k], own[0])) {
-            /* If the second pivot of J J^T is small too, the fold point does not give all
-             * solutions. */
+            /* If the second pivot of J J^T is small too, the search at the fold point does not find
+             * all solutions. */
             is_clear = is_clear && !(own[LANES] < unsure * unsure);
             for (int i = 0; i < POLISH_N; i++)
                 ((double *)f.c.q)[LANES * i + count] = start->q[POLISH_N * k + i];

@@ -1,9 +1,10 @@
-/* Adds solutions of the general solver. Each solution is stored in the slot of the nearest branch,
- * or in an extra slot. This file is part of chasles and is the same for every robot. The header
- * chasles_polish.h includes this file once for each robot that the general solver supports. */
-/* Stores a further solution. If an inaccurate copy of the solution is stored, the solution replaces
- * this copy. Otherwise, the solution is stored in the free slot of the nearest nominal branch, or
- * in an extra slot. */
+/* Adds the solutions of the general inverse kinematics solver to the known solutions. Each solution
+ * is stored in the solution slot of the nearest branch, or in an extra slot. This file is part of
+ * chasles and is the same for every robot. The header chasles_polish.h includes this file once for
+ * each robot that the general solver supports. */
+/* Stores a further inverse kinematics solution. If an inaccurate copy of the solution is stored,
+ * the solution replaces this copy. A solution without such a copy is stored in the free slot of the
+ * nearest nominal branch, or in an extra slot. */
 static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                const double *q, double residual)
 {
@@ -32,7 +33,8 @@ static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots)
     s->count++;
 }
 
-/* Returns whether solutions may be missing. */
+/* Returns whether solutions may be missing. Solutions may be missing if their number is zero, odd,
+ * or less than the number of nominal branches that reach the pose. */
 static int POLISH_NAME(is_short)(const POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
 {
     int reached = 0;
@@ -52,7 +54,8 @@ static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
 }
 
 /* Returns whether each real root of the determinant belongs to exactly one known solution, and no
- * two roots are near each other. Then the known solutions are complete. */
+ * two roots are near each other. The known solutions are complete if each real root matches exactly
+ * one of them. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                                     const chasles_general_order *order,
                                     const chasles_circle_roots *roots)
@@ -96,11 +99,11 @@ static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_gener
     return count;
 }
 
-/* Returns whether the known solutions are complete. Elimination orders are tested until one order
- * gives a clear result. An elimination order is skipped if two known solutions have nearly the same
- * suppressed angle. For example, several branches may have the same elbow angle. `system` receives
- * the equations of the last tested elimination order, and `decisive` receives this order. If no
- * order is tested, `decisive` is null. */
+/* Returns a verdict on whether the known inverse kinematics solutions are complete. Elimination
+ * orders are tested until one order gives a clear verdict. An elimination order is skipped if two
+ * known solutions have nearly the same suppressed joint angle, for example the same elbow angle.
+ * `system` receives the equations of the last tested elimination order, and `decisive` receives
+ * this order. If no elimination order is tested, `decisive` is null. */
 static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s,
                                                    const chasles_general_six *six, int orders,
                                                    chasles_general_system *system,
@@ -121,8 +124,8 @@ static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s
     return verdict;
 }
 
-/* Runs the general solver unless the known solutions are complete. Returns whether the solutions
- * are certainly complete. */
+/* Runs the general inverse kinematics solver unless the known solutions are complete. Returns
+ * whether all solutions of the pose are certainly found. */
 static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
                                         const POLISH_NAME(slots) * start,
                                         const chasles_general_six *six,
@@ -148,8 +151,8 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
             (found->count > 0 || k > 0))
             return 1;
     }
-    /* If the deviation is large, the search along pose lines may miss solutions. Solutions of
-     * nearby poses are then used as starts. */
+    /* If the axis deviation is large, the search along pose lines may miss solutions. The solver
+     * therefore also starts from solutions of nearby poses. */
     return POLISH_IS_ASKED && chasles_general_by_nearby(six, s->in, found);
 }
 
@@ -166,8 +169,8 @@ static void POLISH_NAME(add_found)(POLISH_NAME(search) * s, const POLISH_NAME(sl
     }
 }
 
-/* Runs the general solver and adds its solutions. Returns whether the solutions are certainly
- * complete. */
+/* Runs the general inverse kinematics solver and adds its solutions. Returns whether all solutions
+ * of the pose are certainly found. */
 static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
 {
     chasles_general_six six;

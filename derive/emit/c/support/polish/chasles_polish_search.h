@@ -2,16 +2,18 @@
  * file is part of chasles and is the same for every robot. The header chasles_polish.h includes
  * this file once for each robot.
  *
- * Near a singularity, even a small deviation of the true arm moves solutions far away. The search
- * uses poses on a straight line through the target T, called the pose line. The pose at the
- * parameter mu is the target T, displaced by the twist -mu u. The vector u is constant. At both
- * ends of the pose line, the nominal arm is far from its singularity. Newton's iteration therefore
- * finds the true solutions at the end poses. From a true solution at an end pose, the search
- * follows a curve of configurations. At every configuration of the curve, the pose error relative
- * to T is mu u. A curve may pass through fold points. Where a curve crosses mu = 0, its
- * configuration is a solution of the target T. */
+ * Near a singularity, even a small deviation of the actual arm from the nominal arm moves solutions
+ * far away. The search uses poses on a straight line through the target pose T, called the pose
+ * line. The pose at the line parameter mu is the target T, displaced by the twist -mu u, where u is
+ * a constant twist. At both ends of the pose line, the nominal arm is far from its singularity.
+ * Newton's iteration therefore finds the solutions of the actual arm at both ends of the pose line.
+ * From a solution at an end of the pose line, the search follows a curve of configurations. At
+ * every configuration of this curve, the pose error relative to the target T is mu u, a multiple of
+ * the constant twist u. The curve of configurations may pass through fold points, where two
+ * solution branches meet. Where a curve of configurations crosses mu = 0, the configuration is a
+ * solution of the target pose T. */
 /* The solutions found so far, and a queue of start configurations. Newton's iteration begins when
- * the queue fills all SIMD lanes. */
+ * the queue of start configurations fills all SIMD lanes. */
 typedef struct {
     const double *in;
     double *q, *residual, *margin;
@@ -46,7 +48,7 @@ static void POLISH_NAME(mark)(POLISH_NAME(search) * s)
     }
 }
 
-/* Stores the result that the iteration reached from one start configuration. A new solution is
+/* Stores the result that Newton's iteration reached from one start configuration. A new solution is
  * stored in the slot of its branch or, if this slot is occupied, in another slot. A slot without a
  * solution stores the result with the smallest residual. */
 static void POLISH_NAME(keep)(POLISH_NAME(search) * s, int lane)
@@ -70,7 +72,7 @@ static void POLISH_NAME(keep)(POLISH_NAME(search) * s, int lane)
     s->margin[slot] = s->margin_of[lane];
 }
 
-/* Copies the first lane to lane `count` and to all later lanes. */
+/* Copies the values of the first SIMD lane to lane `count` and to all later lanes. */
 static void POLISH_NAME(repeat)(double *rows, int n, int count)
 {
     for (int i = 0; i < n; i++) {
@@ -80,8 +82,8 @@ static void POLISH_NAME(repeat)(double *rows, int n, int count)
 }
 
 #if POLISH_IS_SEARCHED
-/* Continues the iteration for a slot with a valid solution that has not yet converged. Returns
- * whether the iteration ends at the solution of another slot. */
+/* Continues Newton's iteration for the valid but not yet converged solution of a slot. Returns
+ * whether Newton's iteration ends at the solution of another slot. */
 static LANES_TARGET int POLISH_NAME(is_led_to_known)(POLISH_NAME(search) * s, int slot)
 {
     double found[POLISH_N], left, *rows = (double *)s->c.q;
@@ -100,7 +102,7 @@ static LANES_TARGET int POLISH_NAME(is_led_to_known)(POLISH_NAME(search) * s, in
 }
 #endif
 
-/* Empties a slot if it repeats the solution of another slot. */
+/* Empties a solution slot that repeats the solution of another slot. */
 static LANES_TARGET void POLISH_NAME(empty_copy)(POLISH_NAME(search) * s, int slot)
 {
     double *q = s->q + POLISH_N * slot;
@@ -122,7 +124,7 @@ static LANES_TARGET void POLISH_NAME(empty_copy)(POLISH_NAME(search) * s, int sl
         q[i] = NAN;
 }
 
-/* Iterates from the queued starts to the pose. */
+/* Runs Newton's iteration from the queued start configurations to the target pose. */
 static LANES_TARGET void POLISH_NAME(follow)(POLISH_NAME(search) * s)
 {
     POLISH_NAME(repeat)((double *)s->c.q, POLISH_N, s->waiting);
@@ -132,7 +134,7 @@ static LANES_TARGET void POLISH_NAME(follow)(POLISH_NAME(search) * s)
     s->waiting = 0;
 }
 
-/* Queues a start configuration of a branch. */
+/* Adds a start configuration of a solution branch to the queue. */
 static LANES_TARGET void POLISH_NAME(add)(POLISH_NAME(search) * s, const double *q, int slot,
                                           double margin)
 {
@@ -146,10 +148,12 @@ static LANES_TARGET void POLISH_NAME(add)(POLISH_NAME(search) * s, const double 
         POLISH_NAME(follow)(s);
 }
 
-/* Computes a twist, linear part first. The argument `direction` selects one of six directions. */
+/* Computes a twist in one of six directions, linear part first. The argument `direction` selects
+ * the direction of the twist. */
 static void POLISH_NAME(direction)(int direction, double size, double *u)
 {
-    /* The six axes through opposite corners of an icosahedron. The axes are evenly distributed. */
+    /* The six axes through opposite corners of an icosahedron, which are evenly distributed in
+     * space. */
     static const double axes[6][3] = {
         {0.0, 0.53, 0.85},  {0.53, 0.85, 0.0},  {0.85, 0.0, 0.53},
         {0.0, -0.53, 0.85}, {-0.53, 0.85, 0.0}, {0.85, 0.0, -0.53},
@@ -160,14 +164,15 @@ static void POLISH_NAME(direction)(int direction, double size, double *u)
     }
 }
 
-/* Computes the inputs of the inverse for a nearby pose. The twist displaces the target pose. */
+/* Computes the inputs of the inverse kinematics function for a pose that a twist displaces from the
+ * target pose. */
 static void POLISH_NAME(nearby)(const double *in, double size, int direction, double *near)
 {
     double u[6];
     POLISH_NAME(direction)(direction, size, u);
     const double a = 0.5 * u[3], b = 0.5 * u[4], c = 0.5 * u[5];
     const double n = 1.0 / (1.0 + a * a + b * b + c * c);
-    /* Uses Cayley's formula, so that the result is a rotation. */
+    /* The matrix R is computed with Cayley's formula, so that R is a rotation. */
     const double R[3][3] = {
         {n * (1.0 + a * a - b * b - c * c), 2.0 * n * (a * b - c), 2.0 * n * (a * c + b)},
         {2.0 * n * (a * b + c), n * (1.0 - a * a + b * b - c * c), 2.0 * n * (b * c - a)},
@@ -197,8 +202,8 @@ static int POLISH_NAME(is_rigid)(const double *T)
     return off <= POLISH_RIGID;
 }
 
-/* Searches for solutions of branches whose existence is uncertain, starting from nominal solutions
- * of nearby poses. */
+/* Searches branches whose solutions are uncertain, starting from solutions of the nominal arm at
+ * nearby poses. */
 static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 {
     POLISH_NAME(slots) other;
@@ -217,11 +222,11 @@ static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 }
 
 #if POLISH_N >= 6
-/* The line parameter mu runs from -POLISH_HALF to POLISH_HALF along the line of poses. With this
- * scale, changes of mu are about as large as changes of joint angles (radian). */
+/* The parameter mu of the pose line runs from -POLISH_HALF to POLISH_HALF. With this range, changes
+ * of mu are about as large as changes of joint angles (radian). */
 #define POLISH_HALF sqrt(POLISH_LINE *POLISH_DEVIATION)
 
-/* Curves of the search, one per SIMD lane. */
+/* Curves of configurations that the search follows, one per SIMD lane. */
 typedef struct {
     POLISH_NAME(configurations) c;
     lanes mu, along[POLISH_N + 1], left;
@@ -232,8 +237,9 @@ typedef struct {
                           number of curves that reached the other end */
 } POLISH_NAME(curves);
 
-/* Moves each configuration onto its curve e = mu u by the smallest first-order change of (q, mu).
- * The previous direction of the curve, projected onto the tangent, becomes the new direction. */
+/* Moves each configuration onto its curve, where the pose error is mu u, by the smallest
+ * first-order change of (q, mu). The previous direction of the curve, projected onto the tangent,
+ * becomes the new direction. */
 POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH_NAME(curves) * k)
 {
     lanes J[6][POLISH_N], a[6][6], b[2][6], dq[POLISH_N];
@@ -279,8 +285,9 @@ POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH
         k->along[m] *= scale;
 }
 
-/* Adds the point where a curve crosses or nearly touches mu = 0 to the queue of starts. The point
- * is interpolated between two points of the curve, at the fraction `part` of their distance. */
+/* Queues a start of Newton's iteration where a curve crosses or nearly touches mu = 0 on the pose
+ * line. The start is interpolated between two points of the curve, at the fraction `part` of their
+ * distance. */
 static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves) * k, int lane,
                                const lanes *before, double part)
 {
@@ -293,8 +300,9 @@ static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves
     POLISH_NAME(add)(s, q, k->slot[lane], k->margin[lane]);
 }
 
-/* Follows the curves to the ends of the pose line. Each SIMD lane follows one curve. Adds a start
- * configuration to the queue wherever a curve crosses or nearly touches mu = 0. */
+/* Follows the curves of configurations to the ends of the pose line, one curve per SIMD lane.
+ * Queues a start configuration wherever a curve crosses or nearly touches the target pose at mu =
+ * 0. */
 static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const double *u,
                                             POLISH_NAME(curves) * k)
 {
@@ -323,8 +331,8 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
                     POLISH_NAME(cross)(s, k, lane, before, b / (b + c + 1e-300));
                 } else if (b < a && b < c && b < POLISH_TOUCH * half &&
                            first[lane] * then[lane] > 0.0) {
-                    /* Evaluates a parabola through three points that are assumed to be equidistant.
-                     */
+                    /* Fits a parabola to |mu| at three curve points, assumed to be equidistant, and
+                     * queues its real roots or, without real roots, its minimum. */
                     const double sum = 0.5 * (a + c) - b, middle = 0.25 * (a - c) / sum;
                     const double apart2 = middle * middle - b / sum;
                     const double apart = apart2 > 0.0 ? sqrt(apart2) : 0.0;
@@ -351,8 +359,9 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
     k->count = 0;
 }
 
-/* Adds a curve that starts at the configuration `from`, at the value `mu` of the line parameter. If
- * `k->side` is 1, mu first decreases along the curve. If `k->side` is -1, mu first increases. */
+/* Adds a curve that starts at the configuration `from`, where the parameter of the pose line is
+ * `mu`. If `k->side` is 1, mu first decreases along the curve. If `k->side` is -1, mu first
+ * increases. */
 static LANES_TARGET void POLISH_NAME(begin)(POLISH_NAME(search) * s, const double *u,
                                             POLISH_NAME(curves) * k, const double *from, int slot,
                                             double mu, double margin)
@@ -390,8 +399,8 @@ static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *i
             for (int slot = 0; slot < POLISH_SLOTS; slot++)
                 starts += is_unsure[slot] && other.residual[slot] < POLISH_FOLD;
             begun += starts;
-            /* If at least as many curves arrived here from the other end as would start here, the
-             * curves that would start here are already known. */
+            /* The curves that start at this end of the pose line are known if at least as many
+             * curves arrived from the other end. */
             if (k.side > 0 && s->count > 0 && starts <= k.arrived)
                 break;
             for (int slot = 0; slot < POLISH_SLOTS; slot++) {

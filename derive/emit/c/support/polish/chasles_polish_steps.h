@@ -64,8 +64,8 @@ POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurati
         w[1] += at[8 + k] * T[k] - at[k] * T[8 + k];
         w[2] += at[k] * T[4 + k] - at[4 + k] * T[k];
     }
-    /* Computes the rotation axis times twice the tangent of half the angle; the value is bounded
-     * near half a turn. */
+    /* The rotation error is the rotation axis times twice the tangent of half the angle. The bound
+     * POLISH_HALF_TURN keeps the rotation error finite near half a turn. */
     const lanes factor = 2.0 / POLISH_MAX(trace + 1.0, POLISH_HALF_TURN);
     c->cost = distance2 * (1.0 / (POLISH_LENGTH * POLISH_LENGTH));
 #if POLISH_IS_POSITION
@@ -78,14 +78,14 @@ POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurati
         c->e[3 + i] = factor * w[i];
         c->cost += c->e[3 + i] * c->e[3 + i];
     }
-    /* The squared residual of an inverse is the larger of the squared position error and the
-     * squared rotation error. */
+    /* The squared residual of an inverse kinematics solution is the larger of the squared position
+     * error and the squared rotation error. */
     lanes difference = distance2 - 0.5 * turned2;
     difference = LANES_CHOICE(LANES_LT(difference, 0.0), -difference, difference);
     c->residual2 = 0.5 * (distance2 + 0.5 * turned2 + difference);
 }
 
-/* Computes the pose, the Jacobian and the errors at the coordinates. */
+/* Computes the tool pose, the Jacobian and the pose errors at the coordinates of each SIMD lane. */
 POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurations) * c)
 {
 #if POLISH_SEEDS
@@ -111,7 +111,8 @@ POLISH_INLINE void POLISH_NAME(weighted)(const POLISH_NAME(configurations) * c,
     }
 }
 
-/* Reduces the coordinates by full turns. */
+/* Shifts angles by full turns, so that each angle is within half a turn of zero or of its reference
+ * value. */
 POLISH_INLINE void POLISH_NAME(unwind)(lanes *q)
 {
     static const double turns[] = POLISH_TURNS;
@@ -130,8 +131,8 @@ POLISH_INLINE void POLISH_NAME(unwind)(lanes *q)
     }
 }
 
-/* Moves q by dq; each coordinate moves by at most POLISH_STEP, and angles move in the shorter
- * direction. */
+/* Moves the coordinates q by the step dq, and then shifts angles by full turns. A long step dq is
+ * shortened so that each coordinate moves by at most POLISH_STEP. */
 POLISH_INLINE void POLISH_NAME(move)(const lanes *from, const lanes *dq, lanes *q)
 {
     lanes longest = POLISH_OF(POLISH_STEP);
@@ -143,7 +144,7 @@ POLISH_INLINE void POLISH_NAME(move)(const lanes *from, const lanes *dq, lanes *
     POLISH_NAME(unwind)(q);
 }
 
-/* The factored equations of a step, and the Jacobian of this step. */
+/* The factored linear equations of a Newton step, and the Jacobian at the start of this step. */
 typedef struct {
     lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS];
 } POLISH_NAME(factors);
@@ -192,9 +193,10 @@ POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
 }
 
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-/* Returns whether there is certainly no solution near c. No solution is near c if the linearized
- * error after a step exceeds the largest error that curvature can cause for this step length. Near
- * singularities (small `pivots`), damping shortens the step, so the function returns false. */
+/* Returns whether there is certainly no solution near the configuration c. No solution is near c if
+ * the linearized error after a step exceeds the largest error that curvature can cause for this
+ * step length. Near singularities (small `pivots`), damping shortens the step, so the function
+ * returns false. */
 POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) * c,
                                               const POLISH_NAME(factors) * f, const lanes *dq,
                                               const lanes *pivots)
@@ -220,14 +222,15 @@ POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) 
 }
 #endif
 
-/* Runs Newton's iteration only in the lanes that the mask `near` selects. The smallest pivots and
- * the squared length of the first step are written to `first`. The first step is damped only in the
- * lanes that `near` selects. In a search at fold points, the trace of (J J^T)^-1 after the first
- * step is also written to `first`. This trace is large near singularities. For robots with loops,
- * the squared pose error at the start is written instead of this trace. After a short step, the
- * next steps reuse the equations of this step, because the Jacobian has hardly changed. With fewer
- * than six joints, only some branches reach the pose. The iteration of a branch ends when `misses`
- * shows that the branch does not reach the pose. */
+/* Runs Newton's iteration only in the SIMD lanes that the mask `near` selects. The smallest pivots
+ * and the squared length of the first step are written to `first`. The first step is damped only in
+ * the lanes that `near` selects. In a search at fold points, the trace of (J J^T)^-1 after the
+ * first step is also written to `first`. The trace of (J J^T)^-1 is large near singularities. For
+ * robots with loops, the squared pose error at the start is written to `first` instead of the
+ * trace. After a short Newton step, the next steps reuse the linear equations of this step, because
+ * the Jacobian has hardly changed. If the arm has fewer than six joints, only some of its branches
+ * reach the pose. Newton's iteration on a branch ends when the function `misses` shows that the
+ * branch does not reach the pose. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *first)
 {
@@ -247,7 +250,8 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
             POLISH_NAME(evaluate)(T, c);
         }
 #if !POLISH_IS_SEARCHED
-        /* If the true loops are on another branch, the tool is far from the target pose. */
+        /* If the loops of the actual robot are on another branch than the nominal loops, the tool
+         * is far from the target pose. */
         if (taken == 0) {
             first[3] = c->cost;
             going = POLISH_AND(going, LANES_LT(c->cost, POLISH_OF(POLISH_ON_BRANCH)));
@@ -316,8 +320,8 @@ static LANES_TARGET void POLISH_NAME(descend)(const double *T, POLISH_NAME(confi
 }
 
 #if !POLISH_IS_SEARCHED
-/* Runs Newton's iteration near a dead point, beyond which the loops cannot be closed. Undamped
- * steps are halved until the error decreases. */
+/* Runs Newton's iteration near a dead point, beyond which the loops cannot be closed. Each undamped
+ * Newton step is halved until the step reduces the pose error. */
 static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(configurations) * c)
 {
     const lanes undamped = POLISH_OF(0.0);
@@ -351,8 +355,8 @@ static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(conf
 }
 #endif
 
-/* Loads the solution slots from index `first` on into the SIMD lanes. Unused lanes repeat the last
- * slot. */
+/* Loads the solution slots from index `first` on into the SIMD lanes. Unused SIMD lanes repeat the
+ * last solution slot. */
 POLISH_INLINE void POLISH_NAME(load)(const double *q, int first, POLISH_NAME(configurations) * c)
 {
     double *rows = (double *)c->q;
@@ -367,7 +371,7 @@ POLISH_INLINE void POLISH_NAME(load)(const double *q, int first, POLISH_NAME(con
 #endif
 }
 
-/* Stores the result of a lane in a solution slot. */
+/* Stores the result of a SIMD lane in a solution slot. */
 POLISH_INLINE void POLISH_NAME(store)(const POLISH_NAME(configurations) * c, int lane, double *q,
                                       double *residual)
 {
