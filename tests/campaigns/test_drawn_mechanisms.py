@@ -92,7 +92,7 @@ def test_three_crank_linkage_is_mobile_only_uncrossed():
     values = {n: sp.Rational(f"{v:.6f}") for n, v in (crossed | struts).items()}
     rigid = replace(drawn.mechanism, reference=tuple((reference | values).items()))
     with pytest.raises(
-        DescriptionError, match="0 degrees of freedom: its loops immobilize every body"
+        DescriptionError, match="0 degrees of freedom: the loops immobilize every body"
     ):
         derive(rigid)
 
