@@ -112,7 +112,7 @@ def draw(
         InputValueError: A view or file suffix is unknown, axes are passed for several views, a
             motion belongs to a different robot, or the robot has no such `ghosts`.
         ShapeError: `q`, `ghosts` or `path` has the wrong number of coordinates.
-        NotInstalledError: Matplotlib is not installed: `pip install 'chasles[draw]'`.
+        NotInstalledError: Matplotlib is not installed (`pip install 'chasles[draw]'`).
     """
     check_type("draw: robot", robot, Robot)
     bodies = skeleton(robot)

@@ -86,7 +86,7 @@ class LiveView:
             UserWarning: Mesh files were not found.
 
         Raises:
-            NotInstalledError: viser is not installed: `pip install 'chasles[view]'`.
+            NotInstalledError: viser is not installed (`pip install 'chasles[view]'`).
             InputValueError: The port is not free.
             ManifestError: The robot was derived by an earlier version of chasles. Derive it again.
         """

@@ -1,14 +1,16 @@
 """Replaces a chain with fixed joints by a shorter chain.
 
-The redundant joints of an arm are fixed. A fixed joint at an end of the chain is removed, and the
-target is multiplied by the inverse of the joint's motion. A fixed joint inside the chain is first
-moved to the end. Let E be the motion of a fixed joint. Let P be the motion of all joints before the
-fixed joint, and Q the motion of all joints after it. Then
+To obtain a chain without redundant joints, some joints of the arm are fixed. A fixed joint at an
+end of the chain is removed, and the target is multiplied by the inverse of the joint's motion. The
+motion of a fixed joint inside the chain is first moved to the end of the chain. Let E be the motion
+of a fixed joint. Let P be the motion of all joints before the fixed joint, and Q the motion of all
+joints after it. Then
 
     P E Q = P (E Q E^-1) E.
 
-A prismatic joint shifts the axes after it without rotating them. Therefore, chasles itself fixes
-only prismatic joints inside the chain. The user may also fix a revolute joint inside the chain.
+The motion of a fixed prismatic joint shifts the axes after this joint without rotating them. Inside
+a chain, chasles itself therefore fixes only prismatic joints, but the user may also fix a revolute
+joint.
 """
 
 from collections.abc import Mapping
@@ -24,20 +26,21 @@ from .structure.lines import Axis, Lines, rotation
 from .subproblems.turns import CosSin, rotated
 
 LONG = 12
-"""Maximum number of joints of a chain in which inner prismatic joints may be fixed."""
+"""Maximum number of joints of a chain in which prismatic joints between free joints may be fixed.
+"""
 
 
 def joint_sets_to_fix(lines: Lines, count: int) -> set[tuple[int, ...]]:
-    """Return the sets of joints that may be fixed.
+    """Return every set of ``count`` joints that may be fixed in a chain.
 
     Args:
         lines: The chain.
         count: Number of joints to fix.
 
     Returns:
-        The sets, with joint indices in ascending order. Prismatic joints may be fixed anywhere,
-        revolute joints only at the ends. In a chain longer than ``LONG``, all fixed joints are at
-        the ends.
+        Sets of joint indices in ascending order. Prismatic joints may be fixed anywhere in the
+        chain, revolute joints only at its ends. In a chain longer than ``LONG``, all fixed joints
+        are at the ends.
     """
     joints = range(len(lines.axes))
     sets = set()
@@ -56,7 +59,7 @@ def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple
 
     Args:
         lines: The chain.
-        target: The target pose of the chain.
+        target: Target pose of the chain with all joints.
         given: The value of each fixed joint (radian or meter), keyed by joint index. See
             ``joint_sets_to_fix``.
     """
@@ -97,7 +100,8 @@ def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> lis
 def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
     """Return a joint axis, rotated by the angle of a fixed joint.
 
-    The numeric direction and origin are computed at one generic angle of the fixed joint.
+    The numeric direction and origin of the rotated axis are computed at one generic angle of the
+    fixed joint.
     """
     h = axis.h if axis.is_along(given) else rotated(terms, given.h, turn, axis.h)
     lever = subtracted(terms, axis.p, given.p)
@@ -113,7 +117,7 @@ def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
 
 
 def _shifted(terms: Terms, axis: Axis, by: Vector, slid: Axis) -> Axis:
-    """Return an axis that is displaced by a fixed translation.
+    """Return a joint axis, displaced by the translation of a fixed prismatic joint.
 
     The numeric origin of the axis is computed at one generic displacement of the fixed joint.
     """

@@ -1,10 +1,10 @@
-"""Counts the poses that an inverse misses. The sample consists of right-angle configurations.
+"""Counts the poses of right-angle configurations that an inverse kinematics function misses.
 
-At some poses, the angle of a joint is arbitrary. The closed form then selects one value of this
-angle. If the other joints can reach the pose only with a different value of this angle, the closed
-form misses the solution. An inverse is likely to miss right-angle poses if dimensions of the arm
-are equal. An inverse is also likely to miss poses at which a fixed prismatic joint makes two axes
-intersect.
+At some poses, the angle of one joint is arbitrary, and the closed form selects one value of this
+angle. If the other joints can reach the pose only with a different value of the arbitrary angle,
+the closed form misses the solution. If dimensions of the arm are equal, an inverse kinematics
+function is likely to miss poses of right-angle configurations. An inverse kinematics function is
+also likely to miss poses at which a fixed prismatic joint makes two axes intersect.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,8 +23,8 @@ from .structure.numeric_arm import NumericArm
 
 FloatArray = NDArray[np.float64]
 SAMPLES = 4000
-"""Sample size. If an inverse misses one pose in 1,200, a sample contains a missed pose with a
-probability of 96 %."""
+"""Number of sampled configurations. If an inverse kinematics function misses one pose in 1,200, the
+sample contains a missed pose with a probability of 96 %."""
 QUARTERS = np.arange(-1, 3) * (np.pi / 2)
 WHOLE: tuple[TaskComponent, ...] = ("pose",)
 
@@ -37,19 +37,20 @@ TARGETS: Mapping[TaskComponent, Callable[[FloatArray], FloatArray]] = {
     "pitch": lambda T: np.arctan2(T[:, 2:3, 2], np.hypot(T[:, 0:1, 2], T[:, 1:2, 2])),
     "heading": lambda T: np.arctan2(T[:, 1:2, 0], T[:, 0:1, 0]),
 }
-"""Functions that return the target entries (N, size) for poses (N, 4, 4), by task component."""
+"""Functions, keyed by task component, that return the target entries (N, size) for poses (N, 4, 4).
+"""
 
 
 def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
-    """Count the sampled configurations whose pose the inverse misses.
+    """Count the sampled configurations whose pose an inverse kinematics function misses.
 
     Args:
         arm: The arm.
-        inverse: The inverse of one task. The inputs are the target and the values of the fixed
-            joints.
+        inverse: Inverse kinematics function of one task, whose inputs are the target and the values
+            of the fixed joints.
 
     Returns:
-        The number of missed configurations, from 0 to ``SAMPLES``.
+        Number of configurations whose pose the function misses, from 0 to ``SAMPLES``.
     """
     role = inverse.role
     q = configurations(arm, role.free)
@@ -62,9 +63,9 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
 
 
 def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance: float) -> int:
-    """Count the input samples (size, N) without a solution.
+    """Count the input samples (size, N) for which no branch of an inverse gives a solution.
 
-    A branch is evaluated only at samples that the earlier branches do not solve.
+    Each solution branch is evaluated only at samples that no earlier branch solves.
     """
     (kernel,) = lower([inverse], "inverse")
     for signs in patterns(inverse):
@@ -81,8 +82,8 @@ def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance
 def configurations(arm: NumericArm, fixed: Sequence[int]) -> FloatArray:
     """Return at most ``SAMPLES`` configurations (N, n) whose revolute joints are at right angles.
 
-    The position of a prismatic joint is 0, a generic value, or a sum of one or two link offsets. If
-    the position is a sum of link offsets, the joint may cancel an offset and make axes intersect.
+    The position of a prismatic joint is 0, a generic value, or a sum of one or two link offsets. A
+    prismatic joint at a sum of link offsets may cancel an offset and make axes intersect.
     """
     rng = np.random.default_rng(0)
     offsets = np.unique([0.0, SOME_SLIDE * arm.length, *arm.offsets, *-arm.offsets])

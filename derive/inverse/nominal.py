@@ -1,4 +1,6 @@
-"""Nominal arm of a calibrated arm. The axes of the nominal arm fit a structure exactly.
+"""Nominal arm of a calibrated arm.
+
+The joint axes of the nominal arm fit a known structure of axes exactly.
 
 In a measured arm, no two axes are exactly parallel and no two axes intersect exactly. The solutions
 of the nominal arm are start values for Newton's method on the measured arm.
@@ -25,15 +27,16 @@ FloatArray = NDArray[np.float64]
 def nominal_of(robot: SerialRobot, lines: Lines, found: Attempt) -> SerialRobot:
     """Return the nominal arm of a robot.
 
-    The axes of the nominal arm satisfy the conditions of a family exactly.
+    The axes of the nominal arm satisfy all conditions of an inverse kinematics family exactly.
 
     Args:
         robot: The calibrated arm.
         lines: The axes of the calibrated arm.
-        found: The structure that the axes fit approximately.
+        found: The axis structure that the calibrated arm fits approximately.
 
     Returns:
-        A robot without parameters. Its home pose is the home pose of the calibrated arm.
+        Nominal robot, which has no parameters. Its home pose is the home pose of the calibrated
+        arm.
     """
     axes = dict(enumerate(lines.axes))
     free = [k for k in axes if k not in found.given]
@@ -94,7 +97,7 @@ def _make_meet(
 
 
 def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:
-    """Return a joint with the same kind on the axis with direction h through the point p."""
+    """Return a copy of a joint, placed on the axis through the point p with direction h."""
     with mpmath.workdps(EVALUATION_DIGITS):
         x, y, z = (mpmath.mpf(float(component)) for component in h)
         azimuth, tilt = mpmath.atan2(x, -y), mpmath.atan2(mpmath.hypot(x, y), z)
@@ -107,7 +110,7 @@ def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:
 
 
 def _placement(home: Sequence[Sequence[mpmath.mpf]]) -> Placement:
-    """Return a pose as a translation and rotations about z, y and x, with 40 digits."""
+    """Convert a pose matrix to a translation and rotations about z, y and x, with 40 digits."""
     with mpmath.workdps(EVALUATION_DIGITS):
         level = mpmath.hypot(home[0][0], home[1][0])
         pitch = mpmath.atan2(-home[2][0], level)

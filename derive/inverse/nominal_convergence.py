@@ -1,9 +1,9 @@
-"""Convergence of Newton's method from a nominal arm to the true arm.
+"""Convergence of Newton's method from solutions of a nominal arm to the calibrated arm.
 
-The true arm is placed in random configurations. The inverse kinematics of the nominal arm is
-computed for the resulting poses. Newton's method on the true arm refines the solution on every
-branch, as in ``chasles_polish.h``. If the two arms are close enough, one branch converges to the
-configuration from which the pose was computed.
+The calibrated arm is placed in random configurations. The inverse kinematics of the nominal arm is
+solved for the resulting tool poses. On every solution branch, Newton's method refines the nominal
+solution on the calibrated arm, as in ``chasles_polish.h``. If the nominal arm is close enough to
+the calibrated arm, one branch converges to the configuration from which the pose was computed.
 """
 
 from collections.abc import Iterator
@@ -29,14 +29,15 @@ STEPS = 8
 
 @dataclass(frozen=True)
 class Sampled:
-    """Random configurations of the true arm, with the nominal solutions for their poses.
+    """Random configurations of a calibrated arm, with nominal solutions for their tool poses.
 
     Attributes:
-        arm: Numeric model of the true arm.
+        arm: Numeric model of the calibrated arm.
         given: Indices of the fixed joints in the chain.
         q: Configurations (N, n).
         T: Tool poses (N, 4, 4) of the configurations.
-        branches: Coordinates (N, n) and residual (N,) of each nominal branch.
+        branches: Joint coordinates (N, n) and residual (N,) of each solution branch of the nominal
+            arm.
     """
 
     arm: NumericArm
@@ -47,9 +48,10 @@ class Sampled:
 
     @classmethod
     def of(cls, robot: SerialRobot, lines: Lines, nominal: SymbolicFunction) -> "Sampled":
-        """Sample poses of the true arm, and compute ``ik`` of the nominal arm for these poses.
+        """Sample poses of the calibrated arm, and solve ``ik`` of the nominal arm for them.
 
-        The inverse receives the sampled values of the fixed joints.
+        The values of the fixed joints are inputs of ``ik`` and come from the sampled
+        configurations.
         """
         arm, given = NumericArm.of(robot, lines), nominal.role.fixed
         q, T = _configurations(arm)
@@ -59,12 +61,12 @@ class Sampled:
 
     @cached_property
     def refined(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
-        """The results (coordinates (N, n), pose errors (N,)) of Newton's method on each branch."""
+        """Joint coordinates (N, n) and pose errors (N,) after Newton's method, for each branch."""
         return tuple(_polished(self.arm, self.T, start, self.given) for start, _ in self.branches)
 
     @property
     def share_converged(self) -> float:
-        """Fraction (0 to 1) of the configurations that Newton's method recovers."""
+        """Fraction (0 to 1) of the sampled configurations that Newton's method recovers."""
         converged = np.zeros(len(self.q), dtype=bool)
         for found, left in self.refined:
             converged |= (left < RECOVERED) & (_apart(found, self.q).max(-1) < RECOVERED)
@@ -72,9 +74,10 @@ class Sampled:
 
     @property
     def move(self) -> float:
-        """Median joint displacement (radian) from a nominal solution to the refined solution.
+        """Median joint rotation (radian) from a nominal solution to its refined solution.
 
-        The value is 0 if Newton's method never converges.
+        The median is taken over the largest joint rotation of each converged solution, and is 0 if
+        Newton's method never converges.
         """
         turns = np.array(self.arm.turns)
         moves = [np.zeros(0)]
@@ -86,15 +89,16 @@ class Sampled:
 
     @property
     def share_nearby(self) -> float:
-        """Fraction (0 to 1) of the samples that are near a solution of the nominal arm."""
+        """Fraction (0 to 1) of the sampled configurations that are near a nominal solution."""
         apart = [_apart(start, self.q).max(-1) for start, _ in self.branches]
         return float((np.min(apart, axis=0) < MAX_REFINING_STEP).mean())
 
     @property
     def separations(self) -> tuple[float, ...]:
-        """Typical distance between nominal solutions, for each joint.
+        """Typical difference between two nominal solutions of a pose, for each free joint.
 
-        Smallest difference (radian) between two solutions of a pose, as a median over all poses.
+        Each entry is the median, over all poses with several solutions, of the smallest difference
+        (radian) between two solutions.
         """
         q = np.stack([start for start, _ in self.branches], 1)
         is_there = np.stack([residual < RECOVERED for _, residual in self.branches], 1)
@@ -111,12 +115,12 @@ def share_near(
 ) -> float:
     """Return the fraction of random configurations that Newton's method recovers.
 
-    Newton's method solves each pose on the nominal arm and then on the true arm. No nominal inverse
-    is needed.
+    Newton's method solves the pose of each random configuration on the nominal arm and then on the
+    calibrated arm. This test needs no inverse kinematics function of the nominal arm.
 
     Args:
-        robot: The true arm.
-        lines: Axes of the true arm.
+        robot: The calibrated arm.
+        lines: Axes of the calibrated arm.
         nominal: The nominal arm.
         exact: Axes of the nominal arm.
         given: Indices of the fixed joints.
@@ -151,9 +155,10 @@ def _apart(q: FloatArray, other: FloatArray) -> FloatArray:
 def _polished(
     arm: NumericArm, T: FloatArray, q: FloatArray, given: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return (configurations (N, n), pose errors (N,)) after Newton's method.
+    """Return the configurations (N, n) and pose errors (N,) after Newton's method.
 
-    A pose error is an angle in radian, or a distance divided by the arm length.
+    Each pose error is the largest component of a twist, in radian or as a distance divided by the
+    arm length.
     """
     weights = np.array([1 / arm.length] * 3 + [1.0] * 3)
     q = np.nan_to_num(q)
@@ -173,7 +178,7 @@ def _polished(
 def twist_between(here: FloatArray, there: FloatArray) -> FloatArray:
     """Return the twists (N, 6) between pairs of poses.
 
-    The angular part is the axis times the sine of the angle.
+    The angular part of each twist is the rotation axis times the sine of the rotation angle.
     """
     turn = there[:, :3, :3] @ np.swapaxes(here[:, :3, :3], 1, 2)
     skew = (turn - np.swapaxes(turn, 1, 2)) / 2

@@ -1,12 +1,12 @@
 """Nominal mechanism of a built robot with loops.
 
-The dimensions of a built robot differ slightly from its design. If the file names the design, the
-design is the nominal mechanism. If the file names no design, the lengths of the design are probably
-round numbers. In a design, some lengths are equal or proportional. The loops then have a closed
-form. Lengths are rounded to decimal grids, from coarse to fine. Axis directions are rounded to
-multiples of 15 degrees. The nominal mechanism is the first result that has a suitable closed-form
-inverse. From solutions of the nominal mechanism, Newton's method must converge to solutions of the
-true robot.
+The dimensions of a built robot differ slightly from its design. If the robot file names the design,
+the design is the nominal mechanism. In a design, some lengths are equal or proportional, so the
+loops have closed-form solutions. The lengths of an unknown design are probably round numbers, so
+the built lengths are rounded to decimal grids, from coarse to fine. Axis directions are rounded to
+multiples of 15 degrees. The nominal mechanism is the first rounded mechanism that has suitable
+closed-form inverse kinematics. From solutions of the nominal mechanism, Newton's method must
+converge to solutions of the built robot.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -34,15 +34,16 @@ from .polished_inverse import TURN
 
 FloatArray = NDArray[np.float64]
 Posed = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-"""Computes (poses (N, 4, 4), mixed Jacobians (N, 6, n)) at coordinates (N, n)."""
+"""Type of a function that computes tool poses and Jacobians. For coordinates (N, n), the function
+returns tool poses (N, 4, 4) and mixed Jacobians (N, 6, n)."""
 GRIDS = tuple(sp.Rational(text) for text in ("0.01", "0.005", "0.001", "0.0005", "0.0001"))
 """Grid spacings (meter), coarsest first. On a coarse grid, lengths are rarely equal by accident."""
 STEP_OF_ANGLES = sp.pi / 12
 
 SAMPLES, MAX_DRAWN = 100, 600
-"""Number of test configurations, and maximum number of random trials.
+"""Maximum number of test configurations, and number of random trials to find them.
 
-In some mechanisms, the loops can close in only one of five trials.
+In some mechanisms, the loops can close in only one of five random configurations.
 """
 STEPS = 8
 CONVERGED = 1e-12
@@ -55,9 +56,11 @@ class Nominal:
     """A nominal mechanism that approximates a robot as built.
 
     Attributes:
-        mechanism: The mechanism with rounded numbers.
-        moved: Largest change (meter) of a length or position.
-        turned: Largest change (radian) of an axis direction.
+        mechanism: The stated design, or the built mechanism with rounded numbers.
+        moved: Largest change (meter) of a length or position from the built robot to the nominal
+            mechanism.
+        turned: Largest change (radian) of an axis direction from the built robot to the nominal
+            mechanism.
     """
 
     mechanism: Mechanism
@@ -66,7 +69,7 @@ class Nominal:
 
 
 def nominal_mechanisms(mechanism: Mechanism) -> Iterator[Nominal]:
-    """Yield the stated nominal mechanism or, without one, mechanisms with rounded numbers.
+    """Yield the stated nominal mechanism, or mechanisms with rounded numbers if none is stated.
 
     The mechanism with the fewest digits comes first. Mechanisms in which a rod length would be
     rounded to 0 are skipped.
@@ -166,7 +169,7 @@ class _Rounding:
         return rounded
 
     def _rounded(self, number: sp.Expr) -> sp.Expr:
-        """Return the rounded number. An irrational number is not rounded."""
+        """Return a rational number rounded to the grid, or an irrational number unchanged."""
         if not number.is_Rational:
             return number
         return sp.Rational(int(sp.floor(number / self.grid + sp.Rational(1, 2)))) * self.grid
@@ -184,12 +187,12 @@ class _Rounding:
 
 @dataclass(frozen=True)
 class ConvergenceResult:
-    """Convergence of Newton's method from a nominal robot to the true robot.
+    """Convergence of Newton's method from solutions of a nominal robot to the built robot.
 
     Attributes:
         share: Fraction (0 to 1) of random configurations that Newton's method recovers.
-        deviation: Largest pose error of the nominal solutions. An angle is in radian, a distance is
-            divided by the robot length.
+        deviation: Largest pose error of a nominal solution from which a configuration is recovered,
+            in radian or as a distance divided by the robot length.
     """
 
     share: float
@@ -205,15 +208,15 @@ def convergence_of(
     *,
     is_position: bool = False,
 ) -> ConvergenceResult:
-    """Refine the solutions of a nominal robot at random poses of the true robot.
+    """Refine inverse solutions of a nominal robot at random poses of the built robot.
 
     Args:
-        hybrid: The true robot.
-        nominal: The task ``ik`` of the nominal robot.
-        length: Length (meter) that converts distances to angles.
-        given: Indices of the fixed joints, whose values are inputs.
-        closure: Closure equations of loops without a closed form. None if all loops have a closed
-            form.
+        hybrid: The built robot, with the solutions of its loops.
+        nominal: The inverse kinematics function ``ik`` of the nominal robot.
+        length: Length (meter) by which distances are divided to compare them with angles.
+        given: Indices of the fixed joints, whose values are inputs of ``ik``.
+        closure: Closure equations of the loops without a closed-form solution, or None if all loops
+            have a closed-form solution.
         is_position: Whether orientation errors are ignored, because the task is a position task.
     """
     fk, theta = _numbers(hybrid, closure)
@@ -232,8 +235,9 @@ def convergence_of(
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start, residual = (np.array(result).T for result in ik(*inputs)[:2])
-        # Loops are solved by continuation from the reference. If a joint rotates in the longer
-        # direction, the continuation may reach a dead point.
+        # The loops are solved by continuation from the reference configuration. Each joint rotates
+        # in the shorter direction, because in the longer direction the continuation may reach a
+        # dead point of a loop.
         start = hybrid.q_at_reference + _shorter(start - hybrid.q_at_reference, turns)
         # A design with few degrees of freedom cannot reach all poses of the built robot.
         missed = residual[:, 0] / max(length, 1.0)
@@ -249,7 +253,8 @@ def convergence_of(
 def turns_of(hybrid: SolvedLoops) -> tuple[float, ...]:
     """Return the number of full turns per unit of each coordinate.
 
-    A prismatic joint has no full turns, so its entry is 0.
+    The entry is 0 for a prismatic joint, and for a joint whose full turn does not turn all coupled
+    joints by full turns.
     """
     wraps = turning_coordinates(hybrid.mechanism, hybrid.terms)
     return tuple(1 / TURN if is_turning else 0.0 for is_turning in wraps)

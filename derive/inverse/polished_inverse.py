@@ -1,9 +1,9 @@
-"""Inverse kinematics of arms close to a known family.
+"""Inverse kinematics of arms whose axes nearly fit a known closed-form family.
 
-Nominal solutions are refined.
+Newton's method refines the inverse solutions of a nominal arm that fits the family exactly.
 
-The nominal inverse is the function ``ik_nominal``. The function ``ik`` starts from the branches of
-``ik_nominal`` (``chasles_polish.h``).
+The function ``ik_nominal`` returns the inverse solutions of the nominal arm. The function ``ik``
+starts Newton's method from the branches of ``ik_nominal`` (``chasles_polish.h``).
 """
 
 from dataclasses import dataclass, replace
@@ -19,12 +19,12 @@ SOLVER = "polish"
 NOMINAL = "ik_nominal"
 CALLS = (NOMINAL, "fk_jacobian_mixed")
 OPERATIONS = 1500
-"""Approximate number of operations per branch, for three or four Newton steps."""
+"""Approximate number of operations of three or four Newton steps on one solution branch."""
 FURTHER = 4
 """Number of solution slots in addition to the nominal solutions, for an arm without the general
 solver.
 
-Some arms with 8 nominal branches had 10 solutions.
+Some arms whose nominal arm has 8 solution branches had 10 solutions.
 """
 MAX = 16
 """Maximum number of solutions of a six-joint arm."""
@@ -33,7 +33,7 @@ TURN = 6.283185307179586
 
 
 def as_start(nominal: Solved) -> Solved:
-    """Return the task ``ik`` of a nominal arm, with the name ``ik_nominal``."""
+    """Return the ``ik`` task of a nominal arm, renamed to ``ik_nominal``."""
     function = nominal.function
     residual, margin = function.outputs[1:]
     outputs = (
@@ -61,14 +61,13 @@ def polished_inverse(
     """Return ``ik`` for an arm whose axes are close to a known closed-form family.
 
     Args:
-        classification: The family of the nominal arm, and the deviation of the true axes from this
-            family.
-        nominal: The task ``ik`` of the nominal arm.
-        general: Tables of the general solver, which finds solutions of uncertain branches. The
-            general solver normally runs only for these branches. A well-conditioned general solver
-            runs at every pose in two cases. In the first case, the arm has fixed joints, which
-            complicate the singularities of the arm. In the second case, the arm differs much from
-            its nominal arm.
+        classification: The family of the nominal arm, and the deviation of the actual arm's axes
+            from this family.
+        nominal: The inverse kinematics function ``ik`` of the nominal arm.
+        general: Tables of the general solver, which normally runs only to find solutions of
+            uncertain branches. A well-conditioned general solver runs at every pose if the arm has
+            fixed joints or differs much from its nominal arm. Fixed joints complicate the
+            singularities of the arm.
         move: Median joint displacement (radian) from a nominal solution to the refined solution.
     """
     lines, found = classification.lines, classification.found
@@ -94,14 +93,13 @@ def nearly_meet(lines: Lines) -> bool:
 
 @dataclass(frozen=True)
 class RefinedTables(Tables):
-    """Numeric data of a robot whose inverse is refined.
+    """Numeric data of a robot whose inverse solutions are refined from a nominal robot.
 
     Attributes:
         turns: Number of full turns per unit of each coordinate, which is 0 for prismatic joints.
-        length: Robot length (meter). Distances are divided by this length to compare them with
-            angles.
-        deviation: Deviation from the nominal robot. An angle is in radian, a distance is divided by
-            the robot length.
+        length: Robot length (meter), by which distances are divided to compare them with angles.
+        deviation: Deviation of the robot from its nominal robot, as an angle (radian) or a distance
+            divided by the robot length.
         general: Tables for the general solver, or None if the general solver does not apply.
         meets: Whether three consecutive axes nearly intersect in one point.
         is_asked: Whether the general solver runs at every pose.
@@ -123,12 +121,12 @@ def refined_inverse(
     """Return the function ``ik``, which refines the solutions of a nominal robot.
 
     The first solution slots contain the refined solutions of the nominal robot. The extra solution
-    slots contain solutions that only the true robot has near singularities. Unused slots contain
-    NaN.
+    slots contain solutions near singularities that the nominal robot does not have. Unused solution
+    slots contain NaN.
 
     Args:
-        nominal: The task ``ik`` of the nominal robot.
-        tables: Numeric data of the true robot.
+        nominal: The inverse kinematics function ``ik`` of the nominal robot.
+        tables: Numeric data of the actual robot.
         further: Number of extra solution slots.
     """
     q, residual, margin = nominal.outputs

@@ -1,9 +1,9 @@
 """Inverse kinematics of a serial robot.
 
-A chain that fits a family exactly has a closed form. If a chain is only close to a family, Newton's
-method refines the solutions of a nominal arm that fits the family. A five-joint arm that fits no
-family is solved as a six-joint arm. The added joint rotates about the tool axis. Any other arm with
-six free joints is solved as a general arm.
+A chain whose axes exactly fit a known family has a closed-form solution. If the axes nearly fit a
+family, Newton's method refines the solutions of a nominal arm that fits the family exactly. A
+five-joint arm that fits no family is solved as a six-joint arm with an added joint about the tool
+axis. The general solver solves any other arm with six free joints.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -63,26 +63,31 @@ from .tool_axis import by_tool_axis
 MAX_FREE = 6
 """Maximum number of joints that a tool pose can determine."""
 MAX_TRIED = 5
-"""Maximum number of arm structures for which an inverse is derived and tested. The search ends
-early if the inverse of a structure solves all test poses."""
+"""Maximum number of axis structures for which a closed-form solution is derived and tested. The
+search for an axis structure ends early if a closed-form solution solves all test poses."""
 
 
 @dataclass(frozen=True)
 class Inverses:
-    """All inverse functions of a robot.
+    """All inverse kinematics functions of a robot.
 
     Attributes:
-        classification: The structure of the axes, or the reason why no structure fits.
-        solved: The solved tasks, keyed by function name.
-        others: Related functions, such as the swivel angle of a configuration.
-        general: The inverse by the general solver if the axes fit no closed-form family.
-        polished: The inverse of an arm whose axes nearly fit a closed-form family. If the attribute
-            ``polished`` is set, the attribute ``solved`` contains the inverse of the nominal arm.
-        polished_tasks: Inverse functions for tasks other than a full pose. Each of these functions
+        classification: The structure of the robot's joint axes, or the reason why no known
+            structure fits.
+        solved: The closed-form solutions of the inverse kinematics tasks, keyed by function name.
+        others: Functions related to the inverse kinematics, such as the swivel angle of a
+            configuration.
+        general: Inverse kinematics by the general solver, for a robot whose axes fit no closed-form
+            family.
+        polished: Inverse kinematics function of an arm whose axes nearly fit a closed-form family.
+            If the attribute ``polished`` is set, the attribute ``solved`` contains the inverse
+            kinematics of the nominal arm.
+        polished_tasks: Inverse kinematics functions for tasks other than a full pose, each of which
             refines solutions of the nominal arm.
-        composed: The inverse of a robot with loops, which calls the inverse of the main chain.
-        chain: The chain that the inverse of a coupled robot solves, or None for a robot without
-            couplings.
+        composed: Inverse kinematics function of a robot with loops, which calls the inverse
+            kinematics function of the main chain.
+        chain: The chain for which the inverse kinematics of a robot with coupled joints is solved,
+            or None for a robot without couplings.
     """
 
     classification: Classification
@@ -103,15 +108,15 @@ class Inverses:
 
     @property
     def missing(self) -> str:
-        """The reason why the robot has no inverse, or an empty text if the robot has an inverse."""
+        """Why the robot has no inverse kinematics function, or an empty text if it has one."""
         return "" if self.solved or self.written else self.classification.missing
 
     @property
     def self_motion(self) -> str:
         """Describe the joints that can always move without moving the tool.
 
-        The text is empty if the arm has no such joint, if it has more joints than a pose
-        determines, or if loops couple redundant joints.
+        The description is empty if the arm has no such joint, has more joints than a pose
+        determines, or has redundant joints that loops couple.
         """
         lines = self.classification.lines
         is_whole = self.general is not None or bool(self.given)
@@ -141,15 +146,15 @@ def inverses(
     give: tuple[int, ...] = (),
     methods: "Sequence[Method] | None" = None,
 ) -> Inverses:
-    """Derive the closed-form inverse of a serial robot for all tasks.
+    """Derive the inverse kinematics of a serial robot for all tasks.
 
     Args:
         robot: The description.
         terms: Table of named terms.
         coordinates: Number of coordinates that move the robot, if loops couple joints.
         families: The families of axis structures to try, in order.
-        give: Indices of the joints to fix. With (), suitable joints are selected.
-        methods: Methods of ``METHODS`` to try. The default is all methods.
+        give: Indices of the joints to fix, or () to select suitable joints automatically.
+        methods: The solution methods to try, or None for all methods in ``METHODS``.
     """
     classification = classify(robot, terms, coordinates, families, give)
     found = (
@@ -235,8 +240,8 @@ def _by_nominal(
         is_clear = near >= CONVERGENCE_CLEAR and sampled.share_nearby >= MIN_NEARBY
         if is_clear or sampled.share_converged >= MIN_CONVERGED:
             fitting = replace(classification, found=found, missing="")
-            # The distances between solutions depend on the value of a fixed joint, so an arm with a
-            # fixed joint gets no distances.
+            # The distances between solutions depend on the value of a fixed joint, so they are used
+            # only for an arm without fixed joints.
             apart = () if found.given else sampled.separations
             return refined_from(
                 fitting, solved, general_tables(robot, found.given, apart), sampled.move
@@ -247,7 +252,7 @@ def _by_nominal(
 def refined_from(
     classification: Classification, nominal: Solved, general: GeneralTables, move: float
 ) -> Inverses:
-    """Return the inverse of a calibrated arm."""
+    """Return the inverse kinematics functions of a calibrated arm."""
     start = as_start(nominal)
     inverse = polished_inverse(classification, nominal.function, general, move)
     return Inverses(classification, {start.function.name: start}, polished=inverse)
@@ -288,7 +293,7 @@ def _by_couplings(
 def _by_self_motion(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derive the inverse of an arm with a self-motion in every configuration."""
+    """Derive the inverse kinematics of an arm with a self-motion in every configuration."""
     lines = classification.lines
     if classification.found is not None or classification.give or len(lines.axes) > MAX_FREE:
         return None
@@ -317,11 +322,12 @@ METHODS: tuple[Method, ...] = (
     _by_self_motion,
     _by_determinant,
 )
-"""Methods to derive an inverse, in the order in which they are tried."""
+"""Methods to derive the inverse kinematics of a robot, in the order in which they are tried."""
 WRITTEN: tuple[Method, ...] = (_by_nominal, _by_determinant)
-"""Methods that use handwritten C code.
+"""Methods whose inverse kinematics functions use handwritten C code.
 
-A robot with loops can call the handwritten C code for its main chain.
+The inverse kinematics function of a robot with loops can call the handwritten C code for the
+robot's main chain.
 """
 STRUCTURED = METHODS[: METHODS.index(_by_self_motion)]
 """Methods whose solution steps can be printed."""
@@ -332,19 +338,19 @@ def _by_free_followers(
 ) -> Inverses | None:
     """Derive ``ik`` of a robot with coupled joints, and ``ik_position`` of a palletizer.
 
-    The solution steps ignore the couplings, unless the family of the chain includes them. Some
-    solutions may therefore violate a coupling. These solutions are invalid.
+    The solution steps ignore the couplings between joints, unless the family of the chain includes
+    the couplings. Solutions that violate a coupling are therefore possible, and are invalid.
 
     Args:
         robot: The description.
-        chain: The chain without couplings. The chain has more joints than the robot has
-            coordinates.
+        chain: The chain without couplings, which has more joints than the robot has coordinates.
         terms: Table of named terms.
         families: The families of axis structures to try, in order.
 
     Returns:
-        None is returned if the pose does not determine all free joints. None is also returned if a
-        coupling ratio is a fraction, because full turns are then ambiguous.
+        The inverse kinematics functions, or None if the pose does not determine all free joints.
+        The result is also None if a coupling ratio is a fraction, because full turns of the coupled
+        joints are then ambiguous.
     """
     if not chain.keeps_turns:
         return None

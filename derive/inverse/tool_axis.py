@@ -1,14 +1,14 @@
-"""Solves a five-joint arm as a six-joint arm.
+"""Solves a five-joint arm as a six-joint arm with an added joint.
 
 The added joint 6 rotates the tool about the tool axis. The position and direction of the tool axis
 do not depend on angle 6. Therefore, every reachable pose has a solution with angle 6 at 0. If the
-resulting six-joint arm belongs to no family, a different revolute axis is added instead. A solution
-is valid only if the angle of the added joint is 0, because the real arm has no joint at this axis.
-The derivation tries two positions of the added axis at each end of the arm. At the first position,
-the added axis passes through the intersection of the last two axes at this end, as in a spherical
-wrist. If one of these two joints is prismatic, the added axis passes through a point of the
-outermost joint axis. At the second position, the added axis does not intersect the outermost joint
-axis.
+resulting six-joint arm belongs to no arm family, a different revolute axis is added instead. A
+solution is valid only if the angle of the added joint is 0, because the real arm has no joint at
+this axis. The derivation tries two positions of the added axis at each end of the arm. At the first
+position, the added axis passes through the intersection of the two outermost joint axes, as in a
+spherical wrist. If one of the two outermost joints is prismatic, the added axis passes through a
+point of the outermost joint axis. At the second position, the added axis does not intersect the
+outermost joint axis.
 """
 
 from collections.abc import Iterator, Sequence
@@ -45,8 +45,8 @@ def by_tool_axis(
 
     Returns:
         The classification of the arm with the added axis, and the solved tasks. None is returned if
-        the number of free joints is not five. Return None also if a sixth axis is added to the five
-        joints and the six axes match no family.
+        the number of free joints is not five, or if no added axis gives an arm that matches a
+        family.
     """
     give = classification.give
     if len(classification.lines.axes) - len(give) != JOINTS or unfit(robot):
@@ -70,7 +70,7 @@ def with_still_axis(
 ) -> tuple[Lines, Attempt] | None:
     """Add a sixth joint, fixed at 0, so that the six axes exactly match an arm family.
 
-    Return None if no such joint is found.
+    Return None if no sixth joint gives an arm that exactly matches a family.
 
     Args:
         robot: The description.

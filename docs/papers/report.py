@@ -244,8 +244,8 @@ def erratum(
             cause is a noun phrase that completes “the printed value results from”.
 
     Raises:
-        Refuted: The printed value is not wrong, the corrected value is not ours, or `cause` does
-            not give the printed value.
+        Refuted: The printed value agrees with our value. The corrected value differs from our
+            value. The value that results from `cause` differs from the printed value.
     """
     value = _equation_value(printed, evaluated)
     wrong = printed.value if value is None else value

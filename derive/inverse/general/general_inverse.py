@@ -292,7 +292,8 @@ def with_tool_joint(
         choice = choice_at(arm, given, slides, APART)
         if choice is None:
             continue
-        # Angle 6 is the same in all solutions of a pose, so angle 6 cannot distinguish them.
+        # The added joint 6 cannot be the suppressed joint, because angle 6 is the same in all
+        # solutions of a pose.
         kept = tuple(r for r in choice.ratings if r.order.joints[2] != OWN)
         if kept and (own := replace(choice, ratings=kept)).good > 0:
             found.append(WithTool(arm, own))
@@ -312,20 +313,20 @@ def solver_function(
 ) -> NativeSolverFunction:
     """Return the function ``ik``, which finds every solution of a pose.
 
-    The function has sixteen solution slots.
+    The function ``ik`` has sixteen solution slots.
 
-    Valid solutions come first, sorted by the suppressed joint. Unused slots contain an invalid
-    configuration. If there is no solution, the slots contain the configurations with the smallest
-    residuals. The margin of a solution is |det J| divided by the product of the column norms of J.
-    Lengths in J are relative to the arm length. The margin is at most 1. If two solutions coincide,
-    J is singular and the margin is 0. The margin of an invalid slot is the residual with a negative
-    sign.
+    Valid solutions fill the first slots, sorted by the suppressed joint. Unused solution slots
+    contain an invalid configuration. If a pose has no solution, the slots contain the
+    configurations with the smallest residuals. The margin of a solution is |det J| divided by the
+    product of the column norms of the Jacobian J. Lengths in the Jacobian J are relative to the arm
+    length. The margin of a solution is at most 1. If two solutions coincide, the Jacobian J is
+    singular and the margin is 0. In a slot without a solution, the margin is the negative residual.
 
     Args:
         robot: The description.
         choice: The elimination orders of the joints.
-        constants: The constant transforms before, between and after the joints. For an arm with
-            five joints, the list includes the sixth joint, which chasles adds.
+        constants: Constant transforms before, between and after the joints, including the sixth
+            joint that chasles adds to a five-joint arm.
     """
     n, given = len(robot.coordinates), choice.given
     unit = common_unit(joint.unit for joint in robot.coordinates)

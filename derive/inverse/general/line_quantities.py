@@ -2,11 +2,12 @@
 
 Let p be a point on a line with unit direction l. The equations of Raghavan and Roth use the
 fourteen quantities ``x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)``. A rigid motion with
-rotation R and translation d maps p to R p + d and l to R l. Therefore, the motion multiplies the
-vector (x, 1) by a matrix that depends only on R and d. If a revolute joint moves the line, each of
-the fourteen quantities is linear in the cosine and sine of the joint angle. If a prismatic joint
-moves the line, each quantity is quadratic in the displacement. Let h = R^T d and w = (p.p) l - 2
-(p.l) p. A motion changes the quantities as follows.
+rotation R and translation d maps p to R p + d and l to R l. Therefore, a rigid motion multiplies
+the vector (x, 1) by a matrix that depends only on the rotation R and the translation d. If a
+revolute joint moves the line, each of the fourteen quantities is linear in the cosine and sine of
+the joint angle. If a prismatic joint moves the line, each quantity is quadratic in the
+displacement. Let h = R^T d and w = (p.p) l - 2 (p.l) p. A rigid motion changes the quantities of a
+line as follows.
 
     A point moves by ``p' = R p + d``, and a direction by ``l' = R l``.
 
@@ -14,7 +15,7 @@ moves the line, each quantity is quadratic in the displacement. Let h = R^T d an
 
     The cross product becomes ``p' x l' = R (p x l) + d x R l``.
 
-    The last quantity becomes ``w' = R w - 2 d x R (p x l) + (d.d) R l - 2 (h.l) d - 2 (p.l) d``.
+    The vector w becomes ``w' = R w - 2 d x R (p x l) + (d.d) R l - 2 (h.l) d - 2 (p.l) d``.
 
 The formula for w' follows from the identity d x (b x c) = b (d.c) - c (d.b).
 
@@ -33,19 +34,19 @@ Array = NDArray[Any]
 """Array of floats or of symbolic expressions (object dtype)."""
 P, L, PP, PL, M, W, ONE = slice(0, 3), slice(3, 6), 6, 7, slice(8, 11), slice(11, 14), 14
 COUNT = 14
-"""Number of quantities that describe a line. The constant 1 is not counted."""
+"""Number of quantities that describe a line, without the constant 1."""
 SIZE = COUNT + 1
 
 
 def quantities(p: Array, direction: Array) -> Array:
-    """Return the fourteen entries of x for a line, followed by 1, as a vector (15,)."""
+    """Return the fourteen quantities of a line, followed by 1, as a vector (15,)."""
     pp, pl = p @ p, p @ direction
     moment = hat(p) @ direction
     return np.array([*p, *direction, pp, pl, *moment, *(pp * direction - 2 * pl * p), 1], p.dtype)
 
 
 def motion(T: Array) -> Array:
-    """Return the matrix (15, 15) by which a rigid motion T (4, 4) maps the vector (x, 1)."""
+    """Return the matrix (15, 15) by which a rigid motion T (4, 4) transforms ``quantities``."""
     R, d = T[:3, :3], T[:3, 3]
     A = np.zeros((SIZE, SIZE), T.dtype)
     h, dd, cross = R.T @ d, d @ d, hat(d) @ R
@@ -62,7 +63,7 @@ def motion(T: Array) -> Array:
 
 @cache
 def turn(sign: int) -> tuple[Array, Array, Array]:
-    """Return coefficient matrices (15, 15) of 1, cos and sin for a rotation about z."""
+    """Return the matrices (15, 15) in M = M0 + M1 cos a + M2 sin a for a rotation by a about z."""
     fixed, c, s = (np.zeros((SIZE, SIZE), int) for _ in range(3))
     for block in (P, L, M, W):
         x, y, z = range(SIZE)[block]

@@ -1,31 +1,35 @@
 """Equations of Raghavan and Roth for general six-joint arms.
 
-The arm and the tool pose form a closed loop. Let C_k be the placement after joint k. The placement
-C_6 closes the loop from the tool back to the base, and therefore contains the target pose. The
-product of the factors ``Rz(theta_k) C_k`` for k = 1 to 6 is the identity matrix.
+The six joints of the arm and the target pose form a closed loop. Let C_k be the constant placement
+after joint k of this loop. The placement C_6 closes the loop from the tool back to the base, and
+therefore contains the target pose. The product of the factors ``Rz(theta_k) C_k`` for k = 1 to 6 is
+the identity matrix.
 
-An elimination order is a numbering of the joints. The numbering of the joints may start at any
-joint and may run in either direction. The method eliminates joints 1 and 2 together. Joint 3 is the
-suppressed joint, whose angle appears only in the coefficients of the equations. Joint 6 does not
-move its own axis, so the equations for this axis do not contain the angle of joint 6.
+An elimination order numbers the six joints of the loop from 1 to 6. The numbering of the joints may
+start at any joint and may run in either direction. The method of Raghavan and Roth eliminates the
+variables of joints 1 and 2 together. Joint 3 is the suppressed joint, whose angle appears only in
+the coefficients of the equations. Joint 6 does not move its own axis, so the equations for this
+axis do not contain the angle of joint 6.
 
-    Let a be the axis of joint 6. Then ``Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 a = C_2^-1 Rz_2^-1 C_1^-1
-    Rz_1^-1 C_6^-1 a``.
+    The loop equation for the axis a of joint 6 is ``Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 a = C_2^-1 Rz_2^-1
+    C_1^-1 Rz_1^-1 C_6^-1 a``.
 
-Both sides of this equation describe one line: the axis of joint 6. A line has fourteen quantities
-(``line_quantities``). The quantities are linear in the cosine and sine of each joint. The
-result is ``A y = B(theta_3) x``. Here, y contains eight products of cosines and sines of joints 1
-and 2. The vector x contains the nine products for joints 4 and 5.
+Both sides of the loop equation describe the same line, the axis of joint 6. A line has fourteen
+quantities (``line_quantities``). The fourteen quantities of the axis are linear in the cosine and
+sine of each joint angle. The fourteen equations have the form ``A y = B(theta_3) x``. The vector y
+contains eight products of cosines and sines of joints 1 and 2. The vector x contains the nine
+products of 1, cosine and sine of joint 4 with 1, cosine and sine of joint 5.
 
 The matrix A (14, 8) depends only on the pose, and B depends only on theta_3. Six linear
-combinations of the fourteen equations do not contain y, that is, the angles of joints 1 and 2. The
-generated C finds the angles theta_3 at which the six equations have a solution. The accuracy
-depends on the suppressed joint (``elimination_choice``).
+combinations of the fourteen equations do not contain the angles of joints 1 and 2. The generated C
+code finds the angles theta_3 at which these six linear combinations have a common solution. The
+numerical accuracy depends on which joint is suppressed (``elimination_choice``).
 
-A prismatic joint with displacement d has Tz(d) instead of Rz(theta). The products of a prismatic
-joint contain 1, d, d^2 instead of 1, cosine, sine. Joints 1 and 2 may be prismatic. One of joints 4
-and 5 must be revolute, because the equations use the half angle of this joint. The other joint may
-be prismatic. Joints 3 and 6 must be revolute.
+For a prismatic joint with displacement d, the translation Tz(d) replaces the rotation Rz(theta). In
+the products, the factors 1, d and d^2 of a prismatic joint replace 1, cosine and sine. Joints 1 and
+2 of an elimination order may be prismatic. At least one of joints 4 and 5 must be revolute, because
+the equations use the half angle of this joint. Joints 3 and 6 of an elimination order must be
+revolute.
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
@@ -45,7 +49,8 @@ from .line_quantities import COUNT, Array, motion, quantities, slide, turn
 
 JOINTS = 6
 Parts = Callable[[int], tuple[Array, Array, Array]]
-"""Returns the coefficient matrices of a joint. The argument is the sign of the joint coordinate."""
+"""Function that returns the three coefficient matrices of a joint for the sign of the joint
+coordinate (1 or -1)."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +61,8 @@ class EliminationOrder:
         joints: Indices of the joints with the numbers 1 to 6; the elimination suppresses the angle
             of joint 3.
         sense: 1 if the numbering runs from base to tool, -1 if it runs from tool to base.
-        halved: Selects the joint whose half angle is used: 0 for joint 4, 1 for joint 5.
+        halved: 0 if the equations use the half angle of joint 4, 1 if the equations use the half
+            angle of joint 5.
     """
 
     joints: tuple[int, ...]
@@ -71,11 +77,11 @@ class EliminationOrder:
 
 @dataclass(frozen=True)
 class LineEquations:
-    """Coefficients of the fourteen equations.
+    """Coefficients of the fourteen equations of Raghavan and Roth.
 
     Attributes:
-        left: Coefficients (14, 9) that depend on the pose: one constant column, then eight columns
-            for the products of joints 1 and 2.
+        left: Pose-dependent coefficients (14, 9), with one constant column followed by eight
+            columns for the products of joints 1 and 2.
         right: Coefficients (3, 14, 9) of 1, cos and sin of the suppressed angle.
     """
 
@@ -115,7 +121,7 @@ def placements(robot: SerialRobot) -> list[Array]:
 
 
 def numbers(robot: SerialRobot) -> list[Array]:
-    """Return the placements as floats, for the default parameter values."""
+    """Return the placements of an arm as float matrices, for the default parameter values."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return [
         np.array([[float(e.xreplace(values)) for e in row] for row in E]) for E in placements(robot)
@@ -130,7 +136,7 @@ def equations(
     Args:
         constants: The seven placements of the arm, as expressions or floats.
         order: The elimination order of the joints.
-        T: The pose (4, 4), as expressions or floats.
+        T: Target pose (4, 4), as expressions or floats.
         slides: Indices of the prismatic joints among the six joints.
     """
     inverses = _inverses(constants, order, T)
@@ -139,7 +145,7 @@ def equations(
 
 
 def is_fit(robot: SerialRobot, given: Sequence[int] = (), joints: int = JOINTS) -> bool:
-    """Whether enough joints are free and an elimination order exists.
+    """Whether the required number of joints is free and these joints have an elimination order.
 
     Args:
         robot: The description.
@@ -157,20 +163,21 @@ def _is_free(joint: Joint) -> bool:
 
 
 def doubled(six: Array) -> Array:
-    """Expand six equations (..., 6, 9) to twelve (..., 12, 12) in the half angle f of joint 4."""
+    """Expand six equations (..., 6, 9) to twelve (..., 12, 12) in the half angle of joint 4."""
     one, c, s = six[..., :3], six[..., 3:6] / 2, six[..., 6:] / 2
     by_cos, by_sin = [c, s, one + c, s], [-s, c, s, one - c]
     return np.concatenate([np.concatenate(row, -1) for row in (by_cos, by_sin)], -2)
 
 
 def suppressed(found: LineEquations, halved: int) -> Array:
-    """Return the coefficients (..., 3, 12, 12) of 1, cos and sin of the suppressed angle in M.
+    """Return the terms (..., 3, 12, 12) of the matrix M, which is singular at each solution.
 
-    At a solution, M u = 0.
+    The three terms are the coefficients of 1, cosine and sine of the suppressed angle.
 
     Args:
-        found: The coefficients (..., 14, 9) and (..., 3, 14, 9) of the equations.
-        halved: Index of the joint whose half angle is used: 0 for joint 4, 1 for joint 5.
+        found: Coefficients of the fourteen equations, with the shapes (..., 14, 9) and (..., 3, 14,
+            9).
+        halved: 0 to use the half angle of joint 4, 1 to use the half angle of joint 5.
     """
     orthogonal, _ = np.linalg.qr(found.left[..., 1:], mode="complete")
     right = found.right.copy()
@@ -184,12 +191,12 @@ def suppressed(found: LineEquations, halved: int) -> Array:
 def forward(
     constants: Sequence[Array], values: Sequence[float], slides: Collection[int] = ()
 ) -> Array:
-    """Return the pose (4, 4) of an arm.
+    """Return the tool pose (4, 4) of an arm at given joint values.
 
     Args:
-        constants: The fixed placements: before joint 1, between consecutive joints, and after the
-            last joint.
-        values: The joint values: angles or displacements.
+        constants: Fixed placements before joint 1, between consecutive joints, and after the last
+            joint.
+        values: Joint angles or joint displacements.
         slides: Indices of the prismatic joints.
     """
     T = constants[0]
@@ -204,7 +211,7 @@ def moved(value: float, slides: bool) -> Array:
 
 
 def turned(angle: float) -> Array:
-    """Return the rotation (4, 4) about z by an angle."""
+    """Return the matrix (4, 4) of a rotation about z by an angle."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
 

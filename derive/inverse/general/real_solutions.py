@@ -1,10 +1,10 @@
-"""Computes all real solutions of a general arm for one pose.
+"""Computes all real inverse kinematics solutions of a general arm for one pose.
 
-The generated article about the arm shows these solutions as an example.
+The generated LaTeX article about the arm shows the real solutions for one pose as an example.
 
-The suppressed angle theta solves M(theta) u = 0. This is a quadratic eigenvalue problem in
-tan(theta / 2). The generated C needs no eigenvalue library. Newton's method reduces the pose error
-of each solution.
+The equation M(theta) u = 0 for the suppressed angle theta is a quadratic eigenvalue problem in
+tan(theta / 2). The generated C code needs no eigenvalue library. Newton's method reduces the pose
+error of each solution.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -29,16 +29,17 @@ def real_solutions(
     T: Array,
     slides: Collection[int] = (),
 ) -> list[Array]:
-    """Return the sorted solutions of six joints.
+    """Return the sorted inverse kinematics solutions of a six-joint arm for one pose.
 
     Args:
-        constants: The seven constant transformations between the joints, from the base to the tool.
+        constants: Seven constant transformations before, between and after the joints, from the
+            base to the tool.
         orders: Elimination orders.
-        T: The pose (4, 4).
+        T: Target pose (4, 4).
         slides: Indices of the prismatic joints.
 
     Returns:
-        The joint values (6,) of each solution. Angles are from -pi to pi.
+        Joint values (6,) of each solution, with angles from -pi to pi.
     """
     size = length(constants)
     scaled = [np.vstack([np.hstack([E[:3, :3], E[:3, 3:] / size]), E[3:]]) for E in (*constants, T)]
@@ -55,7 +56,7 @@ def real_solutions(
 
 @dataclass(frozen=True)
 class _Six:
-    """The numeric placements of a six-joint arm. Lengths are divided by the arm length.
+    """Numeric placements of a six-joint arm, with lengths divided by the arm length.
 
     Attributes:
         constants: The placements before, between and after the six joints.

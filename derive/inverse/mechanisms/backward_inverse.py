@@ -1,9 +1,9 @@
 """Inverse kinematics of robots whose forward kinematics solves the loops by iteration.
 
-A tool pose determines the joints of the main chain. These joints determine the actuators in closed
-form. Each loop has two branches, because its links can fold in two ways. If the loops reduce the
-degrees of freedom of the main chain, the loop equations decide whether a pose is reachable. An
-example is a delta robot with a rotated platform.
+A tool pose determines the joints of the main chain, and these joints determine the actuators in
+closed form. Each loop has two branches, because the links of the loop can fold in two ways. If the
+loops reduce the degrees of freedom of the main chain, the loop equations decide whether a pose is
+reachable. An example of such a robot is a delta robot with a rotated platform.
 """
 
 from collections.abc import Sequence
@@ -68,8 +68,9 @@ IDENTITY = "T is a pose at which the loops close with q[k] if residual[k] is a r
 def makers(h: SolvedLoops) -> dict[str, Maker]:
     """Return the function ``ik`` if the main chain determines all joints in closed form.
 
-    If the main chain does not determine all joints in closed form, the dictionary is empty. Planar
-    platforms with three legs have an inverse of their own.
+    If the main chain does not determine all joints in closed form, the returned dictionary is
+    empty. The dictionary is also empty for planar platforms with three legs, which have their own
+    inverse kinematics function.
     """
     fits = h.forward.open and triad_of(h) is None
     if not fits or (h.may_have_inverse and not is_platform(h.mechanism)):
@@ -82,20 +83,20 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
 
 
 def is_carried(h: SolvedLoops) -> bool:
-    """Whether the inverse finds the rotations of a platform that carries a wrist."""
+    """Whether the inverse kinematics finds the rotations of a platform that carries a wrist."""
     return isinstance(_chain(h), CarriedWrist)
 
 
 def is_carried_arm(h: SolvedLoops) -> bool:
-    """Whether the platform has legs that move in planes, and further joints before or after it."""
+    """Whether the legs move in planes, and further joints are before or on the platform."""
     return isinstance(_chain(h), CarriedArm)
 
 
 def missing(h: SolvedLoops) -> str:
-    """Return the reason why a robot with iterated loops has no ``ik``.
+    """Return the reason why a robot with iterated loops has no function ``ik``.
 
-    The text is empty if the reason is unknown. The function must only be called for a robot without
-    ``ik``.
+    The returned text is empty if the reason is unknown. The argument must be a robot without a
+    function ``ik``.
     """
     if not h.forward.open or h.may_have_inverse or triad_of(h) is not None:
         return ""
@@ -126,7 +127,7 @@ def _whole_chain(h: SolvedLoops) -> MovingChain | None:
 
 
 def moving_inverses(h: SolvedLoops) -> Inverses | None:
-    """Return the inverse of the moving joints of the main chain, or None if all joints move."""
+    """Return the inverse kinematics of the moving main-chain joints, or None if all joints move."""
     if leg_chains(h) is None or _whole_chain(h) is not None:
         return None
     moving = moving_chain(h, FAMILIES)
@@ -142,7 +143,7 @@ def moving_inverses(h: SolvedLoops) -> Inverses | None:
 
 
 def _inverse(h: SolvedLoops, chain: Chain, legs: Sequence[LegChain]) -> SymbolicFunction:
-    """Return the function ``ik``. Each combination of branch signs has a solution slot."""
+    """Return the function ``ik``, which has one solution slot per combination of branch signs."""
     function, work = _solved(h, frozenset(), chain, legs)
     settled = _settled(h, function, work, chain, has_legs=bool(legs))
     return _solved(h, settled, chain, legs)[0] if settled else function
@@ -156,13 +157,14 @@ def _settled(
     *,
     has_legs: bool,
 ) -> frozenset[int]:
-    """Return the indices of branch signs that do not affect the result."""
+    """Return the indices of branch signs that do not affect the result of ``ik``."""
     unused = _unused(h, function, work)
     if h.mechanism.couplings:
         # A branch sign that changes no coordinate may still decide whether a joint coupling holds.
         return unused
     if len(h.theta) == WHOLE and _has_loops_at_its_ends(h.mechanism):
-        # Several joint vectors of the platform chain lead to the same pose and the same legs.
+        # Several joint vectors of the main chain lead to the same platform pose and the same leg
+        # coordinates.
         unused |= frozenset(range(len(work.signs) - len(work.sides)))
         return unused | _idle_in_legs(h, function, chain) if has_legs else unused
     if has_legs and work.signs:
@@ -170,7 +172,7 @@ def _settled(
     if not 0 < len(work.signs) <= MAX_CHOICES:
         return unused
     if len(h.theta) > len(h.q):
-        # The loops can rarely be closed at random poses. Branch signs change the coordinates even
+        # Loops can rarely be closed at random poses, but branch signs change the coordinates even
         # if the loops are open.
         return unused | idle_choices(h, function, *_poses(h, chain), within=np.inf)[0]
     same, without = idle_choices(h, function, *_poses(h, chain))
@@ -211,7 +213,7 @@ def _has_loops_at_its_ends(mechanism: Mechanism) -> bool:
 
 
 def _inputs(h: SolvedLoops, chain: Chain, theta: FloatArray) -> list[FloatArray]:
-    """Return the inputs that the inverse takes after the tool pose.
+    """Return the samples of all inputs of ``ik`` except the tool pose.
 
     The array theta (N, n) contains the main-chain joint values.
     """
@@ -224,7 +226,7 @@ def _inputs(h: SolvedLoops, chain: Chain, theta: FloatArray) -> list[FloatArray]
 
 
 def _poses(h: SolvedLoops, chain: Chain) -> list[FloatArray]:
-    """Return random main-chain poses (16, N) around the reference, and further inputs."""
+    """Return random tool poses (16, N) near the reference, and samples of other ``ik`` inputs."""
     (fk,) = lower([of_open_chain("fk", h)], "chain")
     size = h.backward.reference.size
     middle = np.array([h.at_reference[joint.name] for joint in h.robot.moving])
@@ -240,7 +242,7 @@ def _solved(
     chain: Chain,
     legs: Sequence[LegChain],
 ) -> tuple[SymbolicFunction, Work]:
-    """Return (function without redundant branch signs, solution steps)."""
+    """Return (function ``ik`` without the branch signs in ``settled``, solution steps)."""
     terms, work = h.terms, Work(h.terms, settled=settled)
     arguments, joints = chain.coordinates(work)
     joints = near_reference(h.mechanism, terms, h.robot.moving, joints)
@@ -281,9 +283,10 @@ def _solved(
 
 
 def _errors(h: SolvedLoops, loop: ClosureEquations) -> Sequence[sp.Expr]:
-    """Return the residuals of a loop or coupling.
+    """Return the residuals of a loop or of a joint coupling.
 
-    If the residual of a coupling is an angle, the returned residual is also zero at full turns.
+    If the residual of a joint coupling is an angle, the returned residual is zero at every full
+    turn.
     """
     if isinstance(loop, CouplingEquation) and loop.units == ("1",):
         return [chord(h.terms, loop.residual[0])]

@@ -1,21 +1,21 @@
-"""Solves for joints before or on a platform.
+"""Solves for the joints before or on a platform, such as a 3-RPS platform on a rail.
 
 Each leg of the platform keeps a ball joint in a plane.
 
-An example is a 3-RPS platform on a rail.
-
-The row r_i (unit normal, negative offset) describes the plane of leg i in the frame of the legs.
-The ball joint of leg i is at b_i on the platform. Let B be the pose of the legs in the base frame.
-Let W be the pose of the tool on the platform. For a tool pose T, the condition that each ball joint
-lies in its plane is the equation
+The row r_i (unit normal, negative offset) describes the plane of leg i relative to the body at
+which the legs start. The vector b_i is the position of the ball joint of leg i in the platform
+frame. Let B be the pose, in the base frame, of the body at which the legs start. Let W be the tool
+pose in the platform frame. For a tool pose T, the condition that each ball joint lies in its plane
+is the equation
 
     r_i . B^-1 T W^-1 b_i = 0,   i = 1, 2, 3.
 
-Each equation is linear in the cosine and sine of a revolute joint before or on the platform. Each
-equation is also linear in the displacement of a prismatic joint. Up to three joints before or on
-the platform are unknown. The remaining joints before or on the platform are fixed inputs.
-Handwritten C eliminates the unknowns one after the other, down to the roots of a trigonometric
-polynomial. Finally, ``ik_legs`` solves for the platform and the legs.
+Each plane equation is linear in the cosine and sine of each revolute joint before or on the
+platform. Each plane equation is also linear in the displacement of each prismatic joint. Up to
+three joints before or on the platform are unknown. The values of the remaining joints before or on
+the platform are inputs. Handwritten C code eliminates one unknown joint after another and finds the
+roots of the remaining trigonometric polynomial. Finally, the function ``ik_legs`` solves for the
+joints of the platform and the legs.
 """
 
 from collections.abc import Sequence
@@ -43,12 +43,12 @@ ARM = "v"
 """Name of the argument of ``ik_legs`` that contains the values of the joints before the platform
 and on the platform."""
 MAX_UNKNOWN = 3
-"""Maximum number of unknown joints."""
+"""Maximum number of unknown joints before the platform and on the platform."""
 LINEAR = 2
 """Minimum number of unknown prismatic joints for which a small determinant replaces Dixon's
 resultant."""
 MAX_JOINTS = 6
-"""Maximum number of joints: the joints before the platform plus the joints on the platform."""
+"""Maximum total number of joints before the platform and on the platform."""
 SOLUTIONS = {
     (0, 1): 4,
     (0, 2): 8,
@@ -57,9 +57,9 @@ SOLUTIONS = {
     (1, 2): 24,
     (2, 1): 6,
 }
-"""Maximum number of solutions. Each key contains the number of unknown prismatic joints and the
-number of unknown angles. If two angles are unknown, each value of the second angle gives up to two
-values of the first angle."""
+"""Maximum number of solutions, keyed by the number of unknown prismatic joints and the number of
+unknown angles. If two angles are unknown, each value of the second angle gives up to two values of
+the first angle."""
 ON_BOTH_SIDES = 48
 """Maximum number of solutions for three unknown angles, some before and some on the platform."""
 
@@ -74,21 +74,20 @@ class CarriedArmTables(Tables):
         joints: Total number of joints before the platform and on the platform.
         before: Number of joints before the platform.
         unknown: Number of unknown joints.
-        slides: Number of prismatic joints among the unknown joints. The prismatic joints come first
-            among the unknown joints.
+        slides: Number of prismatic joints, which come first among the unknown joints.
         dixon: Whether the last unknown joint follows from Dixon's resultant.
         solutions: Maximum number of solutions for the unknown joints.
-        places: For each map, the number of its joint, counted from the base.
-        ranks: For each map, the index of its joint among the unknown joints. If the joint is fixed,
-            the entry is -1 - k, where k is the index among the fixed joints.
+        places: For each entry of `maps`, the number of its joint, counted from the base.
+        ranks: For each entry of `maps`, the index of its joint among the unknown joints, or -1 - k
+            for fixed joint k.
         kinds: For each entry of `maps`, whether its joint is prismatic.
         size: Length of the mechanism (meter).
-        maps: Terms of the inverse pose of each joint. For a revolute joint, the terms are the
-            factors of 1, cosine and sine. For a prismatic joint, the terms are the constant, the
-            factor of the displacement, and 0.
-        planes: For each plane, the unit normal and the negative offset (meter), in the frame where
+        maps: Three matrix terms of the inverse pose of each joint. The three terms of a revolute
+            joint are the factors of 1, cosine and sine. The three terms of a prismatic joint are
+            the constant, the factor of the displacement, and 0.
+        planes: Unit normal and negative offset (meter) of the plane of each leg, in the frame where
             the legs start.
-        points: The ball joints in the platform frame (meter).
+        points: Positions of the ball joints in the platform frame (meter).
     """
 
     slots: int
@@ -115,8 +114,8 @@ class CarriedArm:
     Attributes:
         h: The robot.
         carried: The platform.
-        equations: The equations of the planes.
-        unknown: Numbers of the joints that the C solver finds, in the order of elimination.
+        equations: Equations that keep the ball joint of each leg in its plane.
+        unknown: Indices of the joints whose values the C solver finds, in the order of elimination.
     """
 
     h: SolvedLoops
@@ -152,7 +151,7 @@ class CarriedArm:
 
     @property
     def given(self) -> tuple[int, ...]:
-        """Indices of the fixed joints among the moving joints of the main chain."""
+        """Indices of the main-chain joints whose values are inputs of the inverse kinematics."""
         names = [joint.name for joint in self.h.robot.moving]
         others = self.carried.others
         return tuple(
@@ -167,12 +166,12 @@ class CarriedArm:
 
     @property
     def argument(self) -> Argument:
-        """The coordinates of all joints before and on the platform."""
+        """Argument that contains the coordinates of all joints before and on the platform."""
         symbols = tuple(sp.Symbol(f"_{joint.name}", real=True) for joint in self.carried.others)
         return Argument(ARM, symbols, (len(symbols),), "", "joints before and on the platform")
 
     def arguments(self) -> tuple[Argument, ...]:
-        """Return the fixed joints as arguments of the inverse."""
+        """Return one argument of ``ik`` for each main-chain joint whose value is an input."""
         moving = self.h.robot.moving
         return tuple(
             given_argument(self.h.robot, k, sp.Symbol(f"_{moving[k].name}", real=True))
@@ -180,9 +179,9 @@ class CarriedArm:
         )
 
     def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
-        """Return (arguments, coordinates of the main chain).
+        """Return (extra arguments of ``ik_legs``, coordinates of the main chain).
 
-        The only argument contains the values of the joints before and on the platform.
+        The only extra argument contains the values of the joints before and on the platform.
         """
         carried, own = self.carried, self.argument
         values = {
@@ -229,7 +228,7 @@ class CarriedArm:
         )
 
     def _platform(self, values: dict[str, sp.Expr]) -> list[sp.Expr]:
-        """Return the entries of the platform pose in the frame of the legs."""
+        """Return the entries of the platform pose relative to the body at which the legs start."""
         m, terms, carried = self.h.mechanism, self.h.terms, self.carried
         base = self.h.robot.base if carried.before else ()
         B = pose_along(m, terms, carried.before, (), values, base)
@@ -238,7 +237,7 @@ class CarriedArm:
 
 
 def carried_arm(h: SolvedLoops) -> CarriedArm | None:
-    """Return the main chain with its platform, or None if the equations cannot be solved."""
+    """Return the main chain with its platform, or None if the plane equations are not solvable."""
     found = _found(h)
     return found if isinstance(found, CarriedArm) else None
 
@@ -246,7 +245,7 @@ def carried_arm(h: SolvedLoops) -> CarriedArm | None:
 def missing(h: SolvedLoops) -> str:
     """Return why a main chain that contains joints coupled by loops has no ``ik``.
 
-    The text is empty if the chain is a platform with legs and further joints.
+    The returned text is empty if the main chain is a platform with legs and further joints.
     """
     found = _found(h)
     if isinstance(found, CarriedArm):
@@ -273,8 +272,8 @@ def _found(h: SolvedLoops) -> CarriedArm | str:
     equations = PlaneEquations(h, carried)
     count = equations.rank()
     obstacles = []
-    # The search first tries the joints near the tool as unknowns. The search therefore prefers to
-    # fix rails and turntables.
+    # The search for unknown joints starts near the tool, so that rails and turntables are more
+    # likely to be fixed.
     for unknown in combinations(range(len(names))[::-1], count):
         if equations.rank(unknown) == count:
             order = _order(equations, unknown)
@@ -287,9 +286,9 @@ def _found(h: SolvedLoops) -> CarriedArm | str:
 def _order(equations: PlaneEquations, unknown: Sequence[int]) -> tuple[int, ...] | str:
     """Return the joints in the order of elimination, or the reason why no order works.
 
-    Prismatic joints are eliminated first. If the equations for an angle are always linearly
-    dependent, this angle is eliminated last. For example, the planes of a symmetric platform meet
-    in a line. If a turntable rotates about this line, only two equations are independent.
+    Prismatic joints are eliminated first. If the plane equations for an angle are always linearly
+    dependent, this angle is eliminated last. For example, only two plane equations are independent
+    if a turntable rotates about the common line of the planes of a symmetric platform.
     """
     slides = [k for k in unknown if equations.is_slide(k)]
     angles = sorted(k for k in unknown if k not in slides)
@@ -311,7 +310,8 @@ def _before(terms: Terms, T: Pose, W: Pose) -> Pose:
     """Return T W^-1."""
     axes, origin = W
     rows = [_triple([T[0][j][i] for j in range(3)]) for i in range(3)]
-    # Entry (i, k) of the rotation is row i of the rotation of T times row k of the rotation of W.
+    # Entry (i, k) of the rotation of T W^-1 is row i of the rotation of T times row k of the
+    # rotation of W.
     others = [_triple([axes[j][k] for j in range(3)]) for k in range(3)]
     R = [_triple([dot(terms, row, other) for other in others]) for row in rows]
     moved = _triple([dot(terms, row, origin) for row in R])

@@ -2,8 +2,8 @@
 
 Each leg keeps a ball joint of the platform in a plane.
 
-Further joints may be before the legs, between the base and the body at which the legs start, or on
-the platform. The pose of the tool then does not determine the pose of the platform directly.
+Further joints may be on the platform, or between the base and the body at which the legs start.
+With such further joints, the tool pose does not directly determine the platform pose.
 """
 
 from collections.abc import Sequence
@@ -35,31 +35,29 @@ LEGS, LEG_JOINTS, TURNS = 3, 2, 3
 joint."""
 FREE = 6
 """Number of virtual joints that move a platform freely. If the main chain passes through a leg
-instead of these joints, the leg has five joints."""
+instead of virtual joints, the leg has five joints."""
 Path = tuple[Joint, ...]
 
 
 def pose_of_entries(entries: Sequence[sp.Expr]) -> Pose:
-    """Return the axes and the origin of a pose.
-
-    The sixteen entries of the pose are in row order.
-    """
+    """Return the axes and the origin of a pose, given its sixteen matrix entries in row order."""
     x, y, z, p = ((entries[j], entries[4 + j], entries[8 + j]) for j in range(4))
     return (x, y, z), p
 
 
 TOOL = pose_of_entries(POSE_SYMBOLS)
-"""The pose of the tool."""
+"""Axes and origin of the target pose of the tool, as symbols."""
 
 
 @dataclass(frozen=True)
 class Plane:
-    """The plane of motion of a leg's ball joint, and the position of this joint on the platform.
+    """The plane in which a leg keeps a ball joint, and the ball position on the platform.
 
     Attributes:
-        normal: Unit normal, in the axes of the body at which the legs start.
-        offset: Distance from the origin of this body (meter).
-        ball: The ball joint in the platform frame (meter).
+        normal: Unit normal of the plane, in the axes of the body at which the legs start.
+        offset: Distance of the plane from the origin of the body at which the legs start (meter),
+            positive along `normal`.
+        ball: Position of the ball joint in the platform frame (meter).
     """
 
     normal: FloatArray
@@ -74,13 +72,13 @@ class CarriedPlatform:
     Each leg of the platform keeps a ball joint in a plane.
 
     Attributes:
-        before: All joints before the body at which the legs start. Fixed joints are included.
-        platform: The virtual joints of a free platform, or the joints of the leg that the main
-            chain contains.
-        behind: All joints after the platform. Fixed joints are included.
-        lines: The axes of the platform's joints.
+        before: All joints, including fixed joints, before the body at which the legs start.
+        platform: Serial robot with the virtual joints of a free platform, or with the joints of the
+            leg in the main chain.
+        behind: All joints after the platform, including fixed joints.
+        lines: Axes of the joints in `platform`.
         found: The detected structure of the axes in `lines`.
-        planes: The planes of the three ball joints.
+        planes: Planes in which the three legs keep their ball joints.
     """
 
     before: Path
@@ -92,11 +90,11 @@ class CarriedPlatform:
 
     @property
     def others(self) -> tuple[Joint, ...]:
-        """Return the moving joints other than the joints of the legs."""
+        """Return the moving main-chain joints in `before` and `behind`."""
         return tuple(j for j in (*self.before, *self.behind) if j.kind != "fixed")
 
     def place(self, work: Work, entries: Sequence[sp.Expr]) -> list[sp.Expr]:
-        """Solve for the platform joints at the pose with the given matrix entries."""
+        """Solve for the joints of the platform at a platform pose with the given matrix entries."""
         target = of_pose(work.terms, entries, home_of(self.platform, work.terms))
         solve_chain(work, self.lines, self.found, target, {})
         return values_of(work, self.platform, {})
@@ -104,7 +102,7 @@ class CarriedPlatform:
 
 @dataclass(frozen=True)
 class _Parts:
-    """Three parts of the main chain, and the body ``start`` that carries the legs."""
+    """Three consecutive parts of the main chain, and the body ``start`` that carries the legs."""
 
     before: Path
     middle: Path
@@ -139,13 +137,13 @@ def carried_platform(h: SolvedLoops) -> CarriedPlatform | str:
 
 
 def keeps_planes(h: SolvedLoops) -> bool:
-    """Whether the main chain has a platform with joints, and each leg keeps a ball in a plane."""
+    """Whether the chain has a platform, further joints, and legs that keep balls in planes."""
     parts = _parts(h)
     return not isinstance(parts, str) and not isinstance(_planes(h, parts, _robot(h, parts)), str)
 
 
 def _parts(h: SolvedLoops) -> _Parts | str:
-    """Return the parts of the main chain, or the condition that fails."""
+    """Return the parts of the main chain, or the condition that the main chain violates."""
     m, chain = h.mechanism, h.mechanism.path_to(h.mechanism.tool_body)
     ends = {frame.body for item in m.loop_joints for frame in (item.a, item.b)}
     starts = _starts(h)
@@ -165,7 +163,7 @@ def _parts(h: SolvedLoops) -> _Parts | str:
 
 
 def _starts(h: SolvedLoops) -> list[str]:
-    """Return the bodies at which the legs start: the common bodies of the loops."""
+    """Return the bodies at which the legs start, that is, at which the loops branch."""
     found = []
     for loop in loops(h.mechanism):
         paths = [path for path in (loop.to_a, loop.to_b) if path]
@@ -174,7 +172,7 @@ def _starts(h: SolvedLoops) -> list[str]:
 
 
 def _robot(h: SolvedLoops, parts: _Parts) -> SerialRobot:
-    """Return the joints of the platform, from the body at which the legs start."""
+    """Return the joints from the body at which the legs start to the platform as a serial robot."""
     base = () if parts.before else h.robot.base
     count = len(parts.before)
     joints = h.robot.joints[count : count + len(parts.middle)]
@@ -182,7 +180,7 @@ def _robot(h: SolvedLoops, parts: _Parts) -> SerialRobot:
 
 
 def _planes(h: SolvedLoops, parts: _Parts, platform: SerialRobot) -> tuple[Plane, ...] | str:
-    """Return the planes of the three ball joints, or the condition that fails."""
+    """Return the planes of the three ball joints, or the condition that the legs violate."""
     found = {
         f"the leg that ends at {loop.loop_joint.name}": _plane(h, parts, loop)
         for loop in loops(h.mechanism)
@@ -199,7 +197,7 @@ def _planes(h: SolvedLoops, parts: _Parts, platform: SerialRobot) -> tuple[Plane
 
 
 def names_of(robot: SerialRobot) -> list[str]:
-    """Return the names of the moving joints."""
+    """Return the names of the moving joints of a serial robot."""
     return [joint.name for joint in robot.moving]
 
 
@@ -241,9 +239,9 @@ def _plane_of_leg(h: SolvedLoops, parts: _Parts, own: Frame, other: Frame) -> Pl
 
 
 def _plane_of_chain(platform: SerialRobot, terms: Terms) -> Plane | None:
-    """Return the plane in which a leg moves its ball joint, or None.
+    """Return the plane in which a leg moves its ball joint, or None if there is no such plane.
 
-    The last three axes of the leg form the ball joint.
+    The last three joint axes of the leg must intersect and form the ball joint.
     """
     lines = Lines(terms, axes_of(platform, terms))
     if len(lines.axes) != LEG_JOINTS + TURNS or not all(a.turns for a in lines.axes[LEG_JOINTS:]):
@@ -259,14 +257,14 @@ def _plane_of_chain(platform: SerialRobot, terms: Terms) -> Plane | None:
 def _normal(axes: Sequence[Axis]) -> FloatArray | None:
     """Return the normal of the parallel planes in which the joints move points.
 
-    Return None if there are no such planes or no joint is revolute.
+    Return None if the joints do not move points in parallel planes or if no joint is revolute.
     """
     normal = next((axis.direction for axis in axes if axis.turns), None)
     return normal if normal is not None and all(_keeps(a, normal) for a in axes) else None
 
 
 def _keeps(axis: Axis, normal: FloatArray) -> bool:
-    """Whether a joint moves points in a plane with this normal."""
+    """Whether a joint moves points only in planes with the given normal."""
     if axis.turns:
         return float(np.linalg.norm(np.cross(axis.direction, normal))) <= EXACT_STRUCTURE
     return axis.kind == "prismatic" and abs(float(axis.direction @ normal)) <= EXACT_STRUCTURE

@@ -1,18 +1,19 @@
-"""A wrist on a platform whose loops couple its position with its orientation, such as a 3-RPS.
+"""Wrist on a platform, such as a 3-RPS, whose loops couple its position with its orientation.
 
 Each of three legs keeps a ball joint in a plane that is fixed to the base. The joints on the
 platform are revolute, and their axes meet in the wrist center c. The tool pose determines the
-position w of the wrist center in the base frame. The platform rotation R is unknown. Plane i has
-the unit normal n_i and the offset d_i, and contains the ball joint b_i on the platform. The
-condition that ball joint b_i lies in plane i is the equation
+position w of the wrist center in the base frame. The platform rotation R is unknown. The plane of
+leg i has the unit normal n_i and the offset d_i, and contains the ball joint at b_i on the
+platform. The condition that the ball joint at b_i lies in the plane of leg i is the equation
 
     n_i . R (b_i - c) = d_i - n_i . w,   i = 1, 2, 3.
 
-The first equation leaves two angles of R unknown. R maps the direction of b_1 - c to the direction
-with the azimuth alpha about n_1, and rotates by beta about this direction. The other two equations
-are linear in cos(beta) and sin(beta). Their resultant is a trigonometric polynomial of degree 4 in
-alpha, so that there are at most eight rotations. Handwritten C code computes the rotations. The
-function ``ik_legs`` solves the legs and the wrist for each platform pose.
+The equation for i = 1 leaves two angles of the platform rotation R unknown. The rotation R maps the
+direction of b_1 - c to the direction with the azimuth alpha about n_1, and rotates by beta about
+this direction. The equations for i = 2 and i = 3 are linear in cos(beta) and sin(beta). The
+resultant of these two equations is a trigonometric polynomial of degree 4 in alpha, so at most
+eight platform rotations exist. Handwritten C code computes the platform rotations. For each
+platform pose, the function ``ik_legs`` solves for the joints of the legs and the wrist.
 """
 
 from collections.abc import Sequence
@@ -58,12 +59,12 @@ class CarriedWristTables(Tables):
         slots: Number of solution slots per platform pose.
         coordinates: Number of actuated coordinates.
         size: Length of the mechanism (meter).
-        normals: Unit normal of each plane, in base axes.
-        offsets: Distance of each plane from the base origin (meter).
-        levers: Direction from the wrist center to each ball joint, in platform axes.
+        normals: Unit normal of the plane of each leg, in base axes.
+        offsets: Distance of the plane of each leg from the base origin (meter).
+        levers: Unit vector from the wrist center to each ball joint, in platform axes.
         lengths: Distance between the wrist center and each ball joint (meter).
-        center: The wrist center in the platform frame (meter).
-        tool_center: The wrist center in the tool frame (meter).
+        center: Position of the wrist center in the platform frame (meter).
+        tool_center: Position of the wrist center in the tool frame (meter).
     """
 
     slots: int
@@ -94,12 +95,12 @@ class CarriedWrist:
     axes: Lines
 
     given = ()
-    """Joints whose values are inputs of the inverse; always empty."""
+    """Joints whose values are inputs of ``ik``. A wrist on a platform has no such joints."""
     solver, solutions, label = SOLVER, ROTATIONS, "platform rotation"
     """Name of the C solver, its maximum number of solutions, and the name of a solution."""
 
     def arguments(self) -> tuple[Argument, ...]:
-        """Return (), because no joint of this inverse is fixed."""
+        """Return no arguments, because no joint values are inputs of ``ik``."""
         return ()
 
     @property
@@ -108,9 +109,9 @@ class CarriedWrist:
         return _center(self.axes)
 
     def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
-        """Return the arguments, and all joint coordinates as functions of the arguments.
+        """Return (extra arguments of ``ik_legs``, coordinates of the main chain).
 
-        The only argument is the platform pose.
+        The only extra argument is the platform pose.
 
         Args:
             work: Object that receives the branch signs and the solution steps.
@@ -175,7 +176,7 @@ class CarriedWrist:
 
 
 def carried_wrist(h: SolvedLoops) -> CarriedWrist | None:
-    """Return the platform and the wrist of a main chain, or None for other main chains.
+    """Return the platform and the wrist of a main chain, or None if the chain has another form.
 
     Args:
         h: The robot.
@@ -202,7 +203,7 @@ def _meet(axes: Lines) -> bool:
 
 
 def _center(axes: Lines) -> FloatArray:
-    """Return the point in which the axes meet, or a point of a single axis (meter)."""
+    """Return the point in which wrist axes meet, or a point on a single wrist axis (meter)."""
     if len(axes.axes) == 1:
         return axes.axes[0].origin
     return numbers(axes.terms, axes.meeting(0, 1))

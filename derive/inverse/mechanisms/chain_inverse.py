@@ -1,8 +1,8 @@
 """Inverse kinematics of robots with loops whose main chain is solved by shared C code.
 
-The function ``ik_chain`` solves the main chain as a serial arm. For each solution,
-``actuators_all`` computes the actuators on every branch of the loops. The function ``fk`` checks
-the result.
+The function ``ik_chain`` solves the main chain as a serial arm. For each solution of the main
+chain, the function ``actuators_all`` computes the actuators on every branch of the loops. The
+function ``fk`` checks the computed actuated coordinates.
 """
 
 from collections.abc import Sequence
@@ -23,20 +23,21 @@ from .mode_check import FK, IDENTITY, IK, ModeTables
 SOLVER = "chain_modes"
 CHAIN_IK, CHAIN_POSE, ACTUATORS = "ik_chain", "fk_jacobian_chain", "actuators_all"
 MAX_BRANCHES = 16
-"""Maximum number of loop branches for each solution of the chain."""
+"""Maximum number of loop branches for each solution of the main chain."""
 
 
 def chain_inverse(
     hybrid: SolvedLoops, families: Sequence[Family], give: tuple[int, ...]
 ) -> Inverses | None:
-    """Return the inverse kinematics if shared C code solves the main chain, or None.
+    """Return the inverse kinematics, or None if shared C code cannot solve the main chain.
 
-    None is returned if the loops couple joints of the main chain or have no closed form.
+    The function also returns None if the loops couple joints of the main chain or have no closed
+    form.
 
     Args:
         hybrid: The robot.
         families: The families of axis structures to try on the main chain, in order.
-        give: Indices of the chain joints to fix. With (), suitable joints are selected.
+        give: Indices of the chain joints to fix, or () to select suitable joints automatically.
     """
     robot, count = hybrid.robot, len(hybrid.robot.moving)
     if not hybrid.has_closed_form or len(hybrid.q) != count or unfit(robot):

@@ -1,9 +1,10 @@
 """Geometric difference between a built robot with loops and its design.
 
-Both robots are compared at the same actuated coordinates, with closed loops. A revolute joint is
-represented by a line, a ball joint by a point, and a prismatic joint by a direction. Each body of
-the built robot is aligned with the same body of the design. Therefore, the result depends neither
-on the body frames nor on the position of a frame along its joint axis.
+The built robot and its design are compared at the same actuated coordinates, with closed loops. A
+revolute joint is represented by a line, a ball joint by a point, and a prismatic joint by a
+direction. Each body of the built robot is aligned with the same body of the design. Therefore, the
+geometric difference depends neither on the body frames nor on the position of a frame along its
+joint axis.
 """
 
 from collections.abc import Iterator, Mapping
@@ -21,13 +22,12 @@ Poses = Mapping[str, FloatArray]
 
 
 class Feature(NamedTuple):
-    """A point and directions of a body, in the base frame.
+    """A point and directions that are fixed to a body, in the base frame.
 
     Attributes:
-        point: A point (3,) of the feature (meter).
+        point: Position (3,) of the point (meter).
         axes: Directions (k, 3) that are fixed to the body, such as the axis of a joint.
-        across: Projection matrix (3, 3). This matrix projects the differences of the points before
-            they are compared.
+        across: Matrix (3, 3) that projects the differences of points before they are compared.
     """
 
     point: FloatArray
@@ -38,7 +38,7 @@ class Feature(NamedTuple):
 def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
     """Return the largest differences of two robots: a distance (meter) and an angle (radian).
 
-    Rod lengths and zero offsets of actuators are compared as well.
+    The comparison includes rod lengths and zero offsets of actuators.
 
     Args:
         built: The robot as built.
@@ -147,8 +147,8 @@ def _rows(
         left.append(one.across @ (one.point - other.point))
         for n, m in zip(one.axes, other.axes, strict=True):
             rows.append(np.hstack([np.zeros((3, 3)), -_cross(n)]))
-            # The two directions of a line are equivalent. For the axes of a pose, opposite
-            # directions are different.
+            # Opposite directions of a single joint axis are equivalent, but opposite directions of
+            # the axes of a pose are different.
             left.append(size * (n - (m if len(one.axes) > 1 or n @ m > 0 else -m)))
     return np.concatenate(rows), np.concatenate(left)
 

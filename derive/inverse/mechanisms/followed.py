@@ -1,8 +1,8 @@
 """Numeric poses and Jacobians of robots whose loops have no closed form.
 
-In the space of actuated coordinates, a straight line connects the reference with each
-configuration. Newton's method closes the loops at several points on this line, with a few steps at
-each point. Newton's method follows all lines at the same time.
+In the space of actuated coordinates, a straight line connects the reference configuration with each
+sampled configuration. Newton's method closes the loops at several points on each straight line,
+with a few steps at each point. All straight lines are followed at the same time.
 """
 
 import numpy as np
@@ -15,13 +15,13 @@ from ...terms.casadi_graph import lower
 
 FloatArray = NDArray[np.float64]
 STATIONS, STEPS, LAST_STEPS = 4, 2, 4
-"""Number of points on a line, Newton steps per point, and Newton steps at the last point. If
-Newton's method needs more than LAST_STEPS steps at the end, for example near a singularity, the
-result counts as not converged."""
+"""Number of points on the line from the reference to a configuration, Newton steps per point, and
+Newton steps at the last point. If Newton's method needs more than LAST_STEPS steps at the last
+point, for example near a singularity, the configuration counts as not converged."""
 
 
 class Followed:
-    """Computes the main-chain joints and the tool pose at actuated coordinates by iteration."""
+    """Computes main-chain joints and tool poses from actuated coordinates by iteration."""
 
     def __init__(self, closure: LoopClosure) -> None:
         self.closure = closure

@@ -1,8 +1,9 @@
 """Inverse kinematics of a robot with loops.
 
-The joints of the main chain follow from the pose, and the actuators follow from these joints. If
-the loops prevent a part of the chain from rotating, virtual prismatic joints replace this part. The
-displacements of the virtual prismatic joints then determine the actuators of the replaced part.
+The tool pose determines the joints of the main chain, and these joints determine the actuators. If
+the loops prevent a part of the main chain from rotating, virtual prismatic joints replace this part
+of the chain. The displacements of the virtual prismatic joints then determine the actuators of the
+replaced part.
 """
 
 from collections.abc import Mapping, Sequence
@@ -61,7 +62,8 @@ from .translation import (
 )
 
 MAX_TRIED = 60
-"""Maximum number of joint sets to try if a fixed revolute joint is between free joints."""
+"""Maximum number of sets of fixed joints to try if a fixed revolute joint is between free joints.
+"""
 IDENTITY = "fk(q[k]) = T if residual[k] is a rounding error"
 
 
@@ -71,16 +73,17 @@ def hybrid_inverses(
     give: tuple[int, ...] = (),
     closure: LoopClosure | None = None,
 ) -> Inverses:
-    """Derive the closed-form inverse of a robot with loops that has a main chain.
+    """Derive the closed-form inverse kinematics of a robot with loops and a main chain.
 
-    If the built robot has no closed form, the solution of the nominal robot is refined.
+    If the inverse kinematics of the built robot has no closed form, the solutions of the nominal
+    robot are refined.
 
     Args:
         hybrid: The robot.
         families: The families of axis structures to try on the main chain, in order.
-        give: Indices of the chain joints to fix. With (), suitable joints are selected.
-        closure: Closure equations of loops without a closed form. None if all loops have a closed
-            form. Loops without a closed form require a nominal robot.
+        give: Indices of the chain joints to fix, or () to select suitable joints automatically.
+        closure: Closure equations of loops without a closed form, or None if all loops have a
+            closed form. Loops without a closed form require a nominal robot.
     """
     if closure is not None:
         exact = Inverses(classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give), {})
@@ -90,7 +93,8 @@ def hybrid_inverses(
         return exact
     by_chain = partial(chain_inverse, hybrid, families, give)
     by_nominal = partial(_by_nominal, hybrid, families, give, closure)
-    # The nominal robot decides which joints of a redundant chain are fixed.
+    # For a redundant chain, the nominal robot is tried first, because this robot decides which
+    # joints are fixed.
     is_redundant = len(hybrid.robot.moving) > rank.of_chain(exact.classification.lines)
     methods = (by_nominal, by_chain) if is_redundant else (by_chain, by_nominal)
     found = next(filter(None, (method() for method in methods)), None)
@@ -103,7 +107,7 @@ def _by_structure(
     give: tuple[int, ...],
     built: SolvedLoops | None = None,
 ) -> Inverses:
-    """Return the inverse of the main chain or of the chain with virtual joints.
+    """Return the inverse kinematics of the main chain or of the chain with virtual joints.
 
     Args:
         hybrid: The robot.
@@ -136,7 +140,7 @@ def _by_structure(
 def _giving_turns(
     hybrid: SolvedLoops, classification: Classification, families: Sequence[Family]
 ) -> Classification | None:
-    """Return a structure with fixed revolute joints inside the chain.
+    """Return an axis structure with fixed revolute joints inside the chain, or None.
 
     For example, a long-arm excavator has four parallel axes on a column, and one of these four
     joints must be fixed.
@@ -161,7 +165,7 @@ def _by_nominal(
         try:
             found = _of_nominal(hybrid, nominal, families, give, closure)
         except DescriptionError:
-            # The loops of the nominal mechanism cannot be closed at the reference.
+            # The loops of the nominal mechanism cannot be closed at the reference configuration.
             if hybrid.mechanism.nominal is not None:
                 raise
             continue
@@ -196,9 +200,9 @@ def _of_nominal(
     give: tuple[int, ...],
     closure: LoopClosure | None,
 ) -> Inverses | None:
-    """Return the inverse that refines the solutions of a nominal robot.
+    """Return the inverse kinematics that refines the solutions of a nominal robot.
 
-    Return None if too few poses converge.
+    Return None if Newton's method recovers too few poses from the nominal solutions.
     """
     design = solved_loops(loop_model(nominal.mechanism, hybrid.terms))
     exact = _by_structure(design, families, give, hybrid) if not design.forward.open else None
@@ -269,8 +273,8 @@ def _on_chain(
     """Solve for the chain joints, and then for the actuators.
 
     If ``built`` describes the robot as built, the solved coordinates are start values for Newton's
-    method. Newton's method does not change the coordinates of fixed joints. These coordinates are
-    therefore computed with the geometry of the robot as built.
+    method. The coordinates of fixed joints are computed with the geometry of the robot as built,
+    because Newton's method does not change these coordinates.
     """
     terms = design.terms
     loops = built if built is not None and built.has_closed_form else design
@@ -287,8 +291,8 @@ def _on_chain(
     margins = [margin for _, margin in solution.margins]
     values = substituted(terms, [*entries, *margins], dict(zip(loops.theta, joints, strict=True)))
     q, closing = values[: len(entries)], values[len(entries) :]
-    # The loops of the built robot differ from the design, so only the pose of the chain is
-    # compared.
+    # The loops of the built robot differ from the design, so only the tool pose of the main chain
+    # is compared with the target.
     residual = _chain_residual(design, joints) if loops is built else _residual(design, q)
     if built is None:
         residual = _while_closed(design, residual, closing)

@@ -1,15 +1,16 @@
 """Legs that are solved from the pose of a platform.
 
-Each leg is a serial arm between two known bodies.
+Each leg is a serial arm between two bodies with known poses.
 
-A leg starts at a known body and ends at a closure. If the other body of the closure is also known,
-the leg is an arm whose last link has a known pose. A family of closed-form inverses solves this
-arm. Examples with closed forms are a tripteron (one prismatic and three parallel joints per leg),
-an Exechon, a 3-UPU, and rods between universal joints.
+A leg starts at a body with a known pose and ends at a joint that closes a loop. If the pose of the
+other body of this joint is also known, the leg is an arm whose last link has a known pose. A family
+of closed-form inverse kinematics solves the leg as such an arm. Examples with closed forms are the
+legs of a tripteron (one prismatic and three parallel joints per leg), of an Exechon, of a 3-UPU,
+and rods between universal joints.
 
 Several configurations of a leg can have the same actuated coordinate. A single solution slot
-represents all of these configurations. The residual of the slot is the smallest residual of these
-configurations.
+represents all configurations of a leg with the same actuated coordinate. The residual of this
+solution slot is the smallest residual of these configurations.
 """
 
 from collections.abc import Sequence
@@ -30,11 +31,11 @@ from .substitution import substituted, symbols_behind
 
 @dataclass
 class LegWork(Work):
-    """State during the derivation of one leg.
+    """State of the derivation that solves one leg.
 
     Attributes:
         hidden: Indices of the branch signs that do not change the actuated coordinate of the leg.
-        passive: Symbols of the branch signs that do not change the coordinate.
+        passive: Symbols of the branch signs that do not change the actuated coordinate of the leg.
         requested: Number of branch signs that the derivation of the leg has requested so far.
     """
 
@@ -53,7 +54,7 @@ class LegWork(Work):
 
 @dataclass(frozen=True)
 class LegChain:
-    """A leg as a serial arm from a known body to a closure.
+    """A leg as a serial arm from a body with a known pose to the joint that closes the loop.
 
     Attributes:
         arm: The serial arm, which consists of the joints of the leg and its loop-closing joint.
@@ -63,7 +64,7 @@ class LegChain:
 
     @property
     def closure(self) -> str:
-        """Name of the closure."""
+        """Name of the joint that closes the loop of the leg."""
         return self.arm.closure
 
     def solved(
@@ -74,7 +75,7 @@ class LegChain:
         Args:
             h: The robot.
             work: Object that records the branch signs and the solution steps of the leg.
-            values: Values of the known joints by name.
+            values: Values of the known joints, keyed by joint name.
         """
         entries = self.arm.wanted(h.mechanism, h.terms, values)
         first = len(work.signs)
@@ -117,9 +118,9 @@ class LegChain:
 
 
 def leg_chains(h: SolvedLoops) -> tuple[LegChain, ...] | None:
-    """Return the legs that must be solved as serial chains, or None if this is impossible.
+    """Return the legs that must be solved as serial arms, or None if one of them is not solvable.
 
-    The tuple is empty if the main chain determines all joints in closed form.
+    The returned tuple is empty if the main chain determines all joints in closed form.
     """
     open_ = set(h.backward.open)
     chain = {joint.name for joint in h.robot.moving}

@@ -17,7 +17,7 @@ FREEDOMS = 6
 def makers(h: SolvedLoops) -> dict[str, Maker]:
     """Return the function ``ik`` of a platform on six cylinders.
 
-    The dictionary is empty for other robots.
+    The returned dictionary is empty for robots other than platforms on six cylinders.
     """
     mechanism = h.mechanism
     moved = {coordinate.moves for coordinate in mechanism.coordinates}
@@ -30,9 +30,9 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
 def leg_lengths(h: SolvedLoops) -> SymbolicFunction:
     """Return the function ``ik``, which computes the leg lengths at a pose.
 
-    A leg length is the distance between the end points of the leg. The residual is the deviation of
-    the matrix T from a rigid pose. Every pose determines the leg lengths. Forward kinematics may
-    return another assembly mode for these lengths.
+    A leg length is the distance between the end points of the leg. The residual of ``ik`` is the
+    deviation of the target matrix T from a rigid pose. Every pose determines the leg lengths, but
+    forward kinematics with these leg lengths may return another assembly mode.
     """
     terms, names = h.terms, [strut.name for strut in h.mechanism.struts]
     rows = [POSE_SYMBOLS[4 * i : 4 * i + 4] for i in range(3)]
@@ -53,7 +53,7 @@ def leg_lengths(h: SolvedLoops) -> SymbolicFunction:
         dot(terms, axes[i], axes[k]) - (1 if i == k else 0) for i in range(3) for k in range(i, 3)
     ]
     residual = terms.let(sp.sqrt(squares(terms, products)))
-    # A leg of length zero has no direction.
+    # The margin is the shortest leg length, because a leg of length zero has no direction.
     margin = lengths[names[0]]
     for name in names[1:]:
         margin = terms.let(sp.Min(margin, lengths[name], evaluate=False))

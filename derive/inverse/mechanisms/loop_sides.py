@@ -1,10 +1,10 @@
-"""Loop branches in the inverse of a robot with loops.
+"""Loop branches in the inverse kinematics of a robot with loops.
 
 If a leg or a four-bar linkage has two branches, two actuator vectors lead to the same main-chain
-joints. Each of these loops adds a branch sign to the inverse. A branch sign that does not change
-the result is removed during the derivation. For example, a translating platform has two solutions
-for its orientation, but the legs have equal joint values in the two solutions. A branch that
-forward kinematics never reaches has no solutions.
+joints. Each loop with two branches adds a branch sign to the inverse kinematics. A branch sign that
+does not change the actuated coordinates is removed during the derivation. For example, the two
+solutions for the orientation of a translating platform lead to equal joint values of the legs. A
+loop branch that forward kinematics never reaches gives no inverse kinematics solutions.
 """
 
 from collections.abc import Sequence
@@ -30,36 +30,38 @@ BoolArray = NDArray[np.bool_]
 SAMPLES, MAX_DRAWN = 200, 4000
 """Number of test configurations, and maximum number of random trials.
 
-In crank-and-rod mechanisms, the loops may close in as few as one of twenty trials.
+In mechanisms with cranks and rods, the loops may close in as few as one of twenty random trials.
 """
 PARTS, FEW = (1.0, 0.1, 0.01, 0.001), 20
 """Sampling ranges for lengths without limits, as fractions of the mechanism size.
 
-The ranges are sampled in this order. Sampling ends at the first range in which the loops close for
-at least ``FEW`` samples. For example, a loop of three long booms closes only within a small range.
+The sampling ranges are tried in the listed order, up to the first range in which the loops close
+for at least ``FEW`` samples. For example, a loop of three long booms closes only within a small
+range.
 """
 MAX_CHOICES = 9
-"""Maximum number of sign symbols of an inverse. Nine signs distinguish 2^9 = 512 solutions.
+"""Maximum number of branch signs of an inverse kinematics function. Nine branch signs distinguish
+2^9 = 512 solutions.
 
-If a robot needs more sign symbols, the loops beyond this maximum have no sign symbol. These loops
-stay on the reference branch.
+If a robot needs more branch signs, the loops beyond the maximum have no branch sign and stay on the
+reference branch.
 """
 
 
 def solved_on_sides(hybrid: SolvedLoops, work: Work) -> Solution:
-    """Compute all joints from the joints of the main chain. Each loop has a branch sign.
+    """Compute all joints from the joints of the main chain, with a branch sign for each loop.
 
     Args:
         hybrid: The robot.
-        work: The solution so far. The function adds the branch signs and their names to this
-            object.
+        work: Record of the solution, to which the function adds the branch signs and their names.
     """
     given = [joint.name for joint in hybrid.robot.moving]
     solution = with_free_sides(hybrid.loops, hybrid.backward, given, work.sign)
     chosen = [step for step in solution.steps if _is_free(step)]
     names = [step.name(hybrid.mechanism) for step in chosen]
     for step, name in zip(chosen, names, strict=True):
-        # If two steps close the same loop, the name also contains the joint.
+        # If two solution steps close the same loop, the name of the branch sign also contains the
+        # joint name.
         message = f"{name} at {step.joints[1].split('.')[0]}" if names.count(name) > 1 else name
         (symbol,) = sp.Add(step.sign).free_symbols
         work.sides[symbol] = message, _sides(step, symbol)
@@ -78,15 +80,15 @@ def _sides(step: LoopStep, symbol: sp.Symbol) -> dict[int, str]:
 def settled_choices(
     hybrid: SolvedLoops, solved: Solved, given: Sequence[int] = ()
 ) -> frozenset[int]:
-    """Return the indices of branch signs that an inverse does not need.
+    """Return the indices of branch signs that an inverse kinematics function does not need.
 
-    The inverse is evaluated at the poses of random configurations. A branch sign is not needed if
-    both of its values lead to the same coordinates. The branch sign of a loop is not needed if only
-    the value 1 gives solutions.
+    The inverse kinematics function is evaluated at the poses of random configurations. A branch
+    sign is not needed if both of its values lead to the same coordinates. The branch sign of a loop
+    is not needed if only the value 1 gives solutions.
 
     Args:
         hybrid: The robot.
-        solved: The inverse with all branch signs.
+        solved: Inverse kinematics with all branch signs.
         given: Indices of the main-chain joints that are inputs of the inverse.
     """
     function, work = solved.function, solved.work
@@ -101,16 +103,16 @@ def settled_choices(
 
 
 def choices_of_loops(work: Work) -> frozenset[int]:
-    """Return the indices of the branch signs of loops."""
+    """Return the indices of the branch signs that select branches of loops."""
     return frozenset(k for k, symbol in enumerate(work.signs) if symbol in work.sides)
 
 
 def unused_sides(built: SolvedLoops, start: Solved, given: Sequence[int] = ()) -> frozenset[int]:
-    """Return the indices of loop branches that a built robot never reaches.
+    """Return the indices of branch signs whose second branch a built robot never reaches.
 
     Args:
         built: The robot as built.
-        start: The start values of the inverse on all loop branches.
+        start: Inverse kinematics that gives the start values on all loop branches.
         given: Indices of the main-chain joints that are inputs of the inverse.
     """
     function, of_loops = start.function, choices_of_loops(start.work)
@@ -140,17 +142,19 @@ def idle_choices(
     *inputs: FloatArray,
     within: float | None = None,
 ) -> tuple[frozenset[int], frozenset[int]]:
-    """Find branch signs that do not change the results at sample poses.
+    """Find branch signs that give no additional inverse kinematics solutions at sample poses.
 
     Args:
         hybrid: The robot.
-        function: The inverse with all branch signs.
-        inputs: Inputs of the inverse. The first input is an array (16, N) of sample poses.
-        within: Maximum residual of a solution. By default, only rounding errors are accepted.
+        function: Inverse kinematics function with all branch signs.
+        inputs: Inputs of the inverse kinematics function, of which the first is an array (16, N) of
+            sample poses.
+        within: Maximum residual of a solution. The default maximum residual accepts only rounding
+            errors.
 
     Returns:
-        Two sets of branch sign indices. The signs of the first set do not change the coordinates.
-        If a sign of the second set is -1, there is no solution.
+        Two sets of branch sign indices. Branch signs of the first set do not change the actuated
+        coordinates. Branch signs of the second set give no solution if their value is -1.
     """
     if within is None:
         within = RECOVERED * min(hybrid.backward.reference.size, 1.0)
@@ -164,9 +168,9 @@ def idle_choices(
 def idle_signs(
     hybrid: SolvedLoops, function: SymbolicFunction, *inputs: FloatArray
 ) -> frozenset[int]:
-    """Find branch signs that change no coordinate at sample poses.
+    """Find branch signs that change no actuated coordinate at sample poses.
 
-    Each sign is tested while all other signs have random values.
+    Each branch sign is tested while all other branch signs have random values.
     """
     (ik,) = lower([function], "inverse")
     shape = len(function.signs), inputs[0].shape[1]
@@ -225,7 +229,7 @@ def _tolerances(hybrid: SolvedLoops) -> FloatArray:
 
 
 def _moved(hybrid: SolvedLoops, apart: FloatArray) -> FloatArray:
-    """Convert coordinate differences (..., n) to joint differences."""
+    """Convert differences of actuated coordinates (..., n) to absolute joint differences."""
     moved = apart * [float(hybrid.terms.value(c.ratio)) for c in hybrid.mechanism.coordinates]
     turns = [c.kind == "revolute" for c in hybrid.mechanism.coordinates]
     wrapped = np.remainder(moved + np.pi, 2 * np.pi) - np.pi
@@ -233,11 +237,12 @@ def _moved(hybrid: SolvedLoops, apart: FloatArray) -> FloatArray:
 
 
 def _configurations(hybrid: SolvedLoops, part: float) -> FloatArray:
-    """Return the reference coordinates and random coordinates (N, n).
+    """Return the reference and random configurations as actuated coordinates (N, n).
 
-    Random coordinates lie within the limits. Angles without limits differ from the reference by at
-    most half a turn. Lengths without limits differ by at most ``part`` times the mechanism size. If
-    ``part`` is small, the loops stay on one side of their dead points.
+    Random actuated coordinates lie within the coordinate limits. Angles without limits differ from
+    the reference by at most half a turn. Lengths without limits differ from the reference by at
+    most ``part`` times the mechanism size. If ``part`` is small, the random configurations stay on
+    one side of the dead points of the loops.
     """
     low, high = [], []
     for c in hybrid.mechanism.coordinates:

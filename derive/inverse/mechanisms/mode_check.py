@@ -1,12 +1,12 @@
 """Inverse kinematics of robots whose loops are solved by iteration.
 
-The function ``fk`` checks every solution.
+The function ``fk`` checks every inverse kinematics solution.
 
-The leg inverse finds coordinates at which the loops can be closed at the target pose. At these
-coordinates, the loops may have several assembly modes. The function ``fk`` selects the reference
-mode. Therefore, ``ik`` calls ``fk`` for every solution slot of ``ik_legs``. A slot contains a
-solution if ``fk`` returns the target pose. If ``fk`` returns a different pose, the target pose
-belongs to an assembly mode other than the reference mode.
+The function ``ik_legs`` finds actuated coordinates at which the loops can be closed at the target
+pose. At the same actuated coordinates, the loops may have several assembly modes, of which ``fk``
+selects the reference mode. Therefore, the function ``ik`` calls ``fk`` for every solution slot of
+``ik_legs``. A solution slot contains a solution if ``fk`` returns the target pose. If ``fk``
+returns a different pose, the target pose belongs to an assembly mode other than the reference mode.
 """
 
 import math
@@ -26,8 +26,8 @@ from .carried_wrist import PLATFORM, CarriedWrist, carried_wrist
 IK, LEGS, FK = "ik", "ik_legs", "fk"
 SOLVER = "closure_modes"
 REFERENCE_DIGITS = 9
-"""Number of decimal places of the rounded reference angles. Rounding makes the angles the same on
-all machines."""
+"""Number of decimal places of the rounded reference angles. Rounding makes the reference angles the
+same on all machines."""
 IDENTITY = (
     "fk(q[k]) = T if residual[k] is a rounding error; if residual[k] is infinite and q[k] is not "
     "NaN, the loops close with q[k] at T, but in another assembly mode than at fk(q[k])"
@@ -37,17 +37,17 @@ IDENTITY = (
 def with_legs(
     makers: Mapping[str, Maker], closure: LoopClosure
 ) -> tuple[dict[str, Maker], dict[str, WrittenMaker]]:
-    """Add the function ``ik``, which checks the results of the leg inverse ``ik_legs``.
+    """Add the function ``ik``, which checks the solutions of the function ``ik_legs``.
 
     Args:
         makers: Functions that derive the robot functions, keyed by name. The function with the key
-            ``ik``, if any, derives the leg inverse.
+            ``ik``, if present, derives ``ik_legs``.
         closure: The closure equations of the loops.
     """
     if IK not in makers:
         return dict(makers), {}
-    # The leg inverse is cached, because ``ik`` needs the number of solution slots before its C code
-    # is printed.
+    # The derived function ``ik_legs`` is cached, because ``ik`` needs the number of its solution
+    # slots before the C code is printed.
     solved = cache(makers[IK])
     named = {
         LEGS if name == IK else name: (lambda h: _on_legs(solved(h))) if name == IK else maker
@@ -70,12 +70,12 @@ def _on_legs(function: SymbolicFunction) -> SymbolicFunction:
 
 @dataclass(frozen=True)
 class ModeTables(Tables):
-    """Tables for the test whether a solution belongs to the correct assembly mode.
+    """Tables for the test whether an inverse kinematics solution is in the reference mode.
 
     Attributes:
         size: The length of the mechanism (meter), which scales the length tolerances.
-        angles: (n,) reference angles (radian) of the coordinates. The angle is NaN unless the
-            coordinate is revolute and moves its joint with ratio 1.
+        angles: (n,) reference angles (radian) of the actuated coordinates. A reference angle is NaN
+            unless the coordinate is revolute and moves its joint with ratio 1.
     """
 
     size: float
@@ -137,7 +137,7 @@ def _reference_angles(h: SolvedLoops) -> tuple[float, ...]:
 
 
 def carried_chain(h: SolvedLoops, legs: SymbolicFunction) -> CarriedWrist | CarriedArm | None:
-    """Return the main chain if joints are before or on the platform, otherwise None."""
+    """Return the main chain, or None if no joints are before or on the platform."""
     names = {argument.name for argument in legs.inputs}
     if PLATFORM in legs.inputs:
         return carried_wrist(h)
@@ -145,7 +145,7 @@ def carried_chain(h: SolvedLoops, legs: SymbolicFunction) -> CarriedWrist | Carr
 
 
 def coordinates_of(h: SolvedLoops, joints: Sequence[int]) -> list[int]:
-    """Return the actuated coordinates of main-chain joints."""
+    """Return the indices of the actuated coordinates that move the given main-chain joints."""
     moves = [c.moves for c in h.mechanism.coordinates]
     return [moves.index(h.robot.moving[k].name) for k in joints]
 

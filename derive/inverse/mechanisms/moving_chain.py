@@ -1,10 +1,10 @@
 """The part of a main chain that moves while the loops lock the other joints.
 
-The rods of a delta keep its platform parallel to the base. The three rotations of the platform are
-therefore locked. The moving part contains the three translations. If there is an axis on the
-platform, the moving part also contains this axis. If the robot has more actuators than the tool has
-degrees of freedom, the caller chooses the values of some actuated joints. A rail below a hexapod
-and an axis on its platform are actuated joints whose values the caller may choose.
+The rods of a delta robot keep its platform parallel to the base, so the three rotations of the
+platform are locked. The moving part of a delta robot contains the three translations and, if
+present, the joint on the platform. If the robot has more actuators than the tool has degrees of
+freedom, the caller chooses the values of some actuated joints. Examples of joints whose values the
+caller may choose are a rail below a hexapod and a joint on the hexapod platform.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -34,8 +34,8 @@ class MovingChain:
 
     Attributes:
         whole: The main chain.
-        robot: The main chain. Locked joints are fixed joints.
-        lines: The axes of the moving joints. The joint numbers are indices in the whole chain.
+        robot: The main chain, in which fixed joints replace the locked joints.
+        lines: Axes of the moving joints, numbered by their indices in the whole chain.
         found: The structure of axes that matches the axes of the moving joints.
         locked: The value of each locked joint, keyed by its number in the whole chain.
     """
@@ -53,14 +53,15 @@ class MovingChain:
 
     @property
     def given(self) -> tuple[int, ...]:
-        """Numbers of the joints whose values the caller chooses, counted in the whole chain."""
+        """Indices, in the whole chain, of the joints whose values the caller chooses."""
         return tuple(self.lines.axes[place].joint for place in self.found.given)
 
     def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
-        """Return (arguments except the pose, coordinates of all joints).
+        """Return (arguments of ``ik`` after the pose, coordinates of all main-chain joints).
 
         Args:
-            work: Record of the solution, which receives the joint values and steps.
+            work: Record of the solution, to which the function adds joint values and solution
+                steps.
         """
         terms, moving, work.locked = work.terms, self.whole.moving, frozenset(self.locked)
         symbols = {k: sp.Symbol(f"_{moving[k].name}", real=True) for k in self.given}
@@ -80,7 +81,7 @@ def moving_chain(
 ) -> tuple[MovingChain, Classification] | None:
     """Return the moving part of a main chain, or None if the part fits no inverse family exactly.
 
-    None is also returned if the loops lock no joint and no actuated joint is redundant.
+    The function also returns None if the loops lock no joint and no actuated joint is redundant.
 
     Args:
         h: The robot.
@@ -94,7 +95,7 @@ def moving_chain(
         h.terms, tuple(replace(axis, joint=k) for axis, k in zip(axes, numbers, strict=True))
     )
     surplus = len(lines.axes) - rank.of_chain(lines)
-    # If loops couple moving joints, there are fewer redundant joints than the number of moving
+    # If loops couple moving joints, the chain has fewer redundant joints than the number of moving
     # joints suggests.
     are_coupled = len(numbers) > len(h.q)
     if unfit(robot) or not (locked or surplus) or (surplus and are_coupled):

@@ -1,11 +1,12 @@
-"""Numeric plane equations of a platform.
+"""Numeric equations that keep the ball joints of a platform in planes.
 
-Each leg keeps a ball joint of the platform in a plane. The unknowns are the joints before the legs
-and the joints on the platform.
+Each leg keeps a ball joint of the platform in a plane. The unknowns of the plane equations are the
+joints before the legs and the joints on the platform.
 
-With the pose B of the legs in the base frame and the pose W of the tool on the platform, the pose
-of the platform in the frame of the legs is B^-1 T W^-1. A joint changes the inverse poses B^-1 or
-W^-1 by a factor that is linear in its cosine and sine, or in its displacement.
+Let B be the pose, in the base frame, of the body at which the legs start. Let W be the tool pose in
+the platform frame. For the tool pose T, the platform pose relative to the body at which the legs
+start is B^-1 T W^-1. Each joint contributes a factor to B^-1 or W^-1. The factor is linear in the
+cosine and sine of the joint angle, or in the joint displacement.
 """
 
 from collections.abc import Sequence
@@ -25,13 +26,14 @@ from .carried_platform import CarriedPlatform
 from .differences import FloatArray
 
 RANK = 1e-6
-"""Smallest singular value, relative to the largest, of equations that determine the unknowns."""
+"""Minimum ratio of the smallest to the largest singular value of plane equations that determine the
+unknowns."""
 ZERO = 1e-12
 """A coefficient counts as constant if it changes by at most this fraction of its value."""
 SAMPLES = 8
 """Number of random joint vectors that test whether a coefficient is constant."""
 ANGLES = (0.0, 2.0, 4.0)
-"""Sample angles (radian) of a function with the terms 1, cosine and sine."""
+"""Angles (radian) at which a function with the terms 1, cosine and sine is sampled."""
 Group = tuple[tuple[Joint, ...], Placement, Placement]
 """A moving joint and its adjacent fixed joints, the placement before these joints, and the
 placement after these joints."""
@@ -39,11 +41,11 @@ placement after these joints."""
 
 @dataclass(frozen=True)
 class JointMap:
-    """The inverse pose of a joint: a sum of constant matrices times functions of the coordinate.
+    """The inverse pose of a joint as a sum of constant matrices times functions of the coordinate.
 
     Attributes:
-        joint: Index of the joint in one list: first the joints before the platform, then the joints
-            on the platform.
+        joint: Index of the joint in the list of the joints before the platform, followed by the
+            joints on the platform.
         is_slide: Whether the joint is prismatic.
         parts: Matrices (4, 4) that multiply 1, cosine and sine of an angle, or 1, a displacement
             and 0.
@@ -68,7 +70,8 @@ class JointMap:
 class PlaneEquations:
     """The equations that keep each of three ball joints in its own plane.
 
-    The unknowns are the values of joints before the platform and on the platform.
+    The unknowns of the plane equations are the values of joints before the platform and on the
+    platform.
 
     Attributes:
         h: The robot.
@@ -85,10 +88,10 @@ class PlaneEquations:
 
     @cached_property
     def maps(self) -> tuple[JointMap, ...]:
-        """The inverses of the joint poses, in the order in which they are multiplied.
+        """The inverse poses of all joints, in the order of their multiplication.
 
-        The joints before the legs come first, ordered from the legs to the base. The joints on the
-        platform follow, ordered from the tool to the platform.
+        Joints before the legs come first, ordered from the legs to the base. Joints on the platform
+        come last, ordered from the tool to the platform.
         """
         base = self.h.robot.base if self.carried.before else ()
         before = _groups(self.carried.before, base, ())
@@ -98,9 +101,9 @@ class PlaneEquations:
 
     @cached_property
     def rows(self) -> FloatArray:
-        """Plane coefficients (3, 4), multiplied by a constant matrix.
+        """Plane coefficients (3, 4), multiplied by the constant matrix that ``_still`` returns.
 
-        The coefficients of a plane are its normal and its negative offset.
+        The coefficients of a plane are the unit normal and the negative offset of the plane.
         """
         planes = self.carried.planes
         rows = np.array([[*plane.normal, -plane.offset] for plane in planes])
@@ -108,7 +111,7 @@ class PlaneEquations:
 
     @cached_property
     def points(self) -> FloatArray:
-        """Homogeneous coordinates (3, 4) of the ball joints, multiplied by a constant matrix."""
+        """Homogeneous ball joint positions (3, 4), multiplied by the matrix from ``_still``."""
         points = np.array([[*plane.ball, 1.0] for plane in self.carried.planes])
         return points @ self._still(self.carried.behind, (), self.h.robot.tool).T
 
@@ -116,7 +119,7 @@ class PlaneEquations:
         """Return the number of joint values that the plane equations determine.
 
         Args:
-            unknown: Numbers of the joints that are not fixed; by default, all joints.
+            unknown: Indices of the joints that are not fixed, by default of all joints.
         """
         columns = range(len(self.maps)) if unknown is None else unknown
         slopes = np.array([self._derivatives(T, x)[:, list(columns)] for x, T in self._closed])
@@ -194,7 +197,7 @@ class PlaneEquations:
         return found
 
     def _derivatives(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """Return the derivatives (3, n) of the equations with respect to the joints."""
+        """Return the derivatives (3, n) of the plane equations with respect to the joint values."""
         found = np.zeros((len(self.carried.planes), len(self.maps)))
         for moved in self.maps:
             factors = [m.slope(x[m.joint]) if m is moved else m.at(x[m.joint]) for m in self.maps]
@@ -210,11 +213,12 @@ class PlaneEquations:
     def _still(self, path: Sequence[Joint], base: Placement, tool: Placement) -> FloatArray:
         """Return the inverse of the pose (4, 4) of the fixed joints before or after the platform.
 
-        If the path contains a moving joint, the identity is returned.
+        If the path contains a moving joint, the returned matrix is the identity.
         """
         if any(joint.kind != "fixed" for joint in path):
             return np.eye(4)
-        # If the legs start at the base, the planes are in the base frame.
+        # If the legs start at the base, the planes are given in the base frame, so the base
+        # placement is omitted.
         first = base if path else ()
         return np.asarray(np.linalg.inv(self._matrix(path, first, tool, {})))
 
@@ -241,12 +245,12 @@ class PlaneEquations:
 
 
 def _groups(path: Sequence[Joint], base: Placement, tool: Placement) -> list[Group]:
-    """Return groups of joints.
+    """Divide a path of joints into groups.
 
-    Each group has one moving joint and the fixed joints before it. The last group also contains the
-    fixed joints after the last moving joint.
+    Each group of joints has one moving joint and the fixed joints before this joint. The last group
+    also contains the fixed joints after the last moving joint.
 
-    The list is empty if no joint moves.
+    The returned list is empty if no joint of the path moves.
     """
     ends = [k for k, joint in enumerate(path) if joint.kind != "fixed"]
     groups = []

@@ -1,11 +1,11 @@
 """Start values near the dead points of loops.
 
 The loops of a built robot can be closed slightly beyond the dead points of the design. The equation
-of the designed loop is h^2 = x. Beyond the dead point of the loop, x is slightly negative, so that
-the equation has no solution. The errors of the built robot change this equation to h^2 = x + e,
-where e is about as large as |x|. The equation of the built robot has a solution on each side of the
-dead point. The two roots h of the equation h^2 = |x| are start values for the solutions of the
-built robot.
+of a loop of the design is h^2 = x, with x = 0 at the dead point. Beyond the dead point of the loop,
+x is slightly negative, so the equation h^2 = x has no real solution. The errors of the built robot
+change the loop equation to h^2 = x + e, where e is about as large as |x|. The equation h^2 = x + e
+of the built robot has a solution on each side of the dead point. The two roots h of the equation
+h^2 = |x| are start values for the solutions of the built robot.
 """
 
 from collections.abc import Sequence
@@ -20,10 +20,10 @@ ROOT = sp.Rational(1, 2)
 def beyond_dead_points(terms: Terms, entries: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
     """Replace sqrt(x) by sqrt(|x|) in expressions.
 
-    For x >= 0, the value does not change.
+    For x >= 0, the value of sqrt(x) does not change.
 
     Args:
-        terms: Table of named terms, which receives the new terms.
+        terms: Table of named terms, to which the function adds the new terms.
         entries: The actuated coordinates as functions of the main-chain joints.
     """
     known: dict[sp.Basic, sp.Basic] = {}

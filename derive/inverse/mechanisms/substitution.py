@@ -15,9 +15,9 @@ def substituted(
     The cosine and sine of a solved angle are reused, so no trigonometric function is added.
 
     Args:
-        terms: Table of named terms, which receives the new terms.
+        terms: Table of named terms, to which the function adds the new terms.
         entries: The expressions.
-        values: The replacement for each symbol.
+        values: Replacement expressions, keyed by symbol.
     """
     known: dict[sp.Symbol, sp.Expr] = dict(values)
     for symbol in terms.needed(entries):

@@ -1,11 +1,11 @@
 """Virtual prismatic joints that replace a part of a chain.
 
-The replaced joints only translate the next link.
+Together, the replaced joints only translate the next link of the chain.
 
 The rods of a built delta robot are not exactly parallel, so its platform rotates slightly. The
-three actuated coordinates then determine the orientation as well as the position. The inverse of
-the nominal robot solves for the position. Newton's method converges to the pose, or only to the
-position.
+three actuated coordinates of a built delta robot determine the platform orientation as well as the
+position. The inverse kinematics of the nominal robot solves for the position. From the nominal
+solution, Newton's method converges to the full pose, or only to the position.
 """
 
 from collections.abc import Sequence
@@ -47,9 +47,10 @@ class Slides:
     """The virtual prismatic joints that replace other joints of a chain.
 
     Attributes:
-        values: The displacements as functions of the actuated coordinates.
-        weights: Matrix that converts the displacements to the values of the prismatic joints in the
-            shortened chain. Each of these joints has one row.
+        values: Displacements of the virtual prismatic joints as functions of the actuated
+            coordinates.
+        weights: Matrix that converts the displacements to the joint values of the shortened chain,
+            with one row for each prismatic joint of this chain.
     """
 
     values: tuple[sp.Expr, ...]
@@ -61,7 +62,7 @@ class Translating:
     """A chain in which virtual prismatic joints replace several joints.
 
     Attributes:
-        lines: The shortened chain. Virtual joints have the highest indices.
+        lines: Axes of the shortened chain, in which virtual joints have the highest indices.
         home: The tool pose (axes and origin) with all joints at zero.
         slides: The virtual prismatic joints.
     """
@@ -157,7 +158,7 @@ def spelled(terms: Terms, expression: sp.Expr, stop: set[sp.Symbol] | None = Non
 def _independent(
     terms: Terms, slides: Sequence[Axis]
 ) -> tuple[list[Axis], tuple[tuple[sp.Expr, ...], ...]]:
-    """Return (basis, components in this basis) of the directions of prismatic joints."""
+    """Return (basis of the directions of prismatic joints, components of each direction)."""
     kept: list[Axis] = []
     for axis in slides:
         directions = [a.direction for a in (*kept, axis)]
@@ -173,24 +174,23 @@ def _independent(
 def actuators_of(
     work: Work, moved: Translating, q: Sequence[sp.Symbol]
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """Solve for the actuated coordinates that produce given prismatic displacements.
+    """Solve for the two actuated coordinates that produce given prismatic displacements.
 
-    One of the two actuated coordinates must be a slider coordinate, and the displacements must be
-    linear in this coordinate.
+    One of the two actuated coordinates must be a slider coordinate in which the prismatic
+    displacements are linear.
 
-    The other actuated coordinate is a crank angle. The slider coordinate is eliminated, which
-    leaves an equation for the crank angle. This equation must be linear in the cosine and sine of
-    the crank angle.
+    The other actuated coordinate is a crank angle. Elimination of the slider coordinate leaves an
+    equation that must be linear in the cosine and sine of the crank angle.
 
     Args:
-        work: Record of the solution, with the prismatic displacements already solved. The function
-            adds a solution step to `work`.
+        work: Record of the solution with solved prismatic displacements, to which the function adds
+            solution steps.
         moved: The shortened chain.
         q: The actuated coordinates.
 
     Returns:
-        The values of the coordinates, or None if the equations do not have the form described
-        above.
+        Expressions for the two actuated coordinates, or None if the equations do not have the form
+        described above.
     """
     terms = work.terms
     slides = moved.slides
@@ -229,7 +229,7 @@ def _two(
     rest: Sequence[sp.Expr],
     lengths: Sequence[sp.Expr],
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """Solve the equations ``rates[j] along + rest[j](crank) = lengths[j]`` for j = 0 and 1."""
+    """Solve ``rates[j] along + rest[j](crank) = lengths[j]``, j = 0, 1, for along and crank."""
     terms, (along, crank) = work.terms, unknown
     alone = sp.expand(rates[1] * rest[0] - rates[0] * rest[1])
     a, b = (sp.expand(alone).coeff(f(crank)) for f in (sp.cos, sp.sin))
@@ -266,7 +266,7 @@ def still_axes(design: SolvedLoops) -> Basis | None:
 
 
 def of_position_alone(function: SymbolicFunction, axes: Basis) -> SymbolicFunction:
-    """Return the task ``ik`` whose residual contains no orientation error.
+    """Return the function ``ik`` with a residual that contains no orientation error.
 
     Args:
         function: The task.
@@ -283,7 +283,8 @@ def of_position_alone(function: SymbolicFunction, axes: Basis) -> SymbolicFuncti
 def position_task(polished: NativeSolverFunction) -> NativeSolverFunction:
     """Derive the function ``ik_position`` for target positions from ``ik``.
 
-    The functions ``ik`` and ``ik_position`` start from the same nominal inverse.
+    The functions ``ik`` and ``ik_position`` refine solutions of the same nominal inverse
+    kinematics.
     """
     argument = Argument("p", POSITION, (3,), "m", "position of the tool in the base frame")
     role = replace(polished.role, domain="task", components=("position",))

@@ -1,1 +1,1 @@
-"""Solution steps that several families share, and the record of the solution."""
+"""Closed-form solution steps that several arm families share, and the record of these steps."""

@@ -1,18 +1,19 @@
-"""Angle about the first of two parallel axes.
+"""Angle of the first revolute joint if the first and the last revolute axis are parallel.
 
 If the first and the last of three revolute axes are parallel, the orientation determines only the
-sum or difference of their angles. The position then determines the first angle. Let ``v`` be the
-target of a point on the last axis, w the vector from the first axis to the point, and u the
-direction of a prismatic joint with displacement d. If the prismatic joint is between the first and
-the last axis, ``R_1 (w + d u) = v``. If the prismatic joint is before the first or after the last
-axis, ``R_1 w = v - d u``.
+sum or difference of their angles. The position then determines the first angle. Let R_1 be the
+rotation of the first joint. Relative to the first axis, let ``w`` be a point on the last axis
+before the rotation R_1, and ``v`` the target of this point. Let u be the direction of a prismatic
+joint with displacement d. If the prismatic joint is between the first and the last axis, then ``R_1
+(w + d u) = v``. If the prismatic joint is before the first or after the last axis, then ``R_1 w = v
+- d u``.
 
-If three prismatic joints have linearly independent directions, the first angle is arbitrary. If the
-directions of the prismatic joints are coplanar, the first angle solves ``n.(R_1 w) = n.v`` or
-``n.(R_1^T v) = n.w``. Here, n is the normal of the plane of the directions.
+If three prismatic joints have linearly independent directions, the first angle is arbitrary. If
+these directions lie in a plane with normal n, the first angle solves ``n.(R_1 w) = n.v`` or
+``n.(R_1^T v) = n.w``.
 
 Both sides of ``R_1 (w + d u) = v`` or ``R_1 w = v - d u`` have equal lengths, which gives a
-quadratic equation for d. Subproblem 1 then gives the first angle.
+quadratic equation for d. With the solution for d, subproblem 1 gives the first angle.
 """
 
 from collections.abc import Sequence
@@ -33,11 +34,11 @@ from .target import Target
 def first_angle(
     terms: Terms, axes: Sequence[Axis], target: Target, middle: CosSin, sign: sp.Expr
 ) -> CosSin:
-    """Return the rotation of the first joint if the first and the last axis are parallel.
+    """Return the first revolute joint's rotation for parallel first and last revolute axes.
 
     Args:
         terms: Table of named terms.
-        axes: The axes of the chain: three revolute joints and at most one prismatic joint.
+        axes: The joint axes of a chain with three revolute joints and at most one prismatic joint.
         target: The pose that the chain must reach.
         middle: Rotation of the second revolute joint.
         sign: 1 or -1. Selects one of two solutions.
@@ -64,11 +65,12 @@ def first_angle_to_plane(
 ) -> CosSin:
     """Return the first revolute angle of a chain with three revolute and three prismatic joints.
 
-    At this angle, the prismatic joints can reach the target position.
+    At the returned angle, the prismatic joints can reach the target position.
 
     Args:
         terms: Table of named terms.
-        axes: The axes of the chain: three revolute joints and three consecutive prismatic joints.
+        axes: The joint axes of a chain with three revolute joints and three consecutive prismatic
+            joints.
         target: The pose that the chain must reach.
         middle: Rotation of the second revolute joint.
         sign: 1 or -1. Selects one of two solutions.

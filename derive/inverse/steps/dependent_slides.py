@@ -1,9 +1,10 @@
 """Prismatic joints whose directions may become linearly dependent.
 
-Dependent joints move a point only along a line or in a plane, so many displacements reach the same
-target. The joints are solved in succession. Each joint compensates the rounding errors of the
-joints before it. Each joint has a scalar equation for one component of the point position. If the
-joint does not change this component, its displacement is 0.
+Prismatic joints with linearly dependent directions move a point only along a line or in a plane, so
+many joint displacements reach the same target. The prismatic joints are solved in succession, and
+each joint compensates the rounding errors of the joints before it. The displacement of each joint
+solves a scalar equation for one component of the point position. If the joint does not change this
+component, its displacement is 0.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -27,8 +28,8 @@ two other joint directions.
 """
 _TRIPLE = 3
 OneOf = Callable[..., sp.Expr]
-"""Type of a function that returns one of its three arguments. Each argument belongs to one cyclic
-order of three directions."""
+"""Type of a function that returns one of its three arguments. The three arguments of the function
+belong to the three cyclic orders of three directions."""
 
 
 def dependent_lengths(
@@ -39,8 +40,8 @@ def dependent_lengths(
     Args:
         terms: Table of named terms.
         directions: The unit directions of the joints.
-        displacement: The vector. The point moves by the component of the vector in the span of the
-            directions.
+        displacement: The displacement vector, of which the joints produce only the component in the
+            span of their directions.
     """
     if len(directions) < _TRIPLE:
         return [found.length for found in in_order(terms, directions, displacement)]
@@ -73,10 +74,10 @@ def plane_normal(terms: Terms, directions: Sequence[Vector]) -> Vector:
 def _widest_last(terms: Terms, directions: Sequence[Vector]) -> tuple[OneOf, list[Vector]]:
     """Permute three directions cyclically.
 
-    Returns a permutation function and the permuted directions.
+    The returned values are a selector function and the permuted directions.
 
-    The last two returned directions have the largest angle between them. The returned function
-    takes three arguments and returns argument k, where ``directions[k]`` is the first returned
+    The last two permuted directions have the largest angle between them. The selector function
+    takes three arguments and returns argument k, where ``directions[k]`` is the first permuted
     direction.
     """
     squares = [squared_sine(terms, directions[k - 2], directions[k - 1]) for k in range(_TRIPLE)]
@@ -96,7 +97,8 @@ def in_order(
 ) -> Iterator[FoundLength]:
     """Yield the displacements of the prismatic joints from the first joint to the last.
 
-    Each equation uses a direction that is perpendicular to all later prismatic joints.
+    The equation of each joint uses the displacement component along a direction that is
+    perpendicular to all later prismatic joints.
     """
     for k, u in enumerate(directions):
         normal = _normal(terms, u, directions[k + 1 :])
@@ -121,7 +123,7 @@ def _normal(terms: Terms, direction: Vector, later: Sequence[Vector]) -> Vector:
 def normal_to_both(terms: Terms, a: Vector, b: Vector) -> Vector:
     """Return the cross product of two vectors.
 
-    The entries are expanded so that terms with opposite signs cancel.
+    The entries of the cross product are expanded so that terms with opposite signs cancel.
     """
     x, y, z = sp.Matrix([terms.spelled(e) for e in a]).cross(
         sp.Matrix([terms.spelled(e) for e in b])
@@ -135,17 +137,17 @@ def common_normal(terms: Terms, k: Vector, v: Vector) -> Vector:
 
 
 def unit_across(terms: Terms, k: Vector, v: Vector) -> Vector:
-    """Return the direction of the part of ``v`` that is perpendicular to the unit vector ``k``.
+    """Return the unit vector along the part of ``v`` perpendicular to the unit vector ``k``.
 
-    A second projection keeps the result perpendicular to ``k`` if ``v`` and ``k`` are nearly
-    parallel.
+    A second projection keeps the returned vector perpendicular to ``k`` if ``v`` and ``k`` are
+    nearly parallel.
     """
     across = _unit(terms, perpendicular(terms, k, v))
     return _unit(terms, perpendicular(terms, k, across))
 
 
 def _unit(terms: Terms, v: Vector) -> Vector:
-    """Return a vector divided by its length. A zero vector stays zero."""
+    """Return a vector divided by its length, or a zero vector unchanged."""
     inverse = terms.let(1 / terms.let(sp.sqrt(terms.let(dot(terms, v, v) + DIRECTION_FLOOR))))
     return combination(terms, (inverse,), (v,))
 

@@ -1,4 +1,4 @@
-"""Selects the angle sum of three parallel joints if the tool orientation does not fix it."""
+"""Selects an angle sum of three parallel joints that the tool orientation does not determine."""
 
 import sympy as sp
 
@@ -20,10 +20,10 @@ def with_elbow_in_reach(
     center: Vector,
     sign: sp.Symbol,
 ) -> FoundTurn:
-    """Return the sum of angles 2 to 4.
+    """Return the sum of joint angles 2 to 4.
 
-    If the tool orientation does not determine the sum of angles 2 to 4, the elbow angle is set as
-    close to 90 degrees as possible.
+    If the tool orientation does not determine this sum, the sum is selected so that the elbow angle
+    is as close to 90 degrees as possible.
 
     Args:
         work: Object that records the solution steps.

@@ -1,12 +1,13 @@
-"""Gauss-Newton step for a pose with more equations than joints.
+"""Gauss-Newton step for arms with fewer joints than the six equations of a pose.
 
-A closed-form step uses only some of the six equations of a pose. Near a double solution of one
-equation, the angle of its joint is accurate only to 1e-8. The other equations often determine the
-angle to double precision. A Gauss-Newton step on all equations restores full accuracy. The step dq
-solves ``(J^T J + mu) dq = J^T e`` with a damping factor mu.
+Each step of a closed-form solution uses only some of the six equations of a pose. Near a double
+solution of one equation, the joint angle from this equation is accurate only to 1e-8. The other
+pose equations often determine the same joint angle to double precision. A Gauss-Newton step on all
+six pose equations restores full accuracy. The Gauss-Newton step dq solves ``(J^T J + mu) dq = J^T
+e`` with a damping factor mu.
 
-Here, e is the twist from the tool to its target and J is the mixed Jacobian. Lengths are relative
-to the arm length.
+In this equation, e is the twist from the tool to its target pose, and J is the mixed Jacobian.
+Lengths in e and J are divided by the arm length.
 """
 
 from collections.abc import Sequence
@@ -39,7 +40,8 @@ class _State:
 def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
     """Apply a Gauss-Newton step to a solution.
 
-    The step is applied only if the chain contains an added joint, whose value is always 0.
+    The Gauss-Newton step is applied only if the chain contains an added joint that always stays at
+    0.
 
     Args:
         work: Object that records the solution steps.
@@ -53,7 +55,8 @@ def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
 def step_on_all(work: Work, lines: Lines, target: Target) -> None:
     """Apply a Gauss-Newton step to all joints of a chain with fewer than six joints.
 
-    The step is used only if the pose is near the target and the error decreases.
+    The Gauss-Newton step is used only if the tool pose is near its target and the step decreases
+    the pose error.
 
     Args:
         work: Object that records the solution steps.
@@ -72,7 +75,8 @@ def step_on_all(work: Work, lines: Lines, target: Target) -> None:
         work.turns[joint] = chosen(terms, better, there.turns[joint], turn)
     for joint, length in lengths.items():
         work.lengths[joint] = select(terms, better, there.lengths[joint], length)
-    # The step changes the angles of parallel joints, so their stored sum is no longer correct.
+    # The Gauss-Newton step changes the angles of parallel joints, so the stored sums of these
+    # angles are no longer correct.
     work.sums.clear()
 
 
@@ -84,7 +88,7 @@ def _state(
     turns: dict[int, CosSin],
     lengths: dict[int, sp.Expr],
 ) -> _State:
-    """Return the twist and the Jacobian."""
+    """Return the joint values with their twist to the target pose, squared error and Jacobian."""
     let, zero = terms.let, (ZERO, ZERO, ZERO)
     scale = let(sp.Float(1 / (lines.length or 1.0), 20))
     tool = target.home
@@ -117,8 +121,9 @@ def _state(
     tilts = [cross(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     tilt = combination(terms, (sp.Rational(1, 2),) * 3, (tilts[0], tilts[1], tilts[2]))
     error = [*(let(scale * v) for v in off), *tilt]
-    # The vector ``tilt`` is 0 if there is no rotation error, but also for a rotation error of half
-    # a turn. The squared error therefore uses the differences between the frame axes.
+    # The vector ``tilt`` is 0 not only without a rotation error, but also for a rotation error of
+    # 180 degrees. The squared error therefore uses the differences between the axes of the tool
+    # frame and the target frame.
     apart = [subtracted(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     square = let(
         sum((v**2 for v in error[:3]), ZERO) + let(sum((dot(terms, d, d) for d in apart), ZERO) / 2)

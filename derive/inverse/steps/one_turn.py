@@ -1,9 +1,9 @@
-"""Three joints that position a point. The joints are revolute or prismatic.
+"""Solves for three joints, revolute or prismatic, that position a point.
 
-A rotation keeps the height of a point along the axis and the distance of the point from the axis. A
-prismatic joint moves the point along a line. Therefore, the intersection of this line with a plane
-or a sphere determines the displacement of one prismatic joint. The other joints are then determined
-by the remaining equations.
+A rotation about an axis changes neither the height of a point along the axis nor the distance of
+the point from the axis. A prismatic joint moves a point along a line. Therefore, the intersection
+of this line with a plane or a sphere determines the displacement of one prismatic joint. The
+remaining equations then determine the other joints.
 """
 
 from collections.abc import Callable
@@ -35,7 +35,7 @@ _ONE = sp.Integer(1)
 
 
 def rises(lines: Lines) -> Requirement:
-    """Require a prismatic joint along axis 1, and another one in a different direction."""
+    """Require two prismatic joints in different directions, at least one not normal to axis 1."""
     a1, a2, a3 = (axis.direction for axis in lines.axes)
     along = max(abs(float(a1 @ a2)), abs(float(a1 @ a3)))
     spread = float(np.linalg.norm(np.cross(a2, a3)))
@@ -48,7 +48,11 @@ def rises(lines: Lines) -> Requirement:
 
 
 def turn_then_slides(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
-    """Solve ``exp(S_1 q_1) Trans(t_2 h_2 + t_3 h_3) C = W``, with up to two solutions."""
+    """Solve for a revolute joint followed by two prismatic joints, with up to two solutions.
+
+    The joint values satisfy ``exp(S_1 q_1) Trans(t_2 h_2 + t_3 h_3) C = W`` for a point C and its
+    target W.
+    """
     terms, (a1, a2, a3) = work.terms, lines.axes
     up = [abs(float(a1.direction @ axis.direction)) for axis in (a2, a3)]
     lift, other = (a2, a3) if up[0] > up[1] else (a3, a2)
@@ -83,13 +87,14 @@ def _two_lengths(
     points: tuple[Vector, Vector],
     sign: sp.Expr,
 ) -> tuple[FoundLength, FoundLength]:
-    """Return the displacements of the two prismatic joints in the order ``other``, lift.
+    """Return the displacements of the prismatic joints ``other`` and ``lift``, in this order.
 
     Args:
         terms: Table of named terms.
         axis: The axis of the revolute joint that precedes the two prismatic joints.
-        slides: The directions of the lift and of the ``other`` joint.
-        points: The point in the home pose and its target, relative to the axis.
+        slides: The directions of the prismatic joints ``lift`` and ``other``.
+        points: The position of a point in the home pose and its target position, relative to the
+            revolute axis.
         sign: Selects one of two solutions.
     """
     (lift, other), (start, goal) = slides, points
@@ -98,9 +103,9 @@ def _two_lengths(
     height = terms.let(dot(terms, axis.h, subtracted(terms, goal, start)) / rate)
     is_flat = sp.false
     if not terms.is_constant(rate):
-        # Let both prismatic joints be perpendicular to the axis. The joint ``lift`` first moves the
-        # point onto a line that is parallel to ``other`` and intersects the axis. Then the joint
-        # ``other`` moves the point to any distance from the axis.
+        # If both prismatic joints are perpendicular to the revolute axis, ``lift`` first moves the
+        # point onto a line parallel to ``other`` that intersects the axis. Then the joint ``other``
+        # can move the point to any distance from the axis.
         is_flat = terms.let(rate**2) <= terms.let(UNDETERMINED_SUM**2)
         to_axis = _to_axis(terms, cross(terms, axis.h, other), lift, start)
         ratio = select(terms, is_flat, sp.S.Zero, ratio)
@@ -114,9 +119,9 @@ def _two_lengths(
 
 
 def _to_axis(terms: Terms, normal: Vector, slide: Vector, start: Vector) -> sp.Expr:
-    """Return the displacement that moves a point into a plane through the axis.
+    """Return the prismatic joint displacement that moves a point into a plane through an axis.
 
-    If the joint is parallel to the plane, 0 is returned.
+    If the prismatic joint is parallel to the plane, the displacement is 0.
     """
     rate = dot(terms, normal, slide)
     size2 = terms.let(rate**2 + UNDETERMINED_SUM**2)
@@ -124,7 +129,11 @@ def _to_axis(terms: Terms, normal: Vector, slide: Vector, start: Vector) -> sp.E
 
 
 def slides_then_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
-    """Solve ``Trans(t_1 h_1 + t_2 h_2) exp(S_3 q_3) C = W``, with up to two solutions."""
+    """Solve for two prismatic joints followed by a revolute joint, with up to two solutions.
+
+    The joint values satisfy ``Trans(t_1 h_1 + t_2 h_2) exp(S_3 q_3) C = W`` for a point C and its
+    target W.
+    """
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Only the revolute joint moves the center in the direction perpendicular to both prismatic
     # axes.
@@ -143,7 +152,7 @@ def slides_then_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> Non
 def _turn_to_plane_of_slides(
     terms: Terms, axes: tuple[Axis, ...], reach: Vector, goal: Vector, sign: sp.Expr
 ) -> FoundTurn:
-    """Return the rotation after which two prismatic joints can reach the goal.
+    """Return the revolute joint's rotation after which two prismatic joints can reach the goal.
 
     Args:
         terms: Table of named terms.
@@ -156,9 +165,10 @@ def _turn_to_plane_of_slides(
     normal = normal_to_both(terms, h1, h2)
     if all(map(terms.is_constant, normal)):
         return sp4(terms, normal, h3, reach, dot(terms, normal, goal), sign)
-    # If the prismatic joints are parallel, they move the point along a line. The angle then follows
-    # from the plane that contains the line and is parallel to the revolute axis. If the line is
-    # parallel to the axis, the angle follows from the goal position.
+    # If the prismatic joints are parallel, they move the point along a line. The angle of the
+    # revolute joint then follows from the plane that contains the line and is parallel to the
+    # revolute axis. If the line is parallel to the revolute axis, the angle of the revolute joint
+    # follows from the goal position.
     are_parallel = squared_sine(terms, h1, h2) <= terms.let(DEPENDENT_SLIDES**2)
     steep, flat = common_normal(terms, h1, h2), cross(terms, h1, h3)
     x, y, z = (select(terms, are_parallel, *each) for each in zip(flat, steep, strict=True))
@@ -172,14 +182,19 @@ def _turn_to_plane_of_slides(
 
 
 def slide_turn_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
-    """Solve ``Trans(t_1 h_1) exp(S_2 q_2) Trans(t_3 h_3) C = W``, with up to two solutions."""
+    """Solve for a revolute joint between two prismatic joints, with up to two solutions.
+
+    The joint values satisfy ``Trans(t_1 h_1) exp(S_2 q_2) Trans(t_3 h_3) C = W`` for a point C and
+    its target W.
+    """
     terms, (a1, a2, a3) = work.terms, lines.axes
     back = a1.reversed()
     u, c = subtracted(terms, W, a2.p), subtracted(terms, center, a2.p)
     conditions = [(a1, u, back, c), (a3, c, a3, u)]
-    # The height of the target along axis 2 determines one prismatic joint. Either this prismatic
-    # joint is parallel to axis 2, or the other prismatic joint does not change the height. The
-    # distance of the target from axis 2 determines the other prismatic joint.
+    # The height of the target along axis 2 determines the displacement of one prismatic joint.
+    # Either this prismatic joint is parallel to axis 2, or the other prismatic joint is
+    # perpendicular to axis 2. The distance of the target from axis 2 determines the displacement of
+    # the other prismatic joint.
     first_by_height = _is_along(a1, a2) or _is_across(a3, a2)
     (slide, own, sense, goal), (other, own2, sense2, goal2) = (
         conditions if first_by_height else conditions[::-1]
@@ -215,9 +230,9 @@ def turn_slide_parallel_turn(work: Work, lines: Lines, center: Vector, W: Vector
 
 
 def turn_slide_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
-    """Solve for two revolute joints and a prismatic joint normal to axis 1.
+    """Solve for revolute joints 1 and 3 and prismatic joint 2, which is normal to axis 1.
 
-    There are up to 4 solutions.
+    The three joint values have up to four solutions.
     """
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Joint 1 and the prismatic joint do not move the center along axis 1.
@@ -226,7 +241,8 @@ def turn_slide_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None
     found = sp4(terms, a1.h, a3.h, reach, d, sign := work.sign())
 
     def in_reach() -> CosSin:
-        # At this angle, the line of the prismatic joint is as near to axis 1 as possible.
+        # At the returned angle of joint 3, the line along which the prismatic joint moves the
+        # center is as near to axis 1 as possible.
         normal = cross(terms, a1.h, a2.h)
         nearest = dot(terms, normal, subtracted(terms, a1.p, a3.p))
         return sp4(terms, normal, a3.h, reach, nearest, sign).turn
@@ -237,7 +253,8 @@ def turn_slide_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None
         f"{a1.name} and {a2.name} do not move the center along axis {a1.name}",
         turn_in_reach(terms, (a1.h, a3.h), found, in_reach),
     )
-    # 2, 3. The distance of the point from axis 1 determines the prismatic joint.
+    # 2, 3. The distance of the center from axis 1 determines the displacement of the prismatic
+    # joint.
     u = subtracted(terms, W, a1.p)
     carried = added(terms, subtracted(terms, a3.p, a1.p), rotated(terms, a3.h, q3, reach))
     length = _to_distance(work, a2, a1, a2.h, carried, u)
@@ -261,13 +278,14 @@ def _to_height(
     goal: Vector,
     in_reach: Callable[[], sp.Expr] | None = None,
 ) -> sp.Expr:
-    """Solve for the displacement that moves ``point`` to the height of ``goal``.
+    """Solve for the prismatic displacement that moves ``point`` to the height of ``goal``.
 
     Args:
         work: Records the step.
         slide: The prismatic joint.
         axis: The revolute axis, along which the height is measured.
-        point: Position of the moved point relative to the axis, before the step.
+        point: Position of the moved point relative to the revolute axis, before the prismatic joint
+            moves.
         goal: The goal point.
         in_reach: Function that returns the displacement to use if the prismatic joint does not
             change the height.
@@ -310,7 +328,7 @@ def _length_to_distance(
     )
     length = terms.let(found.length * inverse)
     if not terms.is_constant(square):
-        # A displacement along the axis does not change the distance.
+        # A displacement along the axis does not change the distance of the point from the axis.
         is_along = square <= terms.let(UNDETERMINED_SUM**2)
         length = select(terms, is_along, sp.S.Zero, length)
     return FoundLength(length, equation, found.sign, found.margin)

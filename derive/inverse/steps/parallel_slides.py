@@ -1,8 +1,8 @@
 """Prismatic joints of an arm with parallel revolute axes.
 
-The prismatic joint called lift moves along the revolute axes. The telescope moves perpendicular to
-two of these axes. The sum of the angles about these two axes is known. The telescope changes the
-length of one side of a triangle. The lengths of the two other sides are known.
+The prismatic joint called lift moves along the parallel revolute axes. The prismatic joint called
+telescope moves perpendicular to two of these axes, whose angle sum is known. The telescope changes
+the length of one side of a triangle. The lengths of the two other sides of the triangle are known.
 """
 
 import sympy as sp
@@ -23,7 +23,7 @@ def lift(work: Work, slide: Axis, first: Axis, hand: Vector, position: Vector) -
         slide: The prismatic joint.
         first: The first of the parallel axes.
         hand: The home position of a point that all joints move.
-        position: The target of the point, relative to the first axis.
+        position: Target position of the point ``hand``, relative to the first axis.
     """
     terms = work.terms
     reach = subtracted(terms, hand, first.p)
@@ -41,11 +41,11 @@ def telescope(
     """Solve for the telescope (a prismatic joint) and the first revolute joint.
 
     Args:
-        work: Object that records the solution steps. The function adds two steps.
+        work: Object that records the solution steps, to which the function adds two steps.
         axes: The two revolute axes and the telescope, in the order of the chain.
         hand: The home position of a point that all three joints move.
         position: Target position of the point `hand`, relative to the first revolute axis. The
-            component along the axis has no effect.
+            component of the target position along the axis has no effect.
         total: Cosine and sine of the sum of the two revolute angles.
     """
     terms = work.terms
@@ -57,8 +57,9 @@ def telescope(
     displacement = perpendicular(terms, first.h, subtracted(terms, position, lever))
     is_between = place == 1
     along = rotated(terms, first.h, total, slide.h) if place == len(axes) - 1 else slide.h
-    # If the telescope is between the two axes, its stroke is a part of the triangle side between
-    # them. Otherwise, the stroke shifts the required position of the second axis.
+    # If the telescope is between the two revolute axes, its stroke is a part of the triangle side
+    # between these axes. If the telescope is before or after both axes, its stroke shifts the
+    # required position of the second axis.
     u = along if is_between else combination(terms, (sp.Integer(-1),), (along,))
     longer, other = (upper, displacement) if is_between else (displacement, upper)
     length = work.slide(

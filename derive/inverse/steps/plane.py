@@ -1,8 +1,8 @@
 """Solution steps for an arm that moves in a plane on a rotating base.
 
-The arm has three parallel axes, or two parallel axes and a perpendicular prismatic joint. Four
-joints position the tool and set its pitch in the arm plane. A fifth joint rotates the tool about an
-axis in the arm plane.
+After the rotating base, the arm has three parallel axes, or two parallel axes and a prismatic joint
+perpendicular to them. The base and these three joints position the tool and set its pitch in the
+arm plane. An optional fifth joint rotates the tool about an axis in the arm plane.
 """
 
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ ARM = 4
 """Number of joints before the optional fifth joint: the rotating base and three joints that move in
 a plane."""
 DIGITS = 20
-"""Number of digits to which the arm length is rounded; the arm length is only a scale."""
+"""Number of digits to which the arm length is rounded. The arm length is used only as a scale."""
 
 
 def turn_to_plane(
@@ -49,8 +49,8 @@ def turn_to_plane(
         carried: The point in the home pose.
         position: The target position of the point.
         reason: The reason why no other joint moves the point along the second axis.
-        sides: Vectors along the links. If the two axes are parallel, joint 1 moves the target to a
-            distance that these links reach.
+        sides: Vectors along the links. If the first and the second axis are parallel, the angle of
+            joint 1 is selected so that these links reach the target.
 
     Returns:
         Two values: the target position relative to the second axis, rotated back by joint 1, and
@@ -83,7 +83,7 @@ def turn_to_direction(
     point: tuple[Vector, Vector],
     direction: tuple[Vector, Vector],
 ) -> tuple[Vector, CosSin]:
-    """Solve for joint 1 from the targets of a point and of a direction of the tool.
+    """Solve for joint 1 from the target position of a tool point and a target tool direction.
 
     The later joints are revolute with parallel axes, or prismatic and perpendicular to these axes.
     Therefore, the later joints do not change the angle between the tool direction and the parallel
@@ -93,8 +93,8 @@ def turn_to_direction(
         work: Records the step.
         lines: The chain that starts with joint 1.
         second: The first of the parallel axes.
-        point: The point in the home pose, and its target position.
-        direction: The direction in the home pose and its target (unit vectors).
+        point: The position of the tool point in the home pose, and its target position.
+        direction: The tool direction in the home pose, and its target direction (unit vectors).
 
     Returns:
         Like ``turn_to_plane``.
@@ -104,7 +104,8 @@ def turn_to_direction(
     V = subtracted(terms, wanted, first.p)
     height = dot(terms, second.h, subtracted(terms, carried, first.p))
     k = first.reversed().h
-    # If the target is near the axis of joint 1, V is a small difference of two large positions.
+    # If the target is near the axis of joint 1, the relative position V is a small difference of
+    # two large positions.
     size2 = terms.let(dot(terms, V, V) + sp.Float(lines.length**2, DIGITS))
     turn = work.step(
         [first],
@@ -129,17 +130,17 @@ def seen_behind(work: Work, first: Axis, second: Axis, V: Vector, turn: CosSin) 
 
 
 def in_plane(lines: Lines) -> tuple[Axis, ...]:
-    """Return the parallel axes."""
+    """Return the parallel revolute axes of the arm, which are normal to the arm plane."""
     return tuple(axis for axis in lines.axes[1:ARM] if axis.turns)
 
 
 def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
-    """Solve for all joints of an arm from a pose.
+    """Solve for all joints of a planar arm on a rotating base from a tool pose.
 
     Args:
         work: Records the steps.
-        lines: The joints: a rotating base, three joints that move in a plane, and an optional fifth
-            joint.
+        lines: The arm's joint axes: a rotating base, three joints that move in a plane, and an
+            optional fifth joint.
         target: The pose that the chain must reach.
     """
     terms = work.terms
@@ -188,7 +189,8 @@ def turned_to_plane(
 ) -> tuple[Vector, CosSin]:
     """Solve for joint 1, which rotates the arm plane so that the plane contains a position.
 
-    Returns the position in the rotated arm plane, and the rotation of joint 1.
+    The function returns the target position relative to axis 2, rotated back by joint 1, and the
+    rotation of joint 1.
     """
     a1, a2 = lines.axes[0], in_plane(lines)[0]
     reason = "the other joints move the point in the plane of the arm"
@@ -196,15 +198,12 @@ def turned_to_plane(
 
 
 def turned_as_one(work: Work, lines: Lines, found: FoundTurn, reason: str) -> CosSin:
-    """Record the sum of the angles of the parallel joints."""
+    """Record the solution step for the angle sum of the parallel joints."""
     return work.step(in_plane(lines), "subproblem 1", reason, found)
 
 
 def reach(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -> None:
-    """Solve for the joints that move in the plane of the arm.
-
-    The sum of these joint angles is known.
-    """
+    """Solve for the joints that move in the arm plane, given the sum of their angles."""
     terms, turning = work.terms, in_plane(lines)
     if len(turning) < len(lines.axes[1:ARM]):
         telescope(work, lines.axes[1:ARM], carried, U, total)

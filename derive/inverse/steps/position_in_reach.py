@@ -1,12 +1,12 @@
-"""Selects the value of a joint that the position does not determine.
+"""Selects the value of a joint that the target position does not determine.
 
-The joint value is undetermined at special values of the fixed joints.
+The target position fails to determine the joint value only at special values of the fixed joints.
 
 In general, the height of a point along a revolute axis h determines the value of one joint. The
 angle between the axis of this joint and h may depend on fixed joints. A revolute joint parallel to
-h does not change the height. A prismatic joint perpendicular to h does not change the height
-either. In these cases, the joint may have any value at which the other joints reach the target in
-the plane perpendicular to h. The functions of this module select such a joint value.
+h or a prismatic joint perpendicular to h does not change the height of the point. Such a joint may
+have any value at which the other joints reach the target in the plane perpendicular to h. The
+functions of this module select such a joint value.
 """
 
 from collections.abc import Callable
@@ -35,8 +35,8 @@ def slide_in_reach(
     Args:
         terms: Table of named terms.
         found: The displacement that solves the equation of the plane.
-        in_reach: Function that returns a displacement of the prismatic joint. At this displacement,
-            the other joints reach the target.
+        in_reach: Function that returns a displacement of the prismatic joint at which the other
+            joints reach the target.
     """
     assert isinstance(found.equation, LineAndPlane)
     rate = found.equation.rate
@@ -71,8 +71,9 @@ def turn_in_reach(
 def hypotenuse2(terms: Terms, axis: Vector, *sides: Vector) -> sp.Expr:
     """Sum the squared lengths of link vectors, without their components along an axis.
 
-    For two links at a right angle, the square root of the sum is the distance between their ends.
-    The two links can always reach a point at this distance if the elbow angle is free.
+    For two links at a right angle, the square root of the sum is the distance between the outer
+    ends of the links. The two links can always reach a point at this distance if the elbow angle is
+    free.
     """
     flat = [perpendicular(terms, axis, side) for side in sides]
     return terms.let(sum((dot(terms, side, side) for side in flat), sp.S.Zero))
@@ -90,7 +91,7 @@ def slide_to_distance(
         axis: The direction of the axis.
         slide: The direction of the prismatic joint, which is perpendicular to the axis.
         start: The point relative to the axis.
-        distance2: The squared distance.
+        distance2: The squared distance of the point from the axis.
     """
     flat = perpendicular(terms, axis, start)
     return slide_to_sphere(terms, slide, flat, distance2, sp.S.One).length

@@ -1,4 +1,4 @@
-"""Three revolute joints that produce a rotation, as in a spherical wrist."""
+"""Solves for three revolute joints that produce a given rotation, as in a spherical wrist."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -23,9 +23,9 @@ class Aligned:
 
     Attributes:
         angle: Function that computes the first angle from the second angle and a sign.
-        condition: An additional condition: the first angle is computed only if the condition is
-            true.
-        end: The end of the sentence in the article that explains the first angle.
+        condition: Condition under which the function ``angle`` computes the first angle, in
+            addition to the parallel axes.
+        end: End of the sentence that explains the first angle in the LaTeX article.
     """
 
     angle: Callable[[CosSin, sp.Expr], CosSin]
@@ -37,8 +37,8 @@ def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
     """Solve for the angles of the three wrist joints.
 
     Args:
-        work: Record of the solution, which already contains the joints before the wrist. The steps
-            for the wrist joints are added to this record.
+        work: Record of the solution, which already contains the joints before the wrist and
+            receives the steps for the wrist joints.
         lines: The chain.
         first: Index of the first joint of the wrist.
         target: The pose that the chain must reach.
@@ -57,16 +57,17 @@ def three_turns(
     wanted: Callable[[Vector], Vector],
     aligned: Aligned | None = None,
 ) -> None:
-    """Solve ``R_4 R_5 R_6 = R`` for three angles.
+    """Solve ``R_4 R_5 R_6 = R`` for the angles of three revolute joints.
 
-    Subproblem 2 solves ``R_4 R_5 h_6 = R h_6``. A direction that is not parallel to h_6 then
-    determines the last angle.
+    Subproblem 2 solves ``R_4 R_5 h_6 = R h_6`` for the first two angles, where h_6 is axis 6. A
+    direction that is not parallel to h_6 then determines the last angle.
 
     Args:
         work: Records the steps.
         axes: The three axes.
         wanted: A function that applies the rotation R to a direction.
-        aligned: Solves for joint 4 if axis 6 is parallel to axis 4. The default angle is 0.
+        aligned: Solves for joint 4 if axis 6 is parallel to axis 4. Without this argument, joint 4
+            is then set to 0.
     """
     terms = work.terms
     a4, a5, a6 = axes
@@ -137,7 +138,7 @@ def last_turn(
     behind: str = "",
     is_regular: bool = False,
 ) -> None:
-    """Solve for the last angle.
+    """Solve for the angle of the last of several revolute joints.
 
     Args:
         work: Records the step.
@@ -146,8 +147,8 @@ def last_turn(
         wanted: The direction that ``e`` must have after the rotations of all joints.
         before: The axes and rotations of all joints before the last joint, starting at the base.
         behind: Text that names the joints before the last joint, such as " after joints 1 to 5".
-        is_regular: Whether the rotated direction is perpendicular to the last axis for every
-            target.
+        is_regular: Whether ``wanted``, rotated back by the joints before the last joint, is
+            perpendicular to the last axis for every target.
     """
     for other, turn in before:
         wanted = rotated(work.terms, other.h, turn.back, wanted)
@@ -163,7 +164,7 @@ def two_last_turns(
     *,
     is_regular: bool,
 ) -> None:
-    """Solve for joints 5 and 6 from the rotation that remains.
+    """Solve for joints 5 and 6 from the rotation that remains after joints 1 to 4.
 
     Args:
         work: Records the steps.
@@ -171,7 +172,8 @@ def two_last_turns(
             sum of their angles.
         last: The axes of joints 5 and 6.
         target: The pose that the chain must reach.
-        is_regular: Whether the angle sum solves its equation for every target.
+        is_regular: Whether the angle sum of the parallel joints solves its equation for every
+            target.
     """
     terms, (a5, a6), ((a1, q1), (second, total)) = work.terms, last, before
     v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))

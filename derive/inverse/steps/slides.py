@@ -1,6 +1,7 @@
-"""Prismatic joints that move a point by a vector.
+"""Solves for prismatic joints that move a point by a given vector.
 
-Fixed joints between the prismatic joints may make the joint directions linearly dependent.
+Fixed joints between the prismatic joints may make the directions of the prismatic joints linearly
+dependent.
 """
 
 from collections.abc import Sequence
@@ -22,8 +23,8 @@ def slides(work: Work, axes: Sequence[Axis], displacement: Vector, carried: str)
     Args:
         work: Records the steps.
         axes: The prismatic joints, whose directions may depend on fixed joints.
-        displacement: The vector.
-        carried: Description of the point, for the article.
+        displacement: The vector by which the joints move the point.
+        carried: Description of the point, for the LaTeX article.
     """
     terms = work.terms
     if len(axes) == 2:  # noqa: PLR2004 - two prismatic joints
@@ -49,7 +50,8 @@ def _record(
     terms, found = work.terms, [found for *_, found in steps]
     rates = [each.equation.rate for each in found if isinstance(each.equation, LineAndPlane)]
     if not all(map(terms.is_constant, rates)):
-        # For some values of fixed joints, the directions are linearly dependent.
+        # For some values of fixed joints, the directions of the prismatic joints are linearly
+        # dependent.
         directions = [axis.h for axis, *_ in steps]
         lengths = dependent_lengths(terms, directions, displacement)
         found = [replace(one, length=two) for one, two in zip(found, lengths, strict=True)]
@@ -58,7 +60,7 @@ def _record(
 
 
 def two_slides(work: Work, first: Axis, second: Axis, displacement: Vector) -> None:
-    """Solve for two prismatic joints that move a point by a vector in the plane of the joints."""
+    """Solve for two prismatic joints that move a point by a vector in the plane of their axes."""
     terms, steps = work.terms, []
     for axis, other in ((first, second), (second, first)):
         n = perpendicular(terms, other.h, axis.h)

@@ -1,8 +1,11 @@
-"""Prismatic and revolute joints in any order. The tool orientation determines the revolute joints.
+"""Solves for prismatic and revolute joints in any order.
 
-There are up to three revolute joints. Two consecutive revolute joints are never parallel. With the
-revolute joints known, the position is linear in up to three displacements. With up to two revolute
-joints, there is at most one solution. With three revolute joints, there are at most two solutions.
+The tool orientation determines the revolute joints.
+
+The chain has up to three revolute joints, of which two consecutive joints are never parallel. Once
+the revolute joints are known, the tool position is linear in the displacements of up to three
+prismatic joints. A chain with up to two revolute joints has at most one solution. A chain with
+three revolute joints has at most two solutions.
 """
 
 from collections.abc import Iterator, Sequence
@@ -40,12 +43,12 @@ def requires(lines: Lines) -> list[Requirement]:
 
 
 def solve(work: Work, lines: Lines, target: Target) -> None:
-    """Solve for all joints."""
+    """Solve for all joints of a chain of prismatic and revolute joints."""
     # 1. The orientation.
     _turns(work, lines, target)
     # 2. The position.
     _slides(work, lines.axes, target)
-    # 3. If the chain has fewer joints than the six that a pose requires, correct all joint values.
+    # 3. If the chain has fewer than six joints, a Gauss-Newton step corrects all joint values.
     if len(lines.axes) < _FREEDOMS:
         step_on_all(work, lines, target)
 

@@ -3,7 +3,7 @@
 The displacement of the last body from its home pose is ``G = exp(S_1 theta_1) ... exp(S_n theta_n)
 = T_0_ee M_0_ee^-1``.
 
-A ``Target`` applies this displacement to directions and points.
+A ``Target`` applies the displacement G to directions and points.
 """
 
 from collections.abc import Sequence
@@ -24,9 +24,9 @@ class Target:
     after the displacement.
 
     Attributes:
-        axes: The columns of the rotation.
-        home: The point before the displacement, in base axes (meter).
-        position: The point after the displacement.
+        axes: The columns of the rotation matrix of the displacement.
+        home: Position of the body point before the displacement, in base axes (meter).
+        position: Position of the body point after the displacement, in base axes (meter).
     """
 
     axes: Basis
@@ -34,11 +34,11 @@ class Target:
     position: Vector
 
     def turned(self, terms: Terms, direction: Vector) -> Vector:
-        """Rotate a direction of the body."""
+        """Rotate a direction of the last body by the rotation of the displacement."""
         return combination(terms, direction, self.axes)
 
     def point(self, terms: Terms, point: Vector) -> Vector:
-        """Displace a point of the body.
+        """Return the position of a point of the last body after the displacement.
 
         The rotation applies only to the vector from the body point ``home`` to ``point``.
         Therefore, the position of a wrist center near the tool is accurate even if the tool is far
@@ -62,7 +62,7 @@ class Target:
         return Target((axes[0], axes[1], axes[2]), added(terms, p, lever), self.position)
 
     def shifted(self, terms: Terms, by: Vector) -> "Target":
-        """Remove a final translation: ``G Trans(by)^-1``."""
+        """Remove a final translation from the displacement: ``G Trans(by)^-1``."""
         return Target(self.axes, added(terms, self.home, by), self.position)
 
 

@@ -1,8 +1,8 @@
-"""Three joints that position a point, as before a spherical wrist.
+"""Solves for three joints that position a point, as before a spherical wrist.
 
-The equation is ``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) C = W`` with joint screws S_k, a point C
-and its target W. The solution uses quantities that a joint does not
-change: the component of a point along an axis, or the distance from a point on the axis.
+The joint values q_k satisfy ``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) C = W`` with joint screws S_k,
+a point C and its target W. The solution uses quantities that a revolute joint does not change: a
+point's component along the axis, or its distance from a point on the axis.
 """
 
 import re
@@ -38,7 +38,7 @@ from .triangle import triangle
 from .work import Work
 
 Solver = Callable[[Work, Lines, Vector, Vector], None]
-"""Solves for three joints that move a point from the home pose to W."""
+"""Type of a function that solves for three joints, which move a point to its target W."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Case:
         kinds: One letter per joint: r for revolute, p for prismatic.
         title: The arrangement in words, such as "axes 2 and 3 are parallel".
         max_solutions: The maximum number of solutions.
-        requires: Returns the conditions on the axes of the chain.
+        requires: Function that returns the conditions on the axes of the chain.
         solve: Function that solves for the values of the three joints.
     """
 
@@ -61,7 +61,7 @@ class Case:
 
 
 def case_of(lines: Lines) -> Case | None:
-    """Return the first case that applies to the three axes, or None."""
+    """Return the first arrangement of ``CASES`` that fits the three axes, or None."""
     kinds = _kinds(lines)
     for case in CASES:
         if case.kinds == kinds and _worst(case, lines).deviation <= lines.tolerance:
@@ -155,7 +155,7 @@ def _first_two_meet(work: Work, lines: Lines, center: Vector, W: Vector) -> None
 
 
 def _two_about_a_point(work: Work, a1: Axis, a2: Axis, p: Vector, v: Vector) -> None:
-    """Solve ``R_1 R_2 p = v`` for two rotations."""
+    """Solve ``R_1 R_2 p = v`` for the rotations R_1 and R_2 about two intersecting axes."""
     first, second = sp2(work.terms, a1.h, a2.h, p, v, work.sign())
     work.step(
         [a1],
@@ -172,8 +172,8 @@ def _last_two_meet(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(1, 2)
     # 1. Joints 2 and 3 do not change the distance from the center to the intersection of axes 2 and
-    # 3. Joint 1 moves the intersection of axes 2 and 3 to a known position, so the distance
-    # |R_1^T V - c| is known.
+    # 3. The distance |R_1^T V - c| from the target, rotated back by joint 1, to this intersection
+    # is therefore known.
     V, c = subtracted(terms, W, a1.p), subtracted(terms, C, a1.p)
     reach = subtracted(terms, center, C)
     minus_h = negative(a1.h)
@@ -263,7 +263,7 @@ def _turn_across_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> N
         f"{a2.name} does not change the distance from the center to its axis",
         slide_to_sphere(terms, a3.h, reach, dot(terms, A, A), work.sign()),
     )
-    # 3. The extended arm points to the center.
+    # 3. Joint 2 rotates the extended arm to the target position of the center.
     extended = combination(terms, (sp.Integer(1), length), (reach, a3.h))
     work.step(
         [a2],

@@ -1,4 +1,4 @@
-"""Two parallel revolute joints that position a point in a plane.
+"""Solves for two parallel revolute joints that position a point in a plane.
 
 Shoulder, elbow and wrist are the corners of a triangle in the plane normal to the axes.
 """
@@ -18,7 +18,7 @@ def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vect
         work: Object that records the two solution steps.
         first: The shoulder axis.
         second: The elbow axis, parallel to the shoulder axis.
-        hand: A point of the tool in the home pose. Both joints move this point.
+        hand: Home position of a tool point that both joints move.
         position: Target position of the point `hand`, relative to the shoulder axis. The component
             of the target along the shoulder axis has no effect on the angles.
     """
@@ -44,10 +44,10 @@ def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vect
 
 
 def remaining(work: Work, axes: tuple[Axis, ...], total: CosSin) -> None:
-    """Solve for the last of several parallel joints. The sum of all angles is known.
+    """Solve for the last of several parallel joints, given the sum of all joint angles.
 
     Args:
-        work: Solution steps so far. The function adds the step for the last joint.
+        work: Object that records the solution steps, to which the function adds the last joint.
         axes: The parallel axes.
         total: Rotation about the first axis by the sum of all joint angles.
     """

@@ -1,8 +1,8 @@
-"""Two joints that position a point.
+"""Solves for two joints that position a point.
 
-Two joints cannot reach every position. For an unreachable position, the joints move the point to a
-nearby position. The second joint must satisfy two equations. Only the better conditioned equation
-is solved.
+Two joints cannot move a point to every position. For an unreachable target position, the joints
+move the point to a nearby position. The value of the second joint must satisfy two equations, of
+which only the better conditioned equation is solved.
 """
 
 import sympy as sp
@@ -96,9 +96,9 @@ def _slide_and_turn(work: Work, first: Axis, second: Axis, point: Vector, wanted
 
 
 def _slide_off(work: Work, slide: Axis, turning: Axis, point: Vector, other: Vector) -> sp.Expr:
-    """Solve for the prismatic joint from the height or the axis distance of a point.
+    """Solve for a prismatic joint from a point's height along or distance from a revolute axis.
 
-    The revolute joint rotates ``point`` to ``other``.
+    After the prismatic displacement, the revolute joint rotates ``point`` to ``other``.
     """
     terms = work.terms
     if abs(float(slide.direction @ turning.direction)) > OBLIQUE_AXES:

@@ -1,4 +1,4 @@
-"""Records the solution steps of a closed form while they are derived."""
+"""Records the steps of a closed-form inverse kinematics solution while they are derived."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,16 +17,16 @@ Found = TypeVar("Found", FoundTurn, FoundLength)
 
 @dataclass(frozen=True)
 class InverseStep:
-    """One step of a closed-form inverse.
+    """One step of a closed-form inverse kinematics solution.
 
     Attributes:
-        joints: Names of the joints. For two or more joints, the step solves for the sum of the
-            joint angles.
-        method: The subproblem, for example "subproblem 4".
+        joints: Names of the joints for which the step solves. A step with two or more joints solves
+            for the sum of the joint angles.
+        method: The solution method, for example "subproblem 4".
         reason: The reason why the equation of the step contains no other unknown joint.
-        found: The angle or displacement, with its equation.
-        degenerate: The poses that do not determine the value, and the value that is selected at
-            these poses.
+        found: The angle or displacement that the step computes, with its equation.
+        degenerate: The poses that do not determine the joint value, and the joint value that is
+            selected at these poses.
     """
 
     joints: tuple[str, ...]
@@ -41,10 +41,11 @@ class NamedVector:
     """A vector that step descriptions refer to by name.
 
     Attributes:
-        letters: LaTeX letters in order of preference. Letters of robot parameters are not used.
+        letters: Candidate LaTeX letters for the vector, in order of preference. Letters of robot
+            parameters are not used for the vector.
         meaning: Description of the vector.
-        vector: The components in base axes, in meters if the vector is a position.
-        after: Number of steps on which the vector depends.
+        vector: The components of the vector in base axes, in meters if the vector is a position.
+        after: Number of solution steps recorded before the vector, on which the vector may depend.
     """
 
     letters: tuple[str, ...]
@@ -57,7 +58,7 @@ class NamedVector:
 class Remainder:
     """A joint whose angle follows from a known angle sum.
 
-    The angles of the other joints are subtracted from the sum.
+    The joint angle is the known angle sum minus the angles of the other joints.
 
     Attributes:
         joints: Names of the joints in the sum, ordered as in the solution step.
@@ -83,24 +84,23 @@ class Sum:
 
 @dataclass
 class Work:
-    """State of a derivation.
+    """State of the derivation of a closed-form inverse kinematics solution.
 
-    The family adds the solution steps one by one.
+    The code of the arm's family adds the solution steps one by one.
 
     Attributes:
         terms: Table of named terms.
         turns: Cosine and sine of each joint angle, keyed by joint index.
-        sums: Angle sums of parallel joints. Angle sums need fewer calls of atan2 than single
-            angles.
+        sums: Angle sums of parallel joints, which need fewer calls of atan2 than single angles.
         remainders: Joints whose angles are computed from an angle sum.
         lengths: The value of each prismatic joint, keyed by joint index.
         locked: Indices of the joints that loops lock.
         signs: The symbols of the signs (1 or -1), in the order of the solution slots.
-        settled: Indices of the signs that are not needed and always 1.
+        settled: Indices of the branch-selecting signs that are not needed and always 1.
         choices: Number of calls of ``sign`` so far, including the calls for signs that are always
             1.
-        sides: The name of a loop and the names of its branches, keyed by the sign symbol that
-            selects the branch. The branch names are keyed by the sign value, 1 or -1.
+        sides: For each sign symbol that selects a loop branch, the loop name and the branch names,
+            keyed by the sign value (1 or -1).
         steps: The solution steps in order.
         vectors: The named vectors.
     """
@@ -121,7 +121,7 @@ class Work:
     def sign(self) -> sp.Expr:
         """Return a new symbol that selects one of two solutions.
 
-        A sign that is not needed is 1.
+        If the sign is not needed, the function returns the number 1 instead of a symbol.
         """
         self.choices += 1
         if self.choices - 1 in self.settled:
@@ -130,7 +130,7 @@ class Work:
         return self.signs[-1]
 
     def name_vector(self, letters: tuple[str, ...], meaning: str, vector: Vector) -> Vector:
-        """Give a vector a name for the article and return the vector."""
+        """Give a vector a name for the LaTeX article, and return the vector."""
         self.vectors.append(NamedVector(letters, meaning, vector, len(self.steps)))
         return vector
 
@@ -142,9 +142,9 @@ class Work:
         found: FoundTurn,
         degenerate: str = "",
     ) -> CosSin:
-        """Record a step.
+        """Record a solution step for a joint angle or for a sum of joint angles.
 
-        A step with one axis also records the joint angle of this axis.
+        If the step has only one axis, the rotation of its joint is also recorded.
         """
         found = _settled(found)
         self.steps.append(

@@ -1,9 +1,9 @@
-"""Arm joints whose angles the wrist center does not determine.
+"""Selects arm joint angles that the position of the wrist center does not determine.
 
-If the wrist center lies on the axis of a joint, the angle of this joint is arbitrary. If axis 5 is
-perpendicular to axes 4 and 6, the wrist reaches every orientation. With this wrist, any arm angle
-is valid. For a wrist with oblique axes, the selected arm angle brings the angle between axes 4 and
-6 as close as possible to the middle of its range.
+If the wrist center lies on the axis of an arm joint, the position of the wrist center does not
+determine the angle of this joint. If axis 5 is perpendicular to axes 4 and 6, the wrist reaches
+every orientation, so any angle of the arm joint is valid. For a wrist with oblique axes, the
+selected arm joint angle brings the angle between axes 4 and 6 closest to the middle of its range.
 """
 
 import sympy as sp
@@ -26,7 +26,7 @@ def with_wrist_in_reach(
 
     Args:
         work: Object that records the solution steps. Joints 1 to 3 are solved.
-        lines: The six-joint chain. The last three joints are the wrist.
+        lines: The six-joint chain, whose last three joints are the wrist.
         center: The wrist center in the home pose.
         position: The target position of the wrist center.
         target: The pose that the chain must reach.
@@ -53,18 +53,19 @@ def with_angle_to_axis(
     best: tuple[Vector, sp.Expr],
     sign: sp.Expr,
 ) -> None:
-    """Select values for the angles of joints 1 to 3 that the target does not determine.
+    """Select the angles of joints 1 to 3 that the wrist center does not determine.
 
-    If possible, the angle between axis 4 and a given direction has a preferred value.
+    If possible, the selected joint angles give a preferred angle between axis 4 and a given
+    direction.
 
     Args:
         work: Object that records the solution steps. Joints 1 to 3 are solved.
-        lines: The chain. Axis 4 is the first axis of the wrist.
+        lines: The chain, in which axis 4 is the first axis of the wrist.
         center: The wrist center in the home pose.
         position: The target position of the wrist center.
         best: A direction in the target pose, and the preferred cosine of the angle between this
             direction and axis 4.
-        sign: Selects one of two angles.
+        sign: Selects one of two solutions for an undetermined joint angle.
     """
     a1, a2, a3, a4, *_ = lines.axes
     terms, (wanted, cosine) = work.terms, best
@@ -88,7 +89,7 @@ def _choose(work: Work, axis: Axis, lever: Vector, best: CosSin) -> None:
 
 
 def where_free(terms: Terms, k: Vector, lever: Vector, found: CosSin, best: CosSin) -> CosSin:
-    """Return the angle ``best`` if the lever arm is parallel to k, else the angle ``found``."""
+    """Return the angle ``best`` if the lever arm is parallel to the axis k, else ``found``."""
     if all(map(terms.is_constant, lever)):
         return found
     across = perpendicular(terms, k, lever)

@@ -1,7 +1,8 @@
 """Axes of a chain, as lines in its home pose.
 
-A chain has a closed-form inverse if certain axes are parallel or intersect. The test is numeric,
-with the default values of all parameters. The inverse is then derived with exact expressions.
+A chain has a closed-form inverse kinematics solution if certain axes are parallel or intersect. The
+axes are tested numerically, with the default values of all parameters. The closed-form solution is
+then derived with exact expressions.
 """
 
 from collections.abc import Iterable, Sequence
@@ -32,9 +33,9 @@ Frame = tuple[Basis, Vector]
 
 
 MAX_ADDENDS = 16
-"""A constant with more addends than this number is not expanded."""
+"""Maximum number of addends of a symbolic constant that is expanded."""
 TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
-"""Names of added joints: along the tool axis, and along any other axis."""
+"""Names of joints that are added on the tool axis, and on any other axis."""
 SOME_SLIDE = 0.6180339887
 """Generic value of prismatic joints (meter)."""
 SOME_TURN = 0.7548776662
@@ -55,7 +56,7 @@ class Axis:
         p: A point on the axis (meter).
         direction: The direction h as a floating-point vector.
         origin: The point p as a floating-point vector.
-        stays: Whether the joint is an added joint, which stays at 0.
+        stays: Whether the joint is an added joint that always stays at 0.
     """
 
     joint: int
@@ -161,7 +162,8 @@ def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
 def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
     """Return the axis through the point p in the direction h.
 
-    The stored point is the point of the axis that is nearest to the base origin.
+    The stored point of a revolute axis is the axis point nearest to the base origin, and that of a
+    prismatic axis is the base origin.
     """
     h = named(terms, (_short(terms, component) for component in h))
     written = [_short(terms, component) for component in p]
@@ -172,14 +174,17 @@ def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
 
 
 def _short(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """Expand a constant so that terms cancel. Numbers and long constants are not changed."""
+    """Expand a symbolic constant so that terms cancel.
+
+    Numbers and long constants are not changed.
+    """
     if terms.is_number(component) or terms.addends(component) > MAX_ADDENDS:
         return component
     return sp.expand(terms.spelled(component))
 
 
 def _tidied(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """Expand a constant so that terms cancel. A long result gets a name."""
+    """Expand a short constant so that terms cancel, or replace a long constant by a named term."""
     return sp.expand(component) if addends(component) <= MAX_ADDENDS else terms.let(component)
 
 
@@ -191,8 +196,8 @@ def numbers(terms: Terms, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
 def rotation(k: NDArray[np.float64], angle: float | NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the rotation matrices (..., 3, 3) for angles (..., 1, 1) about a unit vector k.
 
-    The function uses the formula of Rodrigues. For a single angle, pass a number. The result is
-    then one (3, 3) matrix.
+    The function uses the formula of Rodrigues. If the angle is a single number, the function
+    returns one (3, 3) matrix.
     """
     K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
     return np.asarray(np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K)
@@ -205,10 +210,10 @@ class Lines:
     Attributes:
         terms: Table of named terms.
         axes: The axes, starting at the base or at the tool.
-        tolerance: Largest deviation of axes that count as parallel or intersecting. An angle is in
-            radian, a distance is divided by the arm length.
-        whole: All axes of the chain in the home configuration. Empty if no joint of the chain is
-            fixed.
+        tolerance: Largest deviation of axes that count as parallel or intersecting, as an angle
+            (radian) or a distance divided by the arm length.
+        whole: All axes of the chain in the home configuration, or an empty tuple if no joint of the
+            chain is fixed.
     """
 
     terms: Terms
@@ -218,7 +223,7 @@ class Lines:
 
     @property
     def is_part(self) -> bool:
-        """Whether other joints of the chain are fixed."""
+        """Whether ``axes`` contains only some axes of the chain, because other joints are fixed."""
         return bool(self.whole)
 
     @property
@@ -228,7 +233,7 @@ class Lines:
 
     @cached_property
     def length(self) -> float:
-        """Sum of the distances between the origins of consecutive revolute axes at home (meter).
+        """Sum of distances between origins of consecutive revolute axes in the home pose (meter).
 
         The length of the chain does not depend on which joints are fixed.
         """
@@ -236,13 +241,14 @@ class Lines:
         return sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points))
 
     def reversed(self) -> "Lines":
-        """Return the axes in opposite order, with opposite directions."""
+        """Return a copy with the axes in reverse order and with reversed directions."""
         return replace(self, axes=tuple(axis.reversed() for axis in self.axes[::-1]))
 
     def at_generic(self, given: Sequence[int]) -> "Lines":
         """Return the axes of the free joints for generic values of the fixed joints.
 
-        The axes are used to test the structure, not to solve for the joints.
+        The returned axes are used only to test the structure of the arm, not to solve for its
+        joints.
         """
         R, t = np.eye(3), np.zeros(3)
         kept = []
@@ -276,16 +282,16 @@ class Lines:
         return abs(float(self.axes[i].direction @ self.axes[j].direction)) <= self.tolerance
 
     def meet(self, *indices: int) -> bool:
-        """Whether several revolute axes intersect in one point. False for parallel axes."""
+        """Whether several revolute axes are not parallel and intersect in one point."""
         return self.meeting_deviation(indices) <= self.tolerance
 
     def meeting_deviation(self, indices: Sequence[int]) -> float:
         """Return how far axes are from intersecting in one point, relative to the arm length.
 
-        First, the point with the least sum of squared distances to all axes is computed. The result
-        is the largest distance between this point and an axis.
+        The deviation is the largest distance between an axis and the point with the least sum of
+        squared distances to all axes.
 
-        The result is infinite for parallel axes, because they intersect at infinity.
+        For parallel axes, the deviation is infinite, because these axes intersect at infinity.
         """
         axes = [self.axes[k] for k in indices]
         if any(

@@ -1,4 +1,4 @@
-"""Numeric model of an arm, with poses and Jacobians."""
+"""Numeric model of an arm that computes poses and Jacobians."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,11 +20,12 @@ class NumericArm:
     Attributes:
         directions: Directions (n, 3) of the axes in the home pose.
         points: Points (n, 3) on the axes.
-        turns: Flags (n,) of the revolute joints.
-        senses: Signs (n,) of the coordinates relative to the axis directions, 1 or -1.
+        turns: Flags (n,), True for revolute joints.
+        senses: Signs (n,): 1 if a positive joint coordinate moves the joint along or about the axis
+            direction, otherwise -1.
         home: Tool pose (4, 4) with all joints at zero.
         length: Arm length (meter).
-        offsets: Components (meter) of all translations in the description.
+        offsets: Components (meter) of all translations in the robot description.
     """
 
     directions: FloatArray
@@ -37,7 +38,7 @@ class NumericArm:
 
     @classmethod
     def of(cls, robot: SerialRobot, lines: Lines) -> "NumericArm":
-        """Build the model of a robot without added axes."""
+        """Build the numeric model of a robot, without the axes that chasles added to the robot."""
         home = numbers(lines.terms, home_of(robot, lines.terms)).reshape(4, 4)
         axes = [axis for axis in lines.axes if axis.joint < len(robot.moving)]
         return cls(
@@ -51,7 +52,7 @@ class NumericArm:
         )
 
     def pose_jacobian(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates q (N, n)."""
+        """Return tool poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates q (N, n)."""
         R, p = np.broadcast_to(np.eye(3), (len(q), 3, 3)), np.zeros((len(q), 3))
         axes = []
         for h, point, turns, sense, value in zip(

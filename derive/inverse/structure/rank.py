@@ -13,12 +13,12 @@ _QUARTERS = tuple(k * np.pi / 2 for k in range(4))
 
 
 def of_chain(lines: Lines) -> int:
-    """Return the largest rank of the Jacobian at random configurations."""
+    """Return the largest rank of the Jacobian of a chain over random configurations."""
     return max(int(np.linalg.matrix_rank(J, tol=JACOBIAN_RANK)) for J in jacobians(lines))
 
 
 def jacobians(lines: Lines) -> list[NDArray[np.float64]]:
-    """Return Jacobians (6, n) at random configurations."""
+    """Return the Jacobians (6, n) of a chain at random configurations."""
     return [*_jacobian(lines, _random_configurations(lines))[0]]
 
 
@@ -36,7 +36,8 @@ def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
 def directions_at_right_angles(lines: Lines, point: NDArray[np.float64]) -> int:
     """Sum the ranks of a point's Jacobian over all joint angles that are multiples of 90 degrees.
 
-    At each configuration, every subset of the joints contributes the rank of its Jacobian columns.
+    At each configuration, the sum includes the rank of the Jacobian columns of every subset of the
+    joints.
 
     The sum of ranks is smaller for points on a joint axis than for other points.
 

@@ -1,4 +1,4 @@
-"""Conditions of a family on the axes of a chain."""
+"""Conditions that an arm family imposes on the joint axes of a chain."""
 
 import math
 from collections.abc import Iterable
@@ -17,13 +17,13 @@ _PAIR = 2
 
 @dataclass(frozen=True)
 class Requirement:
-    """A condition on the axes.
+    """A condition on the joint axes of a chain.
 
     Attributes:
         text: Description of the condition.
-        deviation: Deviation of the axes from the condition: the sine of an angle, or a distance
-            divided by the arm length. The deviation is 0 if the condition holds. The deviation is
-            infinite if no small change of the arm can satisfy the condition.
+        deviation: Deviation of the axes from the condition, 0 if the condition holds: the sine of
+            an angle, or a distance divided by the arm length. The deviation is infinite if no small
+            change of the arm can satisfy the condition.
         is_length: Whether the deviation is a distance.
         parallel: Axes that must be parallel, if any.
         meeting: Axes that must intersect, if any.
@@ -42,11 +42,13 @@ class Requirement:
     def in_units(self, length: float) -> str:
         """Format a finite deviation in mm, mrad or degrees.
 
-        The deviation of two axes that should intersect is the distance between them.
+        For two axes that should intersect, the formatted deviation is the distance between these
+        axes.
         """
         several = "up to " if max(len(self.parallel), len(self.meeting)) > _PAIR else ""
         if self.is_length:
-            # The point nearest to both axes is midway between them.
+            # The point nearest to two axes is midway between these axes, so their distance is twice
+            # the deviation.
             sides = _PAIR if len(self.meeting) == _PAIR else 1
             return f"{several}{_MILLI * sides * self.deviation * (length or 1.0):.3g} mm"
         angle = math.asin(min(self.deviation, 1.0))

@@ -22,7 +22,7 @@ def self_motion(lines: Lines, given: Sequence[int] = ()) -> str:
 
     Returns:
         A clause that describes a self-motion, such as "the tool depends on joint5 + joint6 alone".
-        The text is empty if every joint motion moves the tool.
+        The clause is empty if every joint motion moves the tool.
     """
     left = lines.at_generic(given)
     motions = [_null_space(J) for J in rank.jacobians(left)]

@@ -1,1 +1,1 @@
-"""Subproblems of closed-form inverses, one file per subproblem."""
+"""Subproblems of closed-form inverse kinematics, one file per subproblem."""

@@ -1,32 +1,34 @@
-"""Two rotations by equal or opposite angles. A component of the rotated vector is known.
+"""Two rotations by equal or opposite angles, after which a component of a vector is known.
 
-Statement: The equation is ``h.(R(k1, theta) R(k2, s theta) p) = h.v`` with s = 1 or -1. The unit
-vectors h, k1, k2 and p lie in one plane.
+Statement: The equation ``h.(R(k1, theta) R(k2, s theta) p) = h.v`` with s = 1 or -1 is solved for
+theta. The unit vectors h, k1, k2 and p lie in one plane.
 
 Derivation: let ``h' = h - k1 (k1.h)`` and ``p' = p - k2 (k2.p)``. The terms in sin(theta) vanish,
-because the vectors lie in one plane. The left side is ``A + B cos + D cos^2 + E sin^2``.
+because h, k1, k2 and p lie in one plane. With the cosine and sine of theta, the left side of the
+equation is ``A + B cos + D cos^2 + E sin^2``.
 
     Two coefficients are ``A = (h.k1) (k1.k2) (k2.p)`` and ``B = (h.k1) (k1.p') + (h'.k2) (k2.p)``.
 
     Two more coefficients are ``D = h'.p'`` and ``E = -s (k1 x h).(k2 x p)``.
 
-Let ``w = sin^2(theta / 2)``, so that ``cos = 1 - 2 w``. The equation becomes ``a w^2 - b w + e =
-0``. Here, ``a = 4 (D - E)``, ``b = 2 B + a`` and ``e = h.p - h.v``.
+Let ``w = sin^2(theta / 2)``, so that ``cos(theta) = 1 - 2 w``. The equation becomes ``a w^2 - b w +
+e = 0`` with ``a = 4 (D - E)``, ``b = 2 B + a`` and ``e = h.p - h.v``.
 
-Up to two roots lie in [0, 1]. Each root gives two angles of opposite sign. If the formula for a
-root subtracts similar numbers, the root is computed from the product of both roots instead. The
-difference ``1 - w`` is computed in the same way, as a root of its own quadratic equation. The
-discriminant is ``-4 a (x - h.v)`` with the extreme component ``x = h.p - b^2 / 4 a``. Three
-components may be 1 or -1: h.p, the component at theta = pi, and x. If a component is 1, its
-difference from h.v is computed as half the squared length of ``h - v``. If a component is -1, its
-difference from h.v is minus half the squared length of ``h + v``. Therefore, the solutions of a
-straight or folded wrist are as accurate as all other solutions.
+Up to two roots w lie in [0, 1]. Each root w gives two angles theta of opposite sign. If the formula
+for a root would subtract two nearly equal numbers, the root is computed from the product of both
+roots. The difference ``1 - w`` is computed in the same way as w, as a root of its own quadratic
+equation. The discriminant of the quadratic equation is ``-4 a (x - h.v)``, where ``x = h.p - b^2 /
+4 a`` is the extreme component of the rotated vector along h. The components along h at theta = 0,
+at theta = pi and at the extreme may be exactly 1 or -1. If such a component is 1, its difference
+from h.v is computed as half the squared length of ``h - v``. If such a component is -1, its
+difference from h.v is computed as minus half the squared length of ``h + v``. Therefore, the
+solutions of a straight or folded wrist are as accurate as all other solutions.
 
-Boundary: two solutions coincide at a double root, and at w = 0 or w = 1. Solutions that differ only
-by rounding errors are merged, as in subproblem 4.
+Boundary: two solutions coincide at a double root w, at w = 0 and at w = 1. Solutions that differ
+only by rounding errors are merged, as in subproblem 4.
 
-Degenerate: a is 0 if k1 and k2, h and k1, or p and k2 are parallel. None of these pairs may be
-parallel.
+Degenerate: the coefficient a is 0 if k1 and k2, h and k1, or p and k2 are parallel. None of these
+three pairs of vectors may be parallel.
 
 Source: elementary.
 """
@@ -48,13 +50,13 @@ Signs = tuple[sp.Expr, sp.Expr]
 
 @dataclass(frozen=True)
 class CoupledPair:
-    """Two coupled rotations and the vectors of their equation.
+    """Two rotations by equal or opposite angles, with the vectors of their equation.
 
     Attributes:
         h: The direction in which the component of the rotated vector is known.
         k1: The first axis.
         k2: The second axis.
-        p: The rotated unit vector.
+        p: The unit vector that both rotations move.
         sense: 1 if the two rotation angles are equal, -1 if the two angles are opposite.
     """
 
@@ -65,7 +67,7 @@ class CoupledPair:
     sense: int
 
     def coefficients(self, terms: Terms) -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
-        """Return the coefficients A, B, D and E of the equation."""
+        """Return the coefficients of ``A + B cos + D cos^2 + E sin^2``."""
         along, along_p = dot(terms, self.h, self.k1), dot(terms, self.k2, self.p)
         h, p = perpendicular(terms, self.k1, self.h), perpendicular(terms, self.k2, self.p)
         both = dot(terms, cross(terms, self.k1, self.h), cross(terms, self.k2, self.p))
@@ -91,7 +93,8 @@ def coupled_turns(
         terms: Table of named terms.
         pair: The rotations.
         v: A unit vector that has the required component along h.
-        signs: Two signs. The first sign selects a root w, and the second sign is the sign of theta.
+        signs: Two signs: the first sign selects a root w = sin^2(theta / 2), and the second sign is
+            the sign of theta.
     """
     let = terms.let
     A, B, D, E = pair.coefficients(terms)
@@ -133,7 +136,7 @@ def _root(
 
 
 def _excess(terms: Terms, h: Vector, v: Vector, value: sp.Expr) -> sp.Expr:
-    """Return ``value - h . v`` for unit vectors.
+    """Return ``value - h . v`` for unit vectors h and v.
 
     If ``value`` is 1 or -1, the difference is computed without cancellation.
     """
@@ -147,7 +150,7 @@ def _excess(terms: Terms, h: Vector, v: Vector, value: sp.Expr) -> sp.Expr:
 def _merged(terms: Terms, value: sp.Expr) -> sp.Expr:
     """Return the threshold for merging two solutions.
 
-    If ``value`` is exactly 1 or -1, the threshold is 0.
+    If the component ``value`` is exactly 1 or -1, the threshold is 0.
     """
     is_exact = abs(abs(float(terms.value(value))) - 1) <= EXACT_STRUCTURE
     return ZERO if is_exact else MEETING_SOLUTIONS

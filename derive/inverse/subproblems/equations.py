@@ -1,7 +1,7 @@
 """Equations of the subproblems, with coefficients and solutions.
 
-Each step stores its equation. The article prints the equation. A test evaluates the equation
-numerically.
+Each solution step stores its equation. The LaTeX article prints this equation, and a test evaluates
+the equation numerically.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,13 +18,13 @@ Rows = tuple[Pair, Pair]
 
 @dataclass(frozen=True)
 class Equation:
-    """An equation. Its fields are the coefficients: numbers, vectors or matrix rows."""
+    """An equation whose fields are its coefficients: numbers, vectors or matrix rows."""
 
     @property
     def coefficients(self) -> tuple[sp.Expr, ...]:
         """The coefficients of the equation, in the order of the dataclass fields.
 
-        Vectors and rows are listed entry by entry.
+        The tuple lists the coefficients of vectors and matrix rows entry by entry.
         """
         return tuple(sp.flatten(getattr(self, field.name) for field in fields(self)))
 
@@ -52,9 +52,11 @@ class Linear(Equation):
         return type(self)(self.a, -self.b, self.d)
 
     def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
-        """Return the terms whose sum is the angle. The sign (1 or -1) selects a solution.
+        """Return the terms whose sum is the angle.
 
-        The angle is 0 if the equation does not contain the angle.
+        The sign (1 or -1) selects one of two angles.
+
+        If the coefficients a and b are both 0, the returned angle is 0.
         """
         if self.a == self.b == 0:
             return (sp.Integer(0),)
@@ -114,7 +116,7 @@ class LineAndSphere(Equation):
     def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
         """Return the displacement as the terms of a sum.
 
-        The sign selects a solution.
+        The sign (1 or -1) selects one of the two displacements.
         """
         half = self.linear / 2
         root = sign * sp.sqrt(half**2 - self.constant)
@@ -125,7 +127,7 @@ class LineAndSphere(Equation):
 class LoopOfThree(Equation):
     """The vector equation ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
 
-    Subproblem 5 solves for all three angles together.
+    Subproblem 5 solves this equation for all three angles together.
     """
 
     p0: Vector
@@ -141,12 +143,12 @@ class LoopOfThree(Equation):
 class TwoEllipses(Equation):
     """The two equations ``A1 (sin, cos)(theta1) + A2 (sin, cos)(theta2) = b``.
 
-    Subproblem 6 solves for both angles together.
+    Subproblem 6 solves both equations for the two angles together.
 
     Attributes:
         first: The matrix A1, with one row per equation.
-        second: A2.
-        right: b.
+        second: The matrix A2, with one row per equation.
+        right: The right-hand sides b.
     """
 
     first: Rows
@@ -159,4 +161,4 @@ AngleEquation = Linear | Direction
 LengthEquation = LineAndPlane | LineAndSphere
 """Equation for the displacement of a prismatic joint."""
 JointEquation = LoopOfThree | TwoEllipses
-"""Equations that determine several joint angles through a single quartic."""
+"""Equations that determine several joint angles through a single quartic equation."""

@@ -16,9 +16,9 @@ class FoundTurn:
         turn: Cosine and sine of the angle.
         equation: The solved equation.
         sign: Symbol (1 or -1) that selects one of two solutions, or None if there is one solution.
-        margin: The squared sine of half the angle between the two solutions. The margin is 0 for a
-            double solution. The margin is negative if there is no solution; the angle is then the
-            least-squares solution. The margin is None if there is always a solution.
+        margin: The squared sine of half the angle between the two solutions, which is 0 for a
+            double solution. If there is no solution, the margin is negative and the angle is the
+            least-squares solution. The margin is None if a solution always exists.
     """
 
     turn: CosSin
@@ -35,9 +35,9 @@ class FoundLength:
         length: The displacement (meter).
         equation: The solved equation.
         sign: Symbol (1 or -1) that selects one of two solutions, or None if there is one solution.
-        margin: The margin is 0 for a double solution, and negative without a solution. The margin
-            is divided by the squared input lengths. The margin is None if there is always a
-            solution.
+        margin: The margin is 0 for a double solution, and negative if there is no solution. The
+            margin is divided by the squared input lengths. The margin is None if a solution always
+            exists.
     """
 
     length: sp.Expr

@@ -1,36 +1,38 @@
 """Roots of a trigonometric polynomial of degree 2 (a quartic).
 
-Statement: The equation is ``a0 + a1 c + b1 s + a2 cos(2 phi) + b2 sin(2 phi) = 0`` with (c, s) =
-(cos, sin)(phi).
+Statement: The equation is ``a0 + a1 c + b1 s + a2 cos(2 phi) + b2 sin(2 phi) = 0`` with c =
+cos(phi) and s = sin(phi).
 
-Derivation: the axes are rotated by half the angle of (a2, b2). The polynomial then is the conic ``g
-(x^2 - y^2) + p x + q y + r = 0`` with ``g = |(a2, b2)|``. The roots are the intersections of the
-conic with the unit circle. The expression x^2 + y^2 - 1 is 0 on this circle. Therefore, lambda
-times this expression may be added to the conic. Let ``r' = r/g``, ``P = (p/2g)^2`` and ``Q =
-(q/2g)^2``. The conic becomes a pair of lines if lambda = g tau solves the cubic ``(tau^2 - 1)(tau -
-r') + P (tau - 1) + Q (tau + 1) = 0``. If -1 <= tau <= 1, both lines are real. The cubic has the
-value -2 P at tau = -1 and 2 Q at tau = 1. Therefore, the cubic always has a root tau between -1 and
-1. Each line gives two roots of the quartic. If a line misses the circle, its two roots are complex.
+Derivation: the coordinate axes are rotated by half the direction angle of the vector (a2, b2). In
+the rotated axes, the equation is the conic ``g (x^2 - y^2) + p x + q y + r = 0`` with ``g = |(a2,
+b2)|``. The roots are the intersections of the conic with the unit circle. On the unit circle, x^2 +
+y^2 - 1 is 0, so lambda times this expression may be added to the conic. Let ``r' = r/g``, ``P =
+(p/2g)^2`` and ``Q = (q/2g)^2``. With lambda = g tau, the conic becomes a pair of lines if tau is a
+root of the cubic ``(tau^2 - 1)(tau - r') + P (tau - 1) + Q (tau + 1) = 0``. If -1 <= tau <= 1, both
+lines are real. The cubic has the value -2 P at tau = -1 and 2 Q at tau = 1. Because P and Q are not
+negative, the cubic always has a root tau between -1 and 1. Each line gives two roots of the
+quartic, which are complex if the line misses the unit circle.
 
-If the cubic has several roots, the root farthest from the other roots is used. With this choice,
-two coincident roots of the quartic lie on the same line, so no accuracy is lost. A double root tau
-is never used, because its accuracy is only 1e-8. Newton's method computes tau. The start value and
-the other roots are on opposite sides of tau, so the method converges monotonically. If the root
-farthest from the other roots is outside -1 <= tau <= 1, the conic does not intersect the circle.
-The other two roots tau then follow from a quadratic equation.
+If the cubic has several real roots tau, the root farthest from the other roots is used. With this
+choice, two coincident roots of the quartic lie on the same line, so no accuracy is lost. A double
+root tau of the cubic is never used, because its accuracy is only 1e-8. Newton's method computes tau
+and converges monotonically, because the start value and the other roots are on opposite sides of
+tau. If the root tau farthest from the other roots is outside [-1, 1], the conic does not intersect
+the unit circle. In this case, a quadratic equation gives the other two roots tau.
 
-For tau > 0, x and y are exchanged, which changes the sign of tau. Therefore, t = 1 + tau is in [0,
-1]. Newton's method refines t in ``t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P = 0``. Even a
-small t has full relative accuracy. Let alpha^2 = g t and beta^2 = g (2 - t). The lines are ``alpha
-x + beta y + m`` and ``alpha x - beta y + n``. Three equations determine m and n: ``alpha (m + n) =
-p``, ``beta (n - m) = q`` and ``m n = r + g - g t``. If alpha^2 > |p|, the values of m + n and n - m
-determine m and n. Otherwise, the values of n - m and m n determine m and n. With this choice, a
-relative error eps of t changes the roots no more than a relative error eps of max(|p|, |q|, |r|)
-would. If p is only a rounding error, t is set to exactly 0. The solution is accurate at a fourfold
-root only if t is exactly 0.
+For tau > 0, exchanging x and y changes the sign of tau. After the exchange, t = 1 + tau is always
+in [0, 1]. Newton's method refines the root t of ``t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P =
+0``. The refined root t has full relative accuracy even if t is small. Let alpha^2 = g t and beta^2
+= g (2 - t). The two lines are ``alpha x + beta y + m = 0`` and ``alpha x - beta y + n = 0``. Three
+equations determine the offsets m and n of the lines: ``alpha (m + n) = p``, ``beta (n - m) = q``
+and ``m n = r + g - g t``. If alpha^2 > |p|, m and n are computed from m + n and n - m, otherwise
+from n - m and m n. With this choice of formulas, a relative error of t changes the roots no more
+than an equal relative error of max(|p|, |q|, |r|). If p is only a rounding error, t is set to
+exactly 0, because a fourfold root is accurate only for t = 0.
 
-Degenerate: for g = 0, the conic is one line and the second line is far away. If g = 0, g is
-replaced by 1e-20 to avoid a division by zero. If all coefficients are 0, the points are arbitrary.
+Degenerate: if g = 0, the conic is a single line, and the second line of the pair is far away. If g
+= 0, g is replaced by 1e-20 to avoid a division by zero. If all coefficients are 0, the roots are
+arbitrary.
 
 Source: the pencil of two conics (Ferrari 1545, and Richter-Gebert, Perspectives on Projective
 Geometry, 11.4). The choice of lambda and the formulas without cancellation are our own derivation.
@@ -58,7 +60,7 @@ from .turns import CosSin, composed, direction
 
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.Rational(1, 2)
 STEPS = 5
-"""Number of Newton steps."""
+"""Number of Newton steps for the root tau of the cubic."""
 POLISHING_STEPS = 2
 
 
@@ -68,10 +70,10 @@ class CirclePoint:
 
     Attributes:
         turn: Cosine and sine of the angle at which the polynomial is zero.
-        margin: Distance of the root from a double root, in the units of the polynomial. The margin
-            is 0 for a double root. For a complex root, the margin is negative. A complex root
-            belongs to a line that does not intersect the unit circle. ``turn`` is then the point of
-            the circle nearest to this line.
+        margin: Distance of the root from a double root, in the units of the polynomial: 0 for a
+            double root, and negative for a complex root. A complex root belongs to a line that does
+            not intersect the unit circle. For a complex root, ``turn`` is the point of the unit
+            circle nearest to this line.
     """
 
     turn: CosSin
@@ -80,7 +82,7 @@ class CirclePoint:
 
 @dataclass(frozen=True)
 class Conic:
-    """The conic ``g (x^2 - y^2) + p x + q y + r``."""
+    """The conic ``g (x^2 - y^2) + p x + q y + r = 0``."""
 
     g: sp.Expr
     p: sp.Expr
@@ -90,15 +92,15 @@ class Conic:
 
 @dataclass(frozen=True)
 class Reference:
-    """The direction and the sense of rotation that define the labels of roots.
+    """The reference direction and the sense of rotation that define the signs of the roots.
 
-    The roots are angles on a circle. A joint rotates the circle together with the reference
-    direction.
+    The roots are angles on a circle. If a joint rotates this circle, the reference direction
+    rotates with the circle.
 
     Attributes:
-        along: A direction in the plane of the circle. Roots in the half plane of this direction
-            have the sign 1.
-        orientation: Sense (1 or -1) of the angle phi.
+        along: Direction in the plane of the circle: roots in the half plane of this direction have
+            the sign 1.
+        orientation: Sense of rotation (1 or -1) of the angle phi.
     """
 
     along: tuple[sp.Expr, sp.Expr]
@@ -121,19 +123,19 @@ def circle_roots(
     separation: sp.Expr = ZERO,
     reference: Reference | None = None,
 ) -> CirclePoint:
-    """Return a root of ``a0 + first.(c, s) + second.(cos(2 phi), sin(2 phi))``.
+    """Return a root of ``a0 + first.(cos(phi), sin(phi)) + second.(cos(2 phi), sin(2 phi))``.
 
     Args:
         terms: Table of named terms.
         a0: Constant coefficient.
         first: Coefficients of cos(phi) and sin(phi).
         second: Coefficients of cos(2 phi) and sin(2 phi).
-        signs: Two symbols (1 or -1). The four combinations of the two signs select all four roots.
-            The second sign is opposite to the sign of the polynomial's derivative at the root. If
-            the coefficients change continuously, the second sign of a root changes only where two
-            roots coincide. The first sign distinguishes two roots with equal second signs. The
-            first sign states on which side of the axis of the conic a root lies.
-        separation: Angle by which coinciding roots are moved from their common point.
+        signs: Two symbols (1 or -1), whose four combinations select all four roots. The second sign
+            is opposite to the sign of the polynomial's derivative at the root. If the coefficients
+            change continuously, the second sign of a root changes only where two roots coincide.
+            For two roots with equal second signs, the first sign states on which side of the axis
+            of the conic each root lies.
+        separation: Angle by which coinciding roots are moved away from their common position.
         reference: Reference direction and sense of rotation that define the two signs. Pass a
             reference if the default reference direction changes discontinuously.
     """
@@ -157,7 +159,7 @@ def circle_roots(
 def _turned(
     terms: Terms, a0: sp.Expr, first: tuple[sp.Expr, sp.Expr], second: tuple[sp.Expr, sp.Expr]
 ) -> tuple[Conic, CosSin]:
-    """Return (conic in its principal axes, angle of these axes)."""
+    """Return the conic in its principal axes, and the rotation angle of these axes."""
     let = terms.let
     (a1, b1), (a2, b2) = first, second
     length = let(sp.sqrt(let(a2**2 + b2**2)))
@@ -171,7 +173,7 @@ def _turned(
 
 
 def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
-    """Return (root t, slope of the cubic at t = 0, whether x and y are exchanged)."""
+    """Return the root t, the slope of the cubic at t = 0, and whether x and y are exchanged."""
     let = terms.let
     inverse = let(1 / conic.g)
     r = let(conic.r * inverse)
@@ -191,7 +193,7 @@ def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
 
 
 def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
-    """Return a root tau in [-1, 1], if possible the root farthest from the other roots."""
+    """Return a root tau of the cubic in [-1, 1], if possible farthest from the other roots."""
     let = terms.let
     middle = let(r / 3)
     total = let(P + Q)
@@ -217,11 +219,11 @@ def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
 def _start(terms: Terms, k: sp.Expr, size: sp.Expr) -> sp.Expr:
     """Return a start value for the positive root of ``y^3 - k y = size``.
 
-    The start is above the root if k > 0.
+    If k > 0, the start value is larger than this root.
     """
     let = terms.let
-    # The power size^(5/16) approximates the cube root. A Halley step reduces the error to a few
-    # percent.
+    # The power size^(5/16) approximates the cube root of size, and a Halley step reduces the error
+    # to a few percent.
     fourth = let(sp.sqrt(let(sp.sqrt(size))))
     b = let(fourth * let(sp.sqrt(let(sp.sqrt(fourth)))))
     b3 = let(b**3)
@@ -239,7 +241,7 @@ def _on_lines(
     signs: tuple[sp.Expr, sp.Expr],
     separation: sp.Expr,
 ) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-    """Return (intersection of the circle with one of the lines, margin)."""
+    """Return the intersection (x, y) of the unit circle with one of the lines, and its margin."""
     let = terms.let
     g, p, q = conic.g, conic.p, conic.q
     alpha2 = let(g * t)
@@ -255,7 +257,7 @@ def _on_lines(
         let(size / let(alpha + DIRECTION_FLOOR)),
         by_product,
     )
-    # The offset of this line has the sign of p.
+    # The offset of the line farther from the origin has the sign of p.
     positive = p >= 0
     of_p = select(terms, positive, ONE, -ONE)
     of_q = select(terms, difference >= 0, ONE, -ONE)
@@ -266,9 +268,9 @@ def _on_lines(
     near = select(
         terms, far > w, let(product / let(far + DIRECTION_FLOOR)), let(HALF * let(total - spread))
     )
-    # The two lines intersect outside the circle. Inside the circle, one line is entirely above the
-    # other line, or entirely to the right of the other line. Therefore, one coordinate of a root (y
-    # or x) shows on which line the root lies.
+    # The two lines intersect outside the unit circle. Inside the circle, one line is entirely above
+    # or entirely to the right of the other line. Therefore, one coordinate (y or x) of a root shows
+    # on which of the two lines the root lies.
     above = let(size * let(2 - t)) >= let(sp.Abs(q) * t)
     by_y = select(terms, swap, select(terms, above, ONE, ZERO), select(terms, above, ZERO, ONE))
     label = select(terms, by_y > HALF, let(signs[0] * signs[1]), signs[0])

@@ -6,9 +6,9 @@ product of the two angles.
 
 Derivation: let g be the equation with the larger gradient n. On the parabola ``x = -(g + tau^2 d.(G
 d) / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|``, g vanishes to second order. On this parabola,
-h is quadratic in tau. Of the two roots, the root nearer to 0 is used. At a double root, the second
-gradient vanishes and Newton's method only halves the error per step. The second-order step still
-converges quickly.
+h is quadratic in tau. Of the two roots tau of h, the root nearer to 0 is used. At a double root
+tau, the linear term of h vanishes, and Newton's method only halves the error per step. The
+second-order step converges quickly even at a double root.
 
 Source: elementary.
 """
@@ -60,7 +60,7 @@ def step_on_parabola(
 def _nearer_root(terms: Terms, A: sp.Expr, B: sp.Expr, C: sp.Expr) -> sp.Expr:
     """Return the root of ``A tau^2 / 2 + B tau + C`` nearest to 0.
 
-    The mean of the two roots is returned if they are complex.
+    If the two roots are complex, return their mean.
     """
     let = terms.let
     square = let(B**2 - 2 * A * C)

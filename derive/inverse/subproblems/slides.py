@@ -4,8 +4,8 @@ Plane: The equation ``h.(p + t u) = d`` for a point p and a direction u has one 
 h.p) / (h.u)``. The direction u must not be parallel to the plane.
 
 Sphere: Let p' be the part of p that is perpendicular to the unit vector u. The equation ``|p + t u|
-= r`` has the solutions ``t = -u.p +- sqrt(r^2 - |p'|^2)``. If there is no real root, the root term
-is set to 0. The result is the point of the line nearest to the sphere.
+= r`` has the solutions ``t = -u.p +- sqrt(r^2 - |p'|^2)``. If the radicand is negative, the square
+root is replaced by 0, which gives the point of the line nearest to the sphere.
 
 Source: elementary; Elias and Wen 2022 do not treat prismatic joints.
 """
@@ -22,7 +22,7 @@ from .turns import perpendicular
 
 
 def slide_to_plane(terms: Terms, h: Vector, u: Vector, p: Vector, d: sp.Expr) -> FoundLength:
-    """Solve for the displacement of p along u after which h.p = d."""
+    """Solve for the displacement along u that moves the point p to the plane h.p = d."""
     rate, rest = dot(terms, h, u), terms.let(d - dot(terms, h, p))
     return FoundLength(terms.let(rest / rate), LineAndPlane(rate, -rest))
 

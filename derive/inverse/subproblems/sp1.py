@@ -2,11 +2,11 @@
 
 Statement: The equation ``R(k, theta) p = v`` is solved for the angle theta.
 
-Derivation: let ``p' = p - k (k.p)``. The rotated vector is ``k (k.p) + cos p' + sin (k x p)``. The
-vectors p' and k x p are perpendicular and equally long. Therefore, ``p'.v = |p'|^2 cos`` and ``(k x
-p).v = |p'|^2 sin``. For any length of v, theta is the direction angle of the planar vector ``(p'.v,
-(k x p).v)``. If v and p differ in length or in the component along k, the angle is the
-least-squares solution.
+Derivation: let ``p' = p - k (k.p)`` be the component of p perpendicular to k. The rotated vector is
+``k (k.p) + cos(theta) p' + sin(theta) (k x p)``. The vectors p' and k x p are perpendicular and
+equally long. Therefore, ``p'.v = |p'|^2 cos(theta)`` and ``(k x p).v = |p'|^2 sin(theta)``. For any
+length of v, theta is the direction angle of the planar vector ``(p'.v, (k x p).v)``. If v and p
+differ in length or in the component along k, the angle is the least-squares solution.
 
 Degenerate: if p or v is parallel to k, the angle is arbitrary and set to 0.
 
@@ -30,12 +30,12 @@ def sp1(terms: Terms, k: Vector, p: Vector, v: Vector, *, is_regular: bool = Fal
         k: The axis.
         p: The vector before the rotation.
         v: The vector after the rotation.
-        is_regular: Whether p and v are never parallel to k.
+        is_regular: Whether neither p nor v is parallel to k for any input.
     """
     across = perpendicular(terms, k, p)
     if not all(map(terms.is_constant, across)):
-        # If p is close to the axis, a component of v along k would amplify the rounding error of p
-        # in x and y.
+        # If p is nearly parallel to k, a component of v along k would amplify the rounding error of
+        # p in x and y.
         v = perpendicular(terms, k, v)
     x = dot(terms, across, v)
     y = dot(terms, cross(terms, k, across), v)

@@ -3,14 +3,15 @@
 Statement: The equation ``R(k1, theta1) R(k2, theta2) p = v`` is solved for both angles.
 
 Derivation: The vector ``z = R(k1, theta1)^T v = R(k2, theta2) p`` has the component ``k2.p`` along
-k2. Subproblem 4 therefore has two solutions for theta1. Subproblem 1 then solves for theta2 at each
-theta1. If theta1 is arbitrary, theta2 is computed for the chosen value of theta1.
+k2. Subproblem 4 therefore gives up to two solutions for theta1. For each theta1, subproblem 1 gives
+theta2. If theta1 is arbitrary, theta2 is computed for the chosen value of theta1.
 
-Let ``c = k1.k2`` and ``s^2 = 1 - c^2``. If p is nearly parallel to k2, the two solutions are nearly
-equal. The expression of subproblem 4, ``xi^2 = |v x k1|^2 s^2 - (k2.p - c k1.v)^2``, is then a
-small difference of large terms. Because p and v have equal lengths, a second expression is ``xi^2 =
-|p x k2|^2 s^2 - (k1.v - c k2.p)^2``. The terms of the second expression are small if p is nearly
-parallel to k2. Of the two expressions for ``xi^2``, the one with the smaller terms is used.
+Let ``c = k1.k2`` and ``s^2 = 1 - c^2``. If p is nearly parallel to k2, the two solutions for theta1
+are nearly equal. In this case, the expression ``xi^2 = |v x k1|^2 s^2 - (k2.p - c k1.v)^2`` of
+subproblem 4 is a small difference of large terms. Because p and v have equal lengths, ``xi^2`` is
+also equal to ``|p x k2|^2 s^2 - (k1.v - c k2.p)^2``. The terms of this second expression for
+``xi^2`` are small if p is nearly parallel to k2. Of the two expressions for ``xi^2``, the one with
+the smaller terms is used.
 
 Degenerate: if v is parallel to k1, theta1 is arbitrary and set to 0. If p is parallel to k2, theta2
 is arbitrary.

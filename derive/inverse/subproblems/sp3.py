@@ -3,19 +3,20 @@
 Statement: The equation ``|p0 + R(k, theta) p| = D`` is solved for theta. For example, the distance
 D between shoulder and wrist determines the elbow angle.
 
-Derivation: only the components of p0 and R p perpendicular to k matter. Let P and Q be the lengths
-of these components, and phi the angle between them. Let ``D'^2 = D^2 - (k.p0 + k.p)^2``. The cosine
-of phi follows from ``2 P Q cos(phi) = D'^2 - P^2 - Q^2``, and the sine from Heron's form ``4 P^2
-Q^2 sin^2(phi) = (D'^2 - (P - Q)^2) ((P + Q)^2 - D'^2)``. Heron's form is accurate even for a folded
-elbow with P = Q. An elbow angle of 1e-10 computed from the cosine alone would have an error of
-1e-8. Two close solutions are merged if the rounding error of D'^2 or (P + Q)^2 is larger than their
-difference. If shoulder and wrist are close together, the small distance D' has full relative
-accuracy. Therefore, the two solutions of a nearly folded elbow are kept.
+Derivation: theta changes only the angle between the components of p0 and R p perpendicular to k.
+Let P and Q be the lengths of these perpendicular components, and phi the angle between the two
+components. Let ``D'^2 = D^2 - (k.p0 + k.p)^2``. The cosine of phi follows from ``2 P Q cos(phi) =
+D'^2 - P^2 - Q^2``, and the sine from Heron's form ``4 P^2 Q^2 sin^2(phi) = (D'^2 - (P - Q)^2) ((P +
+Q)^2 - D'^2)``. Heron's form is accurate even for a folded elbow with P = Q. An elbow angle of 1e-10
+rad that is computed from the cosine alone would have an error of 1e-8 rad. Two close solutions are
+merged if a factor of Heron's form is smaller than the rounding error of D'^2 or (P + Q)^2. If
+shoulder and wrist are close together, the small distance D' has full relative accuracy. Therefore,
+the two solutions of a nearly folded elbow are not merged.
 
 Boundary: the elbow is stretched at D' = P + Q and folded at D' = |P - Q|. If D' is larger than P +
 Q or smaller than |P - Q|, D' is replaced by the nearer of these two values.
 
-Degenerate: if P or Q is 0, the length does not depend on the angle, which is set to 0.
+Degenerate: if P or Q is 0, the length of the sum does not depend on theta, and theta is set to 0.
 
 Source: Elias and Wen 2022, subproblem 3, with the same formula for the cosine.
 """
@@ -39,17 +40,17 @@ def sp3(
     sign: sp.Symbol,
     rounding: sp.Expr | None = None,
 ) -> FoundTurn:
-    """Return the rotation about the unit vector k that gives ``p0 + R p`` a known length.
+    """Return the rotation R about the unit vector k that gives ``p0 + R p`` a known length.
 
     Args:
         terms: Table of named terms.
         k: The axis.
         p0: The fixed vector.
         p: The rotated vector.
-        across2: The value ``D'^2``: the squared length of the sum, without the component along k.
-            See ``squared_across``.
+        across2: The value ``D'^2``: the squared length of ``p0 + R p`` without its component along
+            k. See ``squared_across``.
         sign: The sign of sin(phi), which selects one of the two angles.
-        rounding: The rounding error of ``D'^2`` is proportional to this number. The default is
+        rounding: The number to which the rounding error of ``D'^2`` is proportional, by default
             ``D'^2`` itself. If ``D'^2`` is computed by subtracting a value from ``D^2``, pass
             ``D^2``.
     """
@@ -69,8 +70,8 @@ def sp3(
     are_two = terms.let(sp.Min(opening, bend, evaluate=False)) > 0
     if is_constant:
         return on_line(terms, a, b, e, sign, xi2, are_two)
-    # If P is only a rounding error, a^2 + b^2 differs from 4 P^2 Q^2. Therefore, cosine and sine
-    # are divided by their norm.
+    # If P is only a rounding error, a^2 + b^2 differs from 4 P^2 Q^2, so cosine and sine are
+    # divided by their norm.
     return near_line(terms, a, b, e, sign, xi2, terms.let(4 * P2 * Q2), are_two)
 
 
@@ -79,8 +80,8 @@ def by_cosine(
 ) -> CosSin:
     """Solve subproblem 3 with fewer operations than ``sp3``.
 
-    Near a folded or stretched elbow, only half of the digits of the angle are correct. This
-    function is used only where every angle is a solution, and the returned angle is merely the
+    Near a folded or stretched elbow, only half of the digits of the angle are correct. Use
+    ``by_cosine`` only where every angle is a solution and the returned angle is merely the
     preferred one.
     """
     _, (a, b, e) = _line(terms, k, p0, p, across2)
@@ -100,14 +101,13 @@ def _line(
 
 
 def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
-    """Return ``D'^2`` if the subproblem prescribes the length of the sum of two vectors.
+    """Return the squared length ``D'^2`` of a sum of two vectors without its component along k.
 
     Args:
         terms: Table of named terms.
         k: The axis of the subproblem.
-        total: A vector with the prescribed length.
-        parts: The two vectors that are added. The component of each vector along k does not depend
-            on the angle.
+        total: A vector with the prescribed length of the sum.
+        parts: The two added vectors, whose components along k do not depend on the solved angle.
     """
     along = terms.let(sum((dot(terms, k, part) for part in parts), sp.Integer(0)))
     return terms.let(dot(terms, total, total) - along**2)

@@ -2,22 +2,23 @@
 
 The equation ``h.(R(k, theta) p) = d`` is solved for theta.
 
-Derivation: let ``p' = p - k (k.p)``. The left side is ``a cos + b sin + (h.k)(k.p)`` with ``a =
-h.p'`` and ``b = h.(k x p)``. Let ``e = d - (h.k)(k.p)``. The line ``a x + b y = e`` intersects the
-unit circle at ``(x, y) (a^2 + b^2) = e (a, b) +- xi (-b, a)``, where ``xi^2 = a^2 + b^2 - e^2``.
+Derivation: let ``p' = p - k (k.p)`` be the component of p perpendicular to k. The left side of the
+equation is ``a cos(theta) + b sin(theta) + (h.k)(k.p)`` with ``a = h.p'`` and ``b = h.(k x p)``.
+Let ``e = d - (h.k)(k.p)``. The line ``a x + b y = e`` intersects the unit circle at ``(x, y) (a^2 +
+b^2) = e (a, b) +- xi (-b, a)``, where ``xi^2 = a^2 + b^2 - e^2``.
 
-If there is no intersection, xi is set to 0. The result is the point of the circle nearest to the
-line.
+If the line misses the unit circle, xi is set to 0, which gives the point of the circle nearest to
+the line.
 
 Boundary: at xi = 0, the two solutions coincide. The rounding error of xi^2 is about 1e-16 (a^2 +
 b^2). Therefore, the two solutions are merged if xi^2 is less than MEETING_SOLUTIONS (a^2 + b^2).
-Without merging, a rounding error would move a solution by 1e-8 from its singular position. An error
-of 1e-8 would hide the singularity from later solution steps. The relative change of the component
-along h due to merging is only 4e-15.
+Without merging, a rounding error would move a double solution by 1e-8 rad, and later solution steps
+would not detect the singularity. Merging changes the component along h by a relative amount of only
+4e-15.
 
 Degenerate: if a = b = 0, the angle is arbitrary and set to 0. For some robot dimensions, a = b = 0
-for every target. In this case, only the value of e determines whether the target is reachable, and
-the solution step has no margin.
+for every target. If a = b = 0 for every target, only e determines whether a target is reachable,
+and the solution step has no margin.
 
 Source: Elias and Wen 2022, subproblem 4.
 """
@@ -57,11 +58,11 @@ def on_line(
         a: Coefficient a of the cosine.
         b: Coefficient b of the sine.
         e: The right-hand side.
-        sign: Selects one of the two points: 1 for the point that follows (a, b) counterclockwise,
-            -1 for the point that follows (a, b) clockwise.
+        sign: Selects one of the two intersections: 1 for the point counterclockwise from the
+            direction (a, b), -1 for the point clockwise from this direction.
         xi2: The value ``a^2 + b^2 - e^2``, computed by the most accurate available formula.
-        are_two: Whether the two points are distinct. By default, the points are distinct if xi2
-            exceeds ``MEETING_SOLUTIONS`` times a^2 + b^2.
+        are_two: Whether the two intersections are distinct, by default whether xi2 exceeds
+            ``MEETING_SOLUTIONS`` times a^2 + b^2.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
@@ -91,7 +92,7 @@ def near_line(
     scale: sp.Expr,
     are_two: sp.Basic | None = None,
 ) -> FoundTurn:
-    """Variant of ``on_line`` with xi^2 as an argument instead of computing it from a, b and e.
+    """Solve ``on_line`` for an inexact xi2: cosine and sine are divided by their norm.
 
     Args:
         terms: Table of named terms.
@@ -99,10 +100,10 @@ def near_line(
         b: Coefficient b of the sine.
         e: The right-hand side.
         sign: Selects one of the two points.
-        xi2: A computed value of ``a^2 + b^2 - e^2``, which contains a rounding error.
+        xi2: A computed value of ``a^2 + b^2 - e^2`` that contains a rounding error.
         scale: The magnitude of the terms whose difference is xi2.
-        are_two: Whether the two points are distinct. If None, the points are distinct if ``xi2`` is
-            larger than MEETING_SOLUTIONS times ``scale``.
+        are_two: Whether the two intersections are distinct, by default whether ``xi2`` exceeds
+            MEETING_SOLUTIONS times ``scale``.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
@@ -119,7 +120,7 @@ def near_line(
 def _through_center(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> FoundTurn:
     """Return a solution of ``a cos + b sin = 0``.
 
-    The sign selects one of two solutions.
+    The sign (1 or -1) selects one of the two angles.
     """
     half = direction(terms, -b, a)
     turn = CosSin(terms.let(sign * half.c), terms.let(sign * half.s))
@@ -127,7 +128,7 @@ def _through_center(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> Fo
 
 
 def ratio(terms: Terms, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
-    """Return ``part / whole``, or 0 if both are 0. The divisor is not negative."""
+    """Return ``part / whole`` for a nonnegative ``whole``, or 0 if both are 0."""
     if terms.is_never_zero(whole):
         return terms.let(part * terms.let(1 / whole))
     return terms.let(part / terms.let(whole + DIVISOR_FLOOR))

@@ -3,23 +3,25 @@
 Statement: The equation ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)`` is solved
 for the three angles.
 
-Derivation: let v be the left side and ``R(k2, theta2) w`` the right side. The second rotation keeps
-the length of w and its component along k2. Therefore, ``|v|^2 = |w|^2`` and ``k2.v = k2.w``.
+Derivation: let v be the left side and ``R(k2, theta2) w`` the right side of the equation. The
+rotation about k2 changes neither the length of w nor its component along k2. Therefore, ``|v|^2 =
+|w|^2`` and ``k2.v = k2.w``.
 
-Both equations are linear in the cosine and sine of theta1 and of theta3. Subproblem 6 solves the
-two equations with up to four solutions. The angle theta2 is the rotation about k2 from w to v.
+These two scalar equations are linear in the cosines and sines of theta1 and theta3. Subproblem 6
+solves the two scalar equations, with up to four solutions. The angle theta2 is the rotation about
+k2 from w to v.
 
-At a shoulder singularity, v and w are almost parallel to k2. The squared lengths then determine the
-components v' and w' normal to k2 with an accuracy of only 1e-8. If the squared lengths do not
-distinguish two solutions, two start values are used. The two start values are on opposite sides of
-the point where the two solutions coincide. A second-order step in v' and w' moves each start value
-to the nearer root and restores the accuracy. If first derivatives vanish, the second-order step is
-not accurate enough. Therefore, damped Newton steps on ``v - R2 w = 0`` refine all three angles. A
-step is used only if it reduces the closure error.
+At a shoulder singularity, v and w are almost parallel to k2. If v and w are almost parallel to k2,
+their squared lengths determine the components v' and w' normal to k2 only to 1e-8. If the squared
+lengths do not distinguish two solutions, two start values on opposite sides of the double solution
+are used. A second-order step in v' and w' moves each start value to the nearer root and restores
+the accuracy. If first derivatives vanish, the second-order step is not accurate enough, so damped
+Newton steps on ``v - R(k2, theta2) w = 0`` refine all three angles. A step is used only if the step
+reduces the closure error of the vector loop.
 
 Boundary: at a double solution, the determinant of the Jacobian is 0.
 
-Degenerate: if v and w are parallel to k2, theta2 is arbitrary and set to 0. For dependent
+Degenerate: if v and w are parallel to k2, theta2 is arbitrary and set to 0. For dependent scalar
 equations, see "Degenerate" in subproblem 6.
 
 Source: Elias and Wen 2022, subproblem 5.
@@ -83,11 +85,10 @@ def sp5(
         k1: Unit vector of the first axis.
         p1: The vector that rotates about the first axis.
         k2: Unit vector of the second axis.
-        p2: The vector that rotates about the second axis.
+        p2: The vector that rotates only about the second axis.
         k3: Unit vector of the third axis.
         p3: The vector that rotates first about the third axis and then about the second axis.
-        signs: Two symbols (1 or -1). The four combinations of the two signs select all four
-            solutions.
+        signs: Two symbols (1 or -1), whose four combinations select all four solutions.
     """
     let = terms.let
     loop = _Loop(_Arm.of(terms, p0, k1, p1), k2, _Arm.of(terms, p2, k3, p3))
@@ -105,7 +106,7 @@ def sp5(
 
 @dataclass(frozen=True)
 class _Arm:
-    """The sum ``fixed + cos across + sin turned``: a constant vector plus a rotated vector."""
+    """The sum ``fixed + cos across + sin turned`` of a constant vector and a rotated vector."""
 
     fixed: Vector
     across: Vector
@@ -177,13 +178,13 @@ class _Loop:
         return _State(turns, image, subtracted(terms, self.v.at(terms, first), image))
 
     def on_parabola(self, terms: Terms, state: _State, exists: Boolean, inverse: sp.Expr) -> _State:
-        """Move the angles to the nearer common root of two equations.
+        """Move theta1 and theta3 to the nearer common root of two equations, and update theta2.
 
-        The equations are expanded to second order.
+        Both equations are expanded to second order in theta1 and theta3.
 
-        The step is kept only if it reduces the error. Let v' and w' be the components normal to k2.
-        The equations are ``k2.(v - w) = 0`` and ``(|v'|^2 - |w'|^2) / (2 L) = 0``. The equations
-        are as accurate as v' and w'.
+        The step is kept only if it reduces the closure error of the vector loop. Let v' and w' be
+        the components of v and w normal to k2. The equations are ``k2.(v - w) = 0`` and ``(|v'|^2 -
+        |w'|^2) / (2 L) = 0``. Both equations are as accurate as v' and w'.
         """
         let = terms.let
         first, _, third = state.turns
@@ -218,9 +219,9 @@ class _Loop:
     def improved(self, terms: Terms, state: _State, exists: Boolean) -> _State:
         """Apply a damped Newton step to all three angles if the step reduces the closure error.
 
-        The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, because squaring J would
-        cost accuracy. Let ``M = J^T J``. The step is ``-(det J adj(J) e + mu (tr M + mu - M) J^T e)
-        / (det^2 + mu |adj J|^2 + mu^2 tr M + mu^3)``.
+        The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, because computing J^T J
+        would cost accuracy. With ``M = J^T J``, the step is ``-(det J adj(J) e + mu (tr M + mu - M)
+        J^T e) / (det^2 + mu |adj J|^2 + mu^2 tr M + mu^3)``.
         """
         let = terms.let
         first, second, third = state.turns

@@ -4,26 +4,26 @@ Statement: The equation ``A1 x1 + A2 x2 = b`` with ``x_j = (sin, cos)(theta_j)``
 angles. Geometrically, two ellipses intersect in up to four points. Another form of the equations is
 ``h_i.(R(k_i, theta1) p_i) + h'_i.(R(k'_i, theta2) p'_i) = d_i`` for i = 1, 2.
 
-Derivation: the vectors (x1, x2) that solve both equations form a plane ``X + N z``. X is the point
-of the plane nearest to 0, and N has two orthonormal columns. Since ``|x1|^2 + |x2|^2 = 2``, z lies
-on the circle ``z = rho (cos phi, sin phi)`` with ``rho^2 = 2 - |X|^2``. The condition ``|x1|^2 -
-|x2|^2 = 0`` is then a trigonometric polynomial of degree 2 in phi, that is, a quartic
-(``quartic``). The derivation eliminates neither angle. Therefore, A1 and A2 may be singular.
-Only the combined matrix ``[A1 A2]`` must have rank 2. Two Householder reflections give X and N.
-Newton steps then refine the two angles. Near singular Jacobians, the steps are damped. A step is
-used only if it reduces the error of the equations.
+Derivation: the vectors (x1, x2) that solve both equations form a plane ``X + N z``. Here, X is the
+point of the plane nearest to 0, and the matrix N has two orthonormal columns. Since ``|x1|^2 +
+|x2|^2 = 2``, z lies on the circle ``z = rho (cos phi, sin phi)`` with ``rho^2 = 2 - |X|^2``. The
+condition ``|x1|^2 - |x2|^2 = 0`` then is a trigonometric equation of degree 2 in phi, that is, a
+quartic, which the module ``quartic`` solves. The derivation eliminates neither angle, so A1 and A2
+may be singular. Only the combined matrix ``[A1 A2]`` must have rank 2. Two Householder reflections
+give X and N. Newton steps, which are damped near singular Jacobians, then refine the two angles. A
+Newton step is used only if it reduces the error of the equations.
 
-Labels: the second sign is the sign of the Jacobian determinant, which changes only at double
-solutions. The first sign distinguishes two solutions with equal second signs. If A1, A2 and b
-change along a closed path, these two solutions may change places. In this case, the first branch
-sign of a solution cannot stay constant along the whole path. The first sign then jumps somewhere on
-the path.
+Labels: the second branch sign is the sign of the Jacobian determinant, which changes only at double
+solutions. The first branch sign distinguishes two solutions with equal second branch signs. If A1,
+A2 and b change along a closed path, two solutions with equal second branch signs may change places.
+If two solutions change places, their first branch signs jump somewhere on the closed path.
 
 Boundary: at a double solution, the determinant of the Jacobian is 0.
 
 Degenerate: if the rank of ``[A1 A2]`` is 1, the solutions form a curve. From this curve, a point
-with ``a1.x1 / |a1| = a2.x2 / |a2|`` is selected. Every nonempty curve of solutions contains a point
-that satisfies this equation. If the rank is 0, the angles are arbitrary.
+with ``a1.x1 / |a1| = a2.x2 / |a2|`` is selected, where (a1, a2) is the longer row of ``[A1 A2]``.
+Every nonempty curve of solutions contains a point that satisfies this equation. If the rank of
+``[A1 A2]`` is 0, both angles are arbitrary.
 
 Source: Elias and Wen 2022, subproblem 6, where one angle is eliminated. The circle in the plane of
 solutions is our own derivation.
@@ -76,8 +76,7 @@ def sp6(terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
         A1: Coefficients of sin and cos of theta1, one row per equation.
         A2: Coefficients of sin and cos of theta2.
         b: Right-hand sides.
-        signs: Two sign symbols (1 or -1). The four combinations of the two signs give all
-            solutions.
+        signs: Two sign symbols (1 or -1), whose four combinations give all solutions.
     """
     found = algebraic(terms, A1, A2, b, signs)
     angles = found.first, found.second
@@ -107,8 +106,8 @@ def algebraic(
     X_X, X_n, X_m = (_difference(terms, X, column) for column in (X, n, m))
     n_n, n_m, m_m = _difference(terms, n, n), _difference(terms, n, m), _difference(terms, m, m)
     half = let(let(rho**2) / 2)
-    # The direction `normal` defines the labels of the roots. The roots and `normal` rotate together
-    # with the input vectors.
+    # The direction `normal` defines the branch signs of the roots. The roots and `normal` rotate
+    # together with the input vectors.
     normal = -A1[0][1], A1[0][0], ZERO, ZERO
     along = tuple(_dot(terms, normal, column) for column in N)
     root = circle_roots(
@@ -130,9 +129,10 @@ Row = tuple[sp.Expr, ...]
 
 
 def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row, Row], sp.Expr]:
-    """Return (point nearest to 0, basis, orientation) of the plane ``rows.(x1, x2) = b``.
+    """Return the point nearest to 0, a basis and the orientation of ``rows.(x1, x2) = b``.
 
-    The orientation is the sign of the determinant of the two rows and the two basis vectors.
+    The orientation of the plane is the sign of the determinant of the two rows and the two basis
+    vectors.
     """
     let = terms.let
     squares = tuple(_dot(terms, row, row) for row in rows)
@@ -147,8 +147,8 @@ def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row
     y = _clipped(terms, let(b_long / first.image))
     head, *left = first.applied(terms, short)
     rest = let(b_short - head * y)
-    # If the two rows of [A1 A2] are dependent, the equation of the selected point replaces the
-    # row with the smaller norm.
+    # If the two rows of [A1 A2] are dependent, the equation ``a1.x1 / |a1| = a2.x2 / |a2|``
+    # replaces the row with the smaller norm.
     own = terms.let(sum((x * x for x in left), ZERO))
     dependent = own <= let(DEPENDENT_ROWS**2 * _dot(terms, long, long))
     a1, a2 = (direction(terms, *long[k : k + 2]) for k in (0, 2))
@@ -204,7 +204,7 @@ def _improved(
     """Apply a damped Newton step to both angles if the step reduces the error.
 
     The step ``-(J^T J + mu)^-1 J^T e`` is computed from the adjugate of J, because the product J^T
-    J would lose accuracy. The result is ``-(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 +
+    J would lose accuracy. The computed step is ``-(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 +
     mu^2)``.
     """
     let = terms.let

@@ -1,7 +1,7 @@
 """Rotations about known axes, as pairs of cosine and sine.
 
-Intermediate angles are not computed. Computing an angle would take a call of atan2, and would add
-two rounding errors.
+Intermediate angles are not computed, because each angle would take a call of atan2 and add two
+rounding errors.
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class CosSin:
         return CosSin(self.c, -self.s)
 
     def counted(self, sign: int) -> "CosSin":
-        """Return the rotation about the opposite axis if ``sign`` is -1."""
+        """Return this rotation if ``sign`` is 1, or the opposite rotation if ``sign`` is -1."""
         return self if sign == 1 else self.back
 
 
@@ -36,16 +36,16 @@ NO_TURN = CosSin(sp.Integer(1), sp.Integer(0))
 def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False) -> CosSin:
     """Return the rotation by the angle of the vector (x, y).
 
-    The vector is divided by the length of its rounded components. Therefore, the result has unit
-    length even if x and y are small differences of large numbers. The vector (0, 0) gives the angle
-    0.
+    The vector is divided by the length of its rounded components. Therefore, cosine and sine have
+    unit norm even if x and y are small differences of large numbers. The vector (0, 0) gives the
+    angle 0.
 
     Args:
         terms: Table of named terms.
         x: First component.
         y: Second component.
-        is_regular: Whether the vector (x, y) is nonzero for all inputs. If True, the vectors (x, y)
-            and (-x, -y) give the same terms with opposite signs.
+        is_regular: Whether the vector (x, y) is nonzero for all inputs. With ``is_regular``, the
+            vectors (x, y) and (-x, -y) give the same terms with opposite signs.
     """
     if y == 0 and x == 1:
         return NO_TURN
@@ -55,7 +55,7 @@ def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False)
 def direction_of(
     terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False
 ) -> tuple[CosSin, sp.Expr, sp.Expr]:
-    """Return (result of ``direction``, squared length, inverse length)."""
+    """Return the result of ``direction``, and the squared and inverse length of the vector."""
     x, y = (terms.let(entry) for entry in (x, y))
     # Components that consist only of rounding errors are replaced by 0.
     x, y = (sp.S.Zero if terms.is_noise(entry) else entry for entry in (x, y))
@@ -92,7 +92,7 @@ def perpendicular(terms: Terms, k: Vector, v: Vector) -> Vector:
 
 
 def any_across(terms: Terms, k: Vector) -> Vector:
-    """Return a unit vector perpendicular to ``k``. The result is constant for a constant ``k``.
+    """Return a unit vector perpendicular to ``k``, which is constant for a constant ``k``.
 
     Source for variable ``k``: Duff et al. 2017, Building an orthonormal basis, revisited.
     """

@@ -3,15 +3,15 @@
 Statement: The equations ``a cos + b sin = e`` and ``a' cos + b' sin = e'`` are solved for an angle
 that satisfies both. These equations occur in chains with fewer joints than task equations.
 
-Derivation: subproblem 4 gives two solutions for each equation. The angle that solves both equations
-is selected. Let delta be the difference between the two solutions of an equation. The error of a
-solution is the rounding error of the equation, divided by sin(delta / 2). For a double solution,
-the error is the square root of the rounding error. If a = b = 0, the equation does not determine
-the angle. Therefore, each equation is rated by the difference between its two solutions, relative
-to the terms of the equation. The angle is computed from the equation with the higher rating. If
-both equations have a double solution, the equation with the larger coefficients is used. For the
-second equation, sign 1 selects the solution that is nearer to the solution of the first equation
-with sign 1.
+Derivation: subproblem 4 gives two solutions for each equation. Of these solutions, the angle that
+solves both equations is selected. Let delta be the difference between the two solutions of an
+equation. The error of a solution is the rounding error of the equation, divided by sin(delta / 2).
+For a double solution, the error is the square root of the rounding error. If a = b = 0, the
+equation ``a cos + b sin = e`` does not determine the angle. Therefore, each equation is rated by
+the difference between its two solutions, relative to the terms of the equation. The angle is
+computed from the equation with the higher rating. If both equations have a double solution, the
+equation with the larger coefficients is used. For the second equation, sign 1 selects the solution
+nearer to the solution that sign 1 selects for the first equation.
 
 Degenerate: if both equations have a double solution, the accuracy of the angle is 1e-8. If all
 coefficients are 0, the angle is arbitrary and set to 0.
@@ -33,12 +33,12 @@ from .sp4 import on_line
 from .turns import CosSin, perpendicular
 
 EQUATIONS = "two equations for one angle"
-"""Name of the subproblem in step descriptions."""
+"""Name of the subproblem in descriptions of solution steps."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """The equation ``a cos + b sin = e``. ``size2`` is the squared magnitude of the terms in e."""
+    """The equation ``a cos + b sin = e``, with squared magnitude ``size2`` of the terms in e."""
 
     a: sp.Expr
     b: sp.Expr
@@ -47,14 +47,14 @@ class Line:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the equation does not contain the angle."""
+        """Whether a and b are 0, so that the equation does not contain the angle."""
         return bool(self.a == 0 and self.b == 0)
 
 
 def component(
     terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, size2: sp.Expr | None = None
 ) -> Line:
-    """Return the equation ``h.R(k, theta) p = d`` in the form of subproblem 4.
+    """Return the equation ``h.(R(k, theta) p) = d`` in the form ``a cos + b sin = e``.
 
     Args:
         terms: Table of named terms.
@@ -62,8 +62,8 @@ def component(
         k: The axis.
         p: The rotated vector.
         d: The required component of ``R(k, theta) p`` along h.
-        size2: Squared magnitude of the terms whose difference is p. The default is the squared
-            length of p.
+        size2: Squared magnitude of the terms whose difference is p, by default the squared length
+            of p.
     """
     along = terms.let(dot(terms, h, k) * dot(terms, k, p))
     size2 = dot(terms, p, p) if size2 is None else size2

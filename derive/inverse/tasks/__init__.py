@@ -1,1 +1,1 @@
-"""Tasks of an inverse, with their generated functions."""
+"""Inverse-kinematics tasks, with their generated functions."""

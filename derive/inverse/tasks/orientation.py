@@ -1,7 +1,7 @@
-"""The orientation task of three revolute joints.
+"""Orientation task: three revolute joints give the tool a target orientation.
 
 The rotation of the tool does not depend on the positions of the axes. Prismatic joints stay at 0,
-and redundant revolute joints are fixed. Maximum number of solutions: 2.
+and redundant revolute joints are fixed. The orientation task has at most two solutions.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ NAME = "ik_orientation"
 TURNS = 3
 """Number of revolute joints that determine an orientation."""
 ROTATION = tuple(POSE_SYMBOLS[4 * i + j] for i in range(3) for j in range(3))
-"""The entries of the rotation in a pose, row by row."""
+"""Symbols of the rotation entries of a pose, row by row."""
 
 
 def orients(lines: Lines, given: Sequence[int]) -> bool:
@@ -46,8 +46,8 @@ def orientation_task(robot: SerialRobot, lines: Lines, given: Sequence[int]) -> 
     Args:
         robot: The description.
         lines: Its axes.
-        given: Indices of the fixed joints. In the argument list, the values of the fixed joints
-            come after the orientation.
+        given: Indices of the fixed joints. In the argument list of ``ik_orientation``, the values
+            of the fixed joints come after the orientation.
     """
     terms = lines.terms
     work = Work(terms)

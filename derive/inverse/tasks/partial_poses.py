@@ -1,4 +1,4 @@
-"""Tasks for parts of a pose: position, position with pitch, position with direction."""
+"""Tasks that prescribe a part of the pose: position, position with pitch or with direction."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -27,7 +27,7 @@ DIRECTION = sp.symbols("_u1 _u2 _u3", real=True)
 POSITION: Vector = (X, Y, Z)
 """Target position of the tool origin in the base frame (meter)."""
 POSITION_ENTRIES = (POSE_SYMBOLS[3], POSE_SYMBOLS[7], POSE_SYMBOLS[11])
-"""The entries of the position in a pose."""
+"""Symbols of the position entries of a pose."""
 _DIRECTION_LETTERS = tuple(
     InputLetter(("u", r"\upsilon", r"\mathrm{u}"), component) for component in range(3)
 )
@@ -66,10 +66,10 @@ def partial_pose(
         task_input: The parts of the pose that the task prescribes.
         residual: A function that returns the deviation of a tool pose from the target (meter or
             radian).
-        identity: Identity that the function satisfies, in one line.
-        components: Names of the parts of the pose for the runtime, in the order of the input
-            entries. Without ``components``, the runtime does not refine solutions near
-            singularities.
+        identity: Identity that the generated function satisfies, in one line.
+        components: Names by which the runtime identifies the prescribed parts of the pose, in the
+            order of the input entries. Without ``components``, the runtime does not refine
+            solutions near singularities.
     """
     values = values_of(work, robot, {})
     deviation = residual(tool_of(work.terms, robot, values))
@@ -191,7 +191,7 @@ def position_direction(robot: SerialRobot, work: Work) -> Solved:
 def unit_direction(terms: Terms) -> Vector:
     """Return the target direction as a unit vector in base axes.
 
-    The vector is NaN for a target of length zero.
+    For a target vector of length zero, the unit vector is NaN.
     """
     scale = terms.let(1 / terms.let(sp.sqrt(squares(terms, DIRECTION))))
     x, y, z = (terms.let(scale * component) for component in DIRECTION)
@@ -199,7 +199,7 @@ def unit_direction(terms: Terms) -> Vector:
 
 
 def name_direction(work: Work) -> Vector:
-    """Name the unit vector of the target direction for the article, and return the vector."""
+    """Name the unit vector of the target direction in the LaTeX article, and return the vector."""
     meaning = "the direction as a unit vector"
     return work.name_vector(("e", r"\epsilon", "E"), meaning, unit_direction(work.terms))
 

@@ -48,7 +48,7 @@ def given_argument(robot: SerialRobot, joint: int, symbol: sp.Symbol) -> Argumen
 
 
 def values_of(work: Work, robot: SerialRobot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
-    """Return the value of every moving joint. Angles are atan2 expressions."""
+    """Return the value of every moving joint, with angles as atan2 expressions."""
     values = [_value(work, k, given) for k in range(len(robot.moving))]
     for known in work.sums:
         *others, (last, _) = known.senses
@@ -86,7 +86,7 @@ def pose_residual(terms: Terms, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Exp
     """Return the larger of position error (meter) and orientation error (radian).
 
     The Frobenius distance between two rotation matrices is sqrt(8) sin(angle / 2). For small
-    angles, the Frobenius distance is sqrt(2) times the angle.
+    rotation angles, the Frobenius distance of two rotation matrices is sqrt(2) times the angle.
     """
     moved, turned = pose_errors(pose, wanted)
     return larger(terms, squares(terms, moved), terms.let(squares(terms, turned) / 2))
@@ -100,7 +100,7 @@ def pose_errors(pose: Pose, wanted: Sequence[sp.Expr]) -> tuple[list[sp.Expr], l
 
 
 def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
-    """Return the sum of squares as a named term."""
+    """Return the sum of the squared values as a named term."""
     return terms.let(sum((terms.let(value) ** 2 for value in values), sp.Integer(0)))
 
 
@@ -111,7 +111,7 @@ def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
     not used, because it ignores NaN. With fmax, a pose whose loops cannot be closed would count as
     solved.
 
-    The function does not compare the two values, because a SymPy comparison of real numbers would
+    The residual is computed without a comparison, because a SymPy comparison of real numbers would
     not propagate NaN.
     """
     twice = terms.let(distance2 + angle2) + terms.let(sp.Abs(terms.let(distance2 - angle2)))
@@ -123,16 +123,16 @@ def with_rounding(terms: Terms, residual: sp.Expr, lengths: Iterable[sp.Expr]) -
 
     Almost parallel prismatic axes lead to coordinates of 1e15 m. The rounding errors of these large
     coordinates cancel in the residual. In a pose from another formula, such as ``fk``, the rounding
-    errors do not cancel.
+    errors of large coordinates do not cancel.
     """
     sizes = [terms.let(sp.Abs(length)) for length in lengths if length.free_symbols]
     return terms.let(residual + ROUNDING * sp.Add(*sizes)) if sizes else residual
 
 
 def margin_of(work: Work, loops: Sequence[sp.Expr] = ()) -> sp.Expr:
-    """Return the smallest margin of all steps and loops.
+    """Return the smallest margin of all solution steps and loops.
 
-    If no step or loop has a margin, the result is 1.
+    If no solution step or loop has a margin, the returned margin is 1.
     """
     margins = [*work.margins(), *loops]
     if not margins:
@@ -157,7 +157,7 @@ def of_pose_task(
         work: The record of the solution.
         arguments: The arguments for the values of fixed joints.
         given: The fixed joint values, keyed by joint index.
-        inputs: Additional inputs that the family needs, such as a swivel angle.
+        inputs: Additional inputs that the arm family needs, such as a swivel angle.
     """
     terms = work.terms
     values = values_of(work, robot, given)
@@ -178,7 +178,7 @@ def branches(
     given: Iterable[int] = (),
     inputs: tuple[TaskInput, ...] = (),
 ) -> Solved:
-    """Derive an inverse of a serial robot with all its solution slots."""
+    """Derive an inverse-kinematics function of a serial robot with all its solution slots."""
     asked = (*arguments, *(task_input.argument for task_input in inputs))
     q = tuple(
         joint.direction * value for joint, value in zip(robot.coordinates, values, strict=True)
@@ -202,7 +202,7 @@ def function_of(
     given: Iterable[int] = (),
     loops: Sequence[sp.Expr] = (),
 ) -> SymbolicFunction:
-    """Return the function of a task for all solution slots.
+    """Return the generated function of a task, with all its solution slots.
 
     The arguments ``q`` and ``residual`` are expressions in the branch signs. ``given`` contains the
     indices of coordinates that do not depend on the target ``inputs[0]``.
@@ -233,8 +233,8 @@ def _labels(work: Work) -> tuple[str, ...]:
     joints = {step.found.sign: "+".join(step.joints) for step in work.steps if step.found.sign}
     parts: list[str] = []
     for sign in work.signs:
-        # If a step has two branch signs, the step stores the first sign symbol. The second sign
-        # symbol is the next symbol in ``work.signs``.
+        # If a solution step has two branch signs, the step stores the first sign symbol. The second
+        # sign symbol is the next symbol in ``work.signs``.
         loop = work.sides[sign][0] if sign in work.sides else ""
         parts.append(loop or joints.get(sign) or (parts[-1] if parts else sign.name.lstrip("_")))
     return tuple(

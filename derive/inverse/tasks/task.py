@@ -1,4 +1,4 @@
-"""Tasks of an inverse, with their functions and inputs."""
+"""Inverse-kinematics tasks, with their functions and inputs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -13,11 +13,12 @@ from ..structure.lines import Lines
 
 @dataclass(frozen=True)
 class InputLetter:
-    """The LaTeX symbol of a task input in the article.
+    """The symbol of a task input in the LaTeX article.
 
     Attributes:
-        letters: LaTeX letters in order of preference. Letters of robot parameters are not used.
-        component: Index (0 to 2) of the component of a vector input. None for a scalar.
+        letters: LaTeX letters in order of preference. The article does not use letters that denote
+            robot parameters.
+        component: Index (0 to 2) of the component of a vector input, or None for a scalar input.
     """
 
     letters: tuple[str, ...]
@@ -73,14 +74,14 @@ def _always(_robot: SerialRobot, _lines: Lines) -> bool:
 class Task:
     """An additional task that a family solves, such as a position instead of a full pose.
 
-    The chain has no fixed or added joints.
+    An additional task requires a chain without fixed or added joints.
 
     Attributes:
         name: The name of the generated function, for example ``ik_position``.
         solved: A function that solves the task for a robot.
         applies: A function that returns whether the task applies to a robot.
-        reads_base: Whether this task always numbers the axes from the base. The inverse for tool
-            poses may number the axes from the tool.
+        reads_base: Whether this task always numbers the axes from the base, although the function
+            ``ik`` may number the axes from the tool.
     """
 
     name: str

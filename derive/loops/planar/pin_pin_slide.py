@@ -241,10 +241,10 @@ def _reach(
     edges: tuple[Edge, ...],
     parts: tuple[Cluster, Cluster, Cluster],
 ) -> int:
-    """Return 1 if the travel at the reference is the larger root, or -1 if it is the smaller root.
+    """Return 1 if the slide travel at the reference is the larger root, or -1 for the smaller root.
 
-    The result is 0 if the branch is given, no root exists, or both roots are equally near the
-    reference.
+    The function returns 0 if a branch is given, no real root exists, or both roots are equally near
+    the reference.
     """
     if clusters.branch is not None:
         return 0

@@ -1,6 +1,4 @@
-"""A ring of three bodies with one pin and two prismatic joints.
-
-The solution is the intersection of two lines.
+"""Solves a ring of three bodies with one pin and two prismatic joints by intersecting two lines.
 
 Source:
     Assur groups of class II (dyad PRP and its inversions).
@@ -19,7 +17,7 @@ from .loop_step import RateEquation, StepEquations, components, quantity, weight
 
 
 def two_lines(terms: Terms, offset: Complex, e: Complex, f: Complex) -> tuple[sp.Expr, sp.Expr]:
-    """Solve ``t e + u f = offset`` for the travels t and u."""
+    """Solve ``t e + u f = offset`` for the travels t and u along the vectors e and f."""
     area = terms.let(sp.expand(cross(e, f)))
     t = terms.let(sp.expand(cross(offset, f))) / area
     u = terms.let(sp.expand(cross(e, offset))) / area
@@ -31,7 +29,7 @@ class PinAndTwoSlides(PlanarStep):
     """Two consecutive slides whose outer bodies share a pin.
 
     Attributes:
-        offset: Vector between the two positions of the pin if both slides are at 0.
+        offset: Vector between the pin positions on the two outer bodies if both slides are at 0.
         first: Direction of the first slide.
         second: Direction of the second slide.
         travels: Travels along the first and the second slide (meter).
@@ -89,7 +87,7 @@ class PinAndTwoSlides(PlanarStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Return the equation t A + u B = D for the travels t and u."""
+        """Return the equation t A + u B = D for the travels t and u along the slides A and B."""
         D, A, B = (components(letter) for letter in "DAB")
         n, t, u = map(quantity, "ntu")
         rates = []

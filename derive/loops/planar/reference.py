@@ -1,6 +1,6 @@
-"""Values of terms at the reference configuration.
+"""Numerical values of terms at the reference configuration.
 
-These values determine the branch signs.
+The values of terms at the reference determine the branch signs.
 
 Double precision is sufficient to compute branch signs.
 """
@@ -18,7 +18,7 @@ from ...terms.terms import Terms
 from ..model.phasors import Complex, PhasorSum
 
 Joined = tuple[str, ...]
-"""Names of the joints or struts of a step."""
+"""Names of the joints or struts of a solution step."""
 Solved = TypeVar("Solved")
 
 
@@ -26,8 +26,8 @@ class Branch:
     """Branch signs.
 
     Attributes:
-        requested: The signs of the first steps with two branches. 1 is the sign at the reference,
-            and -1 the opposite sign.
+        requested: Requested signs of the first steps with two branches: 1 for the sign at the
+            reference, -1 for the opposite sign.
         own: The branch sign of each step at the reference, keyed by the joints or struts of the
             step.
         taken: The signs of the steps that are already solved: 1 for the sign at the reference, -1
@@ -43,8 +43,8 @@ class Branch:
     def others_since(self, taken: int) -> "list[Branch]":
         """Return a new branch for each solved step k >= ``taken`` that has no requested sign.
 
-        Each new branch keeps the signs of the steps before step k. At step k, the sign of the new
-        branch is -1.
+        The new branch for step k keeps the signs of the earlier steps, and has the sign -1 at step
+        k.
         """
         found = []
         for k in range(max(taken, len(self.requested)), len(self.taken)):
@@ -54,29 +54,26 @@ class Branch:
         return found
 
     def side(self, joined: Joined) -> sp.Expr:
-        """Return the branch sign of the next step."""
+        """Record and return the branch sign of the next solution step."""
         k = len(self.taken)
         self.taken.append(self.requested[k] if k < len(self.requested) else 1)
         return self.taken[-1] * self.own.get(joined, 1)
 
     def length(self, joined: Joined) -> sp.Expr:
-        """Return the sign of the next leg's length.
-
-        This sign selects the branch.
-        """
+        """Return the sign of the next leg length, which selects the branch."""
         return self.side(joined)
 
     def figure(self, joined: Joined) -> int:
-        """Return the mode of the next parallelogram: 1 for parallel sides, -1 for crossed."""
+        """Return the mode of the next parallelogram: 1 for parallel sides, -1 for crossed sides."""
         return int(self.side(joined))
 
 
 class FreeSides(Branch):
     """Branch signs as symbols. Each step with two branches has a sign symbol.
 
-    A parallelogram stays in the mode of the reference, because its modes differ in more than a
-    sign. The length of a leg always has the same sign as at the reference, because an inverted leg
-    is not a solution.
+    A parallelogram stays in its assembly mode at the reference, because its two modes differ in
+    more than a sign. The length of a leg always has the same sign as at the reference, because an
+    inverted leg is not a solution.
     """
 
     def __init__(
@@ -93,22 +90,22 @@ class FreeSides(Branch):
         return symbol * self.own.get(joined, 1)
 
     def length(self, joined: Joined) -> sp.Expr:
-        """Return the sign of a length at the reference configuration."""
+        """Return the sign of a leg length at the reference configuration."""
         return sp.Integer(self.own.get(joined, 1))
 
     def figure(self, joined: Joined) -> int:
-        """Return the assembly mode of a step at the reference configuration."""
+        """Return the assembly mode of a parallelogram at the reference configuration."""
         return self.own.get(joined, 1)
 
 
 def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -> Iterator[Solved]:
-    """Yield the results of all branches, beginning with the reference branch.
+    """Solve the loops on all branches, and yield the results, beginning with the reference branch.
 
-    The sign of the last step varies fastest. The existence of a solution step may depend on the
-    signs of earlier steps.
+    From branch to branch, the sign of the last solution step varies fastest. The existence of a
+    solution step may depend on the signs of earlier steps.
 
     Args:
-        solve: Solves the loops on a branch.
+        solve: Function that solves the loops on a branch.
         own: The branch signs at the reference.
     """
     waiting: list[tuple[int, ...]] = [()]
@@ -120,7 +117,7 @@ def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -
 
 
 class AtReference:
-    """Numerical values of terms at the reference.
+    """The reference configuration, with the numerical values of terms.
 
     Attributes:
         size: The longest length of the mechanism (meter), by which lengths are divided.
@@ -163,8 +160,8 @@ class AtReference:
     def hints_of(self, names: Sequence[str]) -> dict[str, float]:
         """Return joint values near the reference configuration, keyed by joint name.
 
-        If a value is given for any of the joints, only the given values are returned. If no value
-        is given, default values are returned.
+        If at least one of the joints has a given value, the function returns only given values. If
+        no joint has a given value, the function returns default values.
         """
         for hints in (self.given, self.assumed):
             found = {name: hints[name] for name in names if name in hints}
@@ -173,7 +170,7 @@ class AtReference:
         return {}
 
     def of(self, expression: sp.Expr) -> float:
-        """Return the value of an expression, or NaN if a loop does not close."""
+        """Return the value of an expression at the reference, or NaN if a loop does not close."""
         if expression not in self._values:
             self._values[expression] = self._evaluated(expression)
         return self._values[expression]
@@ -187,24 +184,24 @@ class AtReference:
         try:
             return float(self._parts.of(expression))
         except NoValue:
-            # The expression contains the root of a negative number. SymPy could evaluate complex
-            # roots, but far more slowly.
+            # The expression contains the root of a negative number. SymPy can evaluate complex
+            # roots, but far more slowly than ``Values``.
             value = complex(expression.xreplace(numbers).evalf())
             return value.real if value.imag == 0 else math.nan
 
     def number(self, value: Complex) -> complex:
-        """Return a symbolic complex number as a Python number."""
+        """Return the value of a symbolic complex number at the reference."""
         return complex(self.of(value[0]), self.of(value[1]))
 
     def vector(self, total: PhasorSum) -> complex:
-        """Return the value of a sum of rotated vectors."""
+        """Return the value of a sum of rotated vectors at the reference, as a complex number."""
         return sum(
             (self.number(c) * cmath.exp(1j * self.of(angle)) for angle, c in total.terms.items()),
             0j,
         )
 
     def turn(self, angle: sp.Expr, rotor: Complex) -> float:
-        """Return the sum of an angle and the angle of a constant rotation."""
+        """Return the sum of an angle at the reference and the angle of a constant rotation."""
         return self.of(angle) + cmath.phase(self.number(rotor))
 
     def _of_symbol(self, symbol: sp.Symbol) -> float:
@@ -217,5 +214,5 @@ class AtReference:
 
 
 def wrapped(angle: float) -> float:
-    """Return the equivalent angle between -pi and pi."""
+    """Wrap an angle into the interval from -pi to pi."""
     return math.remainder(angle, math.tau)

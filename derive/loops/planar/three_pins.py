@@ -1,8 +1,7 @@
 """Solves a loop of three pins by intersecting two circles.
 
-Source:
-    Assur groups of class II (dyad RRR); Myszka, Machines and Mechanisms, ch. 4. The closed form
-    needs no acos, and is accurate for thin triangles.
+Source: Assur groups of class II (dyad RRR); Myszka, Machines and Mechanisms, ch. 4. The closed form
+for three pins needs no acos, and is accurate for thin triangles.
 """
 
 from collections.abc import Callable, Mapping
@@ -41,10 +40,10 @@ class TwoCircles:
         C: The vector from the first end of D to the shared pin, in the axes of D.
         W: The vector from the second end of D to the shared pin, in the axes of D.
         D: The base.
-        v: The vector C in the frame of the body that contains it.
-        w: The vector W in the frame of the body that contains it.
-        height: Twice the signed area of the triangle.
-        margin: sin^2 of the transmission angle. The margin is zero at a dead point.
+        v: The vector C in the frame of the body on which C is fixed.
+        w: The vector W in the frame of the body on which W is fixed.
+        height: Twice the signed area of the triangle with the sides C, D and W.
+        margin: Squared sine of the transmission angle, which is zero at a dead point.
     """
 
     C: Complex
@@ -73,13 +72,14 @@ def two_circles(
 
     Args:
         terms: Names of all terms.
-        v: The arm that rotates about the first end of the base D. Its length is the radius of the
-            first circle.
-        w: The arm that rotates about the second end of the base D. Its length is the radius of the
-            second circle.
+        v: The arm that rotates about the first end of the base D, with a length equal to the radius
+            of the first circle.
+        w: The arm that rotates about the second end of the base D, with a length equal to the
+            radius of the second circle.
         D: The base.
         sign: 1 if C is to the left of D, -1 if C is to the right of D.
-        gate: Makes the radicand negative if an arm length is invalid.
+        gate: Function that makes the radicand of h negative if the length of a cylinder is not
+            positive.
     """
     squares = v.square, w.square, D.square
     p = terms.let((D.square + v.square - w.square) * HALF)
@@ -135,13 +135,13 @@ def _moving(triangle: TwoCircles) -> tuple[Complex, Complex, Complex]:
 
 
 def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> StepEquations:
-    """Return the equations of two intersecting circles.
+    """Return the equations for the intersection of two circles.
 
-    In the equations, the vectors v and w are called A and B.
+    In the returned equations, the vectors v and w of ``TwoCircles`` are called A and B.
 
     Args:
         triangle: The triangle.
-        sign: The sign of h selects the intersection.
+        sign: Sign of the square root h, which selects one of the two intersections.
         solved: The angle of the vector A, followed by the angle of the vector B if B rotates.
     """
     D, A, B, C, E = (components(letter) for letter in "DABCE")
@@ -191,7 +191,7 @@ class ThreePins(PlanarStep):
     """Three rigid groups of bodies, connected in a ring by three pins.
 
     Attributes:
-        triangle: The triangle of the pins.
+        triangle: The triangle with the three pins as its corners.
     """
 
     triangle: TwoCircles
@@ -234,7 +234,7 @@ class ThreePins(PlanarStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Return the intersection of the circles about the two base pins."""
+        """Return the equations for the intersection of the circles about the two base pins."""
         return circle_equations(self.triangle, self.sign, *self.solved)
 
     @property

@@ -31,7 +31,7 @@ class TwoPins(PlanarStep):
 
     Attributes:
         vectors: Vectors between the two pins, on the base (key C) and on the rotated body (key A).
-            The dictionary is empty if the rotation is exact.
+            The dictionary is empty if the rotation angle is a sum of known angles.
     """
 
     vectors: dict[str, Complex] = field(default_factory=dict)
@@ -73,7 +73,7 @@ class TwoPins(PlanarStep):
     def equations(self) -> StepEquations:
         """Return the equations for the rotation angle from vector A to vector C.
 
-        The result has no equations if the rotation is exact.
+        No equations are returned if the rotation angle is a sum of known angles.
         """
         if not self.vectors:
             return StepEquations()
@@ -116,7 +116,7 @@ def _turn_between(
 
 
 def rate_of_direction(there: Complex, here: Arm) -> LoopRate:
-    """Return the rate of the rotation between two vectors: a x a' / a^2 - b x b' / b^2."""
+    """Return the rate of the angle between vectors a and b: a x a' / a^2 - b x b' / b^2."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         let = tangent.terms.let
@@ -132,7 +132,7 @@ class PinAndSlide(PlanarStep):
     """The displacement of a prismatic joint that moves a pin to its position on the base.
 
     Attributes:
-        offset: The required displacement of the pin from its position at zero travel.
+        offset: The required displacement of the pin from its position at zero travel of the slide.
         direction: Unit vector along the slide.
         travel: Travel along the slide (meter).
     """
@@ -179,7 +179,7 @@ class PinAndSlide(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """Return the equation for the travel t, the component of D along B."""
+        """Return the equation for the travel t: the component of pin offset D along the slide B."""
         D, B = components("D"), components("B")
         t = quantity("t")
         return StepEquations(

@@ -1,1 +1,1 @@
-"""The joints of all loops as functions of the actuators or of the main chain."""
+"""Computes the joints of all loops as functions of the actuators or of the main-chain joints."""

@@ -1,4 +1,4 @@
-"""Conditions on main-chain joints if the chain has redundant joints.
+"""Conditions for closed loops on the main-chain joints of a chain with redundant joints.
 
 If the closed form does not use all main-chain joints, the remaining loop equations check the values
 of the unused joints.
@@ -17,7 +17,7 @@ from .solution import Solution, factors_of, reported
 
 
 def allowed(solutions: Sequence[Solution]) -> sp.Basic:
-    """Return the condition that the known loops close for at least one solution.
+    """Return the condition that at least one solution closes all loops with known joints.
 
     Args:
         solutions: The solutions on different branches, computed from the main chain.
@@ -60,7 +60,7 @@ def _unread(solution: Solution) -> set[str]:
 
 
 def _edges(loop_joint: Closure | Strut) -> set[str]:
-    """Return the names of joints of a closure or strut.
+    """Return the names of the joints by which solution steps refer to a closure or strut.
 
     A solution step that contains one of these joints solves all equations of the closure or strut.
     """

@@ -1,9 +1,9 @@
 """Replaces a chain segment by a translation if the rotations of its joints cancel.
 
-If loops keep the angle sum of consecutive parallel axes constant, the bodies after these axes only
-translate. The translation is a sum of planar vectors. The loop equations then eliminate the known
-angles from this sum. The remaining sum often has only a few vectors. For example, a pantograph arm
-moves its wrist along a line and a circle.
+If closed loops keep the angle sum of consecutive parallel joints constant, the bodies after these
+joints only translate. The translation is a sum of planar vectors. The loop equations then eliminate
+angles from this sum of planar vectors. The remaining sum often has only a few vectors. For example,
+a pantograph arm moves its wrist along a line and a circle.
 """
 
 from collections.abc import Sequence
@@ -31,13 +31,13 @@ def collapsed(
     Args:
         terms: Names of all terms.
         groups: The chain.
-        relations: The vector sums that are zero in closed loops.
+        relations: Sums of rotated planar vectors that are zero if the loops close.
         count: Number of moving joints in the chain.
 
     Returns:
         A pair: the chain without those joints whose rotations cancel, and the expressions of the
-        variable translations (meter). In the chain, sliding joints with the indices ``count``,
-        ``count + 1`` and so on represent the translations.
+        variable translations (meter). In the returned chain, sliding joints with the indices
+        ``count``, ``count + 1`` and so on represent these translations.
     """
     translations: list[sp.Expr] = []
     found = []
@@ -82,7 +82,7 @@ def _collapsed(
 
 
 def _sum(terms: Terms, stations: Sequence[Station]) -> PhasorSum:
-    """Return the sum of the link offsets, rotated by the angles of the links."""
+    """Return the planar sum of link offsets, each rotated by the angle of its link."""
     total = PhasorSum()
     for station in stations:
         angle, constant = _parted(station.angle)
@@ -108,7 +108,7 @@ def _parted(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 def _merged(
     terms: Terms, before: Station, after: Station, turn: sp.Expr, moved: tuple[sp.Expr, ...]
 ) -> Station:
-    """Return the frame after a segment in the axes of the frame before it."""
+    """Merge the parts of a chain before and after a segment whose rotations cancel."""
     c, s = terms.cos_sin(turn)
     translation = terms.let(moved[0]), terms.let(moved[1]), terms.let(moved[2])
     reach = added(terms, before.reach, translation)

@@ -26,20 +26,22 @@ from ..spatial.struts import Known
 
 OFF_THE_REFERENCE = (0.05, -0.08)
 """Offsets from the reference coordinates (radian, or relative to the size of the robot). Each
-branch is also tested at these offsets."""
+branch is also tested at these offsets from the reference."""
 
 
 @dataclass(frozen=True)
 class Solution:
-    """The joints whose values have a closed form.
+    """A closed-form solution for the joints of a mechanism.
 
     Attributes:
         mechanism: The description.
-        values: Values of joints, swing angles and cylinders by name. Angles may exceed a full turn.
-        loops: Rates of the solved angles, for ``Tangent``.
-        steps: The steps of the solution, in order.
-        relations: Sums of rotated vectors that are zero in closed loops.
-        open: Names of the joints that are not determined.
+        values: Values of joints, swing angles and cylinders, keyed by name. These angles may exceed
+            a full turn.
+        loops: Functions that compute the rates of the solved angles, for ``Tangent``.
+        steps: The solution steps, in the order in which they are evaluated.
+        relations: Sums of rotated planar vectors that are zero if the loops close.
+        open: Names of the joints, swing angles and cylinders whose values the solution does not
+            determine.
         reference: The numerical values of terms at the reference configuration.
         coupled: Names of the joints whose values follow from couplings.
     """
@@ -55,7 +57,7 @@ class Solution:
 
     @property
     def margins(self) -> tuple[tuple[str, sp.Expr], ...]:
-        """For each step with a margin, the name of the step and its margin."""
+        """Name and margin of each solution step that has a margin."""
         return tuple(
             (step.name(self.mechanism), step.margin)
             for step in self.steps
@@ -65,13 +67,14 @@ class Solution:
 
 @dataclass(frozen=True)
 class Loops:
-    """The loops of a mechanism by kind.
+    """The loops of a mechanism, sorted into planar linkages and spatial loops.
 
     Attributes:
         mechanism: The description.
         planar: Linkages whose joints move in one plane.
         spatial: The loops that are not planar.
-        last_step: The step to try on each spatial loop if no step of this package applies.
+        last_step: The solution step to try on each spatial loop if no solution step of this package
+            applies.
     """
 
     mechanism: Mechanism
@@ -81,7 +84,7 @@ class Loops:
 
 
 def sorted_loops(mechanism: Mechanism) -> Loops:
-    """Return the loops of a mechanism by kind."""
+    """Sort the loops of a mechanism into planar linkages and spatial loops."""
     planar, spatial = linkages(mechanism)
     return Loops(mechanism, tuple(planar), tuple(spatial))
 
@@ -127,7 +130,7 @@ def from_chain(
         loops: The mechanism and its loops.
         terms: Receives the terms.
         theta: The main-chain joints (radian or meter).
-        closed: The joint values at the reference.
+        closed: The joint values at the reference configuration, keyed by name.
         locked: The constant values of joints that the loops lock, keyed by name.
 
     Raises:
@@ -172,7 +175,7 @@ def _near(own: Solution, known: Mapping[str, sp.Expr]) -> list[AtReference]:
 def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solution:
     """Return the solution on a branch.
 
-    If ``branch`` is None, the solution is on the branch of the reference.
+    If ``branch`` is None, the returned solution is on the branch of the reference.
     """
     solution = begun
     try:
@@ -192,7 +195,7 @@ def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solu
 def _goes_on(loops: Loops, before: Solution, planar: Solution, after: Solution) -> bool:
     """Whether another pass through the solution steps can solve more joints.
 
-    A coupling may connect different loops.
+    With couplings, a joint that is solved in one loop may determine a joint of another loop.
     """
     if loops.mechanism.couplings:
         return bool(after.open) and after.open != before.open
@@ -220,7 +223,7 @@ def every_solution(
         most: Maximum number of solutions.
 
     Returns:
-        The solutions, and whether all solutions were found.
+        The list of solutions, and whether this list contains all solutions.
     """
     known = {name: own.values[name] for name in given}
     # Dependent joints cannot move one by one, so they give no test configurations.
@@ -248,15 +251,15 @@ def _restarted(own: Solution, known: Mapping[str, sp.Expr]) -> Solution:
 def with_free_sides(
     loops: Loops, own: Solution, given: Sequence[str], sign: Callable[[], sp.Expr]
 ) -> Solution:
-    """Return the solution with a symbol for each branch sign.
+    """Return a solution in which each branch sign is a symbol.
 
-    If all branch signs are 1, the solution is on the branch of the reference configuration.
+    If all these symbols are 1, the solution is on the branch of the reference configuration.
 
     Args:
         loops: The mechanism and its loops.
         own: The solution on the branch of the reference.
         given: Names of the joints and cylinders with initial values.
-        sign: Returns a new symbol for a branch.
+        sign: Function that returns a new symbol for a branch sign.
     """
     known = {name: own.values[name] for name in given}
     sides = FreeSides(own.reference.sides, own.reference, sign)
@@ -285,7 +288,7 @@ def _on_planar_branches(
 
 
 def _with_part(solution: Solution, part: Assembly) -> Solution:
-    """Add the joints of a linkage to a solution."""
+    """Add the joint values of a planar linkage to a solution."""
     return _with_open(
         replace(
             solution,
@@ -298,7 +301,7 @@ def _with_part(solution: Solution, part: Assembly) -> Solution:
 
 
 def _in_space(loops: Loops, solution: Solution, branch: Branch | None) -> Solution:
-    """Add the joints of the spatial loops to a solution."""
+    """Extend a solution by the joint values that the spatial loops determine."""
     known = Known(dict(solution.values), dict(solution.loops), list(solution.steps))
     terms, reference = solution.reference.terms, solution.reference
     assemble_in_space(
@@ -350,16 +353,17 @@ def reported(solution: Solution, values: Mapping[str, sp.Expr], name: str) -> sp
 def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint | None) -> sp.Expr:
     """Wrap a solved angle into an interval of one full turn about the middle of the joint limits.
 
-    Without limits, the interval is -pi to pi. If the magnitude of the reference value exceeds pi,
-    the interval is centered at the multiple of pi nearest to the reference value. Angles near the
-    reference then do not jump. For a coupled joint, the interval contains the joint limits. If the
-    coupled joint has no limits, the reference value is the middle of the interval.
+    For a joint without limits, the angle interval is -pi to pi. If the magnitude of the reference
+    value exceeds pi, the interval is centered at the multiple of pi nearest to the reference value.
+    With this center, joint angles near the reference do not jump. For a coupled joint, the interval
+    contains the joint limits. For a coupled joint without limits, the interval is centered at the
+    multiple of 90 degrees nearest to the reference value.
 
     Args:
         terms: Receives the terms.
         solution: The solution that contains the angle ``value``. The rate of the wrapped angle is
             added to the rates of the solution.
-        value: A sum of solved angles and coordinates.
+        value: The angle to wrap, as a sum of solved angles and coordinates.
         joint: The joint with the angle ``value``, or None for a swing angle.
     """
     if not terms.is_solved(value):
@@ -378,7 +382,8 @@ def near_reference(
 ) -> list[sp.Expr]:
     """Move solved angles of coupled joints by full turns into the interval of each joint.
 
-    The interval is one turn wide, and contains the joint limits or the reference value.
+    The interval of each joint is one full turn wide, and contains the joint limits or the reference
+    value.
 
     Args:
         mechanism: The description.
@@ -401,7 +406,8 @@ def _middle(mechanism: Mechanism, joint: Joint | None) -> sp.Expr:
     low, high = joint.limits
     at = float(mechanism.reference_of(joint.name))
     if joint.name in mechanism.coupled:
-        # The value of a follower depends on the full turns of its leader.
+        # In a coupling, the value of the driven joint depends on the full turns of the other
+        # joints.
         if low is None or high is None or high - low > 2 * sp.pi or not low <= at <= high:
             return _quarter_turns(at)
         middle = _quarter_turns(float(low + high) / 2)
@@ -428,7 +434,7 @@ def _value_of(mechanism: Mechanism, name: str, moves: str, ratio: sp.Expr) -> fl
     """Return the reference value of a coordinate.
 
     The robot file states the value of the coordinate, or the value of the joint that the coordinate
-    moves. Without a stated value, the result is 0.
+    moves. If the robot file states neither value, the reference value of the coordinate is 0.
     """
     given = dict(mechanism.reference)
     if name not in given and moves in given:

@@ -1,4 +1,4 @@
-"""The closed loops of a mechanism: solutions in closed form, and the reference configuration."""
+"""Closed-form solutions of the loops of a mechanism, and the reference with closed loops."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -26,7 +26,7 @@ from .solution import (
 )
 
 MAX_BRANCHES = 128
-"""Maximum number of branches of a map."""
+"""Maximum number of branches that ``chain_all`` or ``actuators_all`` returns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,17 +34,18 @@ class SolvedLoops(LoopModel):
     """A mechanism whose loops close at the reference, with their closed-form solutions.
 
     Attributes:
-        loops: The loops by kind.
-        forward: All joints as functions of the actuators.
-        backward: All joints as functions of the main-chain joints. The solution is empty if the
-            main-chain joints do not determine the branch.
-        numbers: The constraints in double precision near the reference.
-        at_reference: The value of each entry of z at the closed reference.
+        loops: The loops, sorted into planar linkages and spatial loops.
+        forward: The solution for all joints as functions of the actuators.
+        backward: The solution for all joints as functions of the main-chain joints. This solution
+            may be empty if the loops have no closed form or do not close exactly.
+        numbers: The loop constraints, evaluated in double precision near the reference.
+        at_reference: The value of each mechanism variable (entry of z) at the reference with closed
+            loops, keyed by name.
         q_at_reference: The actuated coordinates (n,) at the reference (radian or meter).
         spare: Number of redundant actuators. A robot with redundant actuators has the function
             ``fk`` only if its loops close in the least-squares sense.
-        missing: Texts that state the number of branches, keyed by the name of the function that
-            omits some of the branches.
+        missing: Texts about omitted branches, keyed by the name of the function that omits these
+            branches.
     """
 
     loops: Loops
@@ -58,9 +59,10 @@ class SolvedLoops(LoopModel):
 
     @property
     def is_overdetermined(self) -> bool:
-        """Whether the actuators can contradict each other.
+        """Whether the values of redundant actuators can contradict each other.
 
-        If the actuators can contradict each other, the robot has no ``fk``.
+        If the values of redundant actuators can contradict each other, the robot has no function
+        ``fk``.
         """
         return bool(self.spare) and self.least_squares_closure is None
 
@@ -76,9 +78,10 @@ class SolvedLoops(LoopModel):
 
     @property
     def may_have_inverse(self) -> bool:
-        """Whether an inverse is possible, in closed form or refined from a nominal robot.
+        """Whether an IK function is possible, in closed form or refined from a nominal robot.
 
-        If the loops have no closed form, an inverse is possible only with a nominal robot.
+        If loops that close exactly have no closed form, an IK function is possible only with a
+        nominal robot.
         """
         is_open = self.least_squares_closure is not None and not self.spare
         is_built = is_open or self.mechanism.nominal is not None
@@ -102,15 +105,15 @@ class SolvedLoops(LoopModel):
     def while_closed(self, entries: Sequence[sp.Expr], *solutions: Solution) -> tuple[sp.Expr, ...]:
         """Make expressions NaN if the loops do not close.
 
-        The square root that solves a step is NaN if the loop does not close. If an expression does
-        not contain this square root, a term is added that is 0 for closed loops and NaN otherwise.
-        For example, the pose of a chain does not contain the square root of a brace between two
-        links.
+        The square root in the solution of a loop is NaN if the loop does not close. To expressions
+        without this square root, the function adds a term that is 0 for closed loops and NaN
+        otherwise. For example, the pose of a chain does not contain the square root from a brace
+        between two links of the chain.
 
         Args:
             entries: The entries.
-            solutions: The solutions on which the expressions depend. All loops of one solution must
-                close.
+            solutions: The solutions on which the expressions depend. The expressions are not NaN if
+                all loops of at least one solution close.
         """
         unguarded = [
             [self._unguarded_steps(entry, solution) for solution in solutions] for entry in entries
@@ -118,9 +121,8 @@ class SolvedLoops(LoopModel):
         requested = [all(steps) for steps in unguarded]
         if not any(requested):
             return tuple(entries)
-        # The same term is added to all entries for which ``requested`` is true. The term is NaN if
-        # the loops do not close. A separate term for each entry would cost one square root per
-        # entry.
+        # All entries for which ``requested`` is true share one added term that is NaN if the loops
+        # do not close. A separate term for each entry would cost one square root per entry.
         conditions = []
         for k, solution in enumerate(solutions):
             indices = {
@@ -157,8 +159,8 @@ class SolvedLoops(LoopModel):
 
         The radicand has the same sign as the margin of the step.
 
-        If the step does not have exactly one square root with a variable radicand, the result is
-        the margin itself.
+        If the step does not have exactly one square root with a variable radicand, the function
+        returns the margin of the step.
         """
         (root,) = step.root.free_symbols
         powers = self.terms.definitions[root].atoms(sp.Pow)
@@ -166,7 +168,7 @@ class SolvedLoops(LoopModel):
         return bases[0] if len(bases) == 1 else step.margin
 
     def _behind(self, entry: sp.Expr) -> frozenset[sp.Symbol]:
-        """Return the symbols on which an entry depends."""
+        """Return all symbols on which an expression depends, directly or through other terms."""
         definitions = self.terms.definitions
         known: dict[sp.Symbol, set[sp.Symbol]] = self.terms.memoize("symbols behind terms", dict)
         for symbol in self.terms.needed(entry.free_symbols - known.keys()):
@@ -184,13 +186,13 @@ class SolvedLoops(LoopModel):
         return self.terms.let(sp.sqrt(square))
 
     def actuators_in(self, solution: Solution) -> tuple[sp.Expr, ...]:
-        """Return the actuated coordinates of a solution."""
+        """Return the values of the actuated coordinates in a solution."""
         return self.driven(named(self, solution, [c.moves for c in self.mechanism.coordinates]))
 
     def driven(
         self, values: Sequence[sp.Expr], coordinates: Sequence[Coordinate] | None = None
     ) -> tuple[sp.Expr, ...]:
-        """Return actuated coordinates from the values of the actuated joints."""
+        """Convert the values of actuated joints to actuated coordinates."""
         chosen = self.mechanism.coordinates if coordinates is None else coordinates
         return tuple(
             self.terms.let(value / c.ratio) for value, c in zip(values, chosen, strict=True)
@@ -206,7 +208,7 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
         DescriptionError: An actuator is missing, or actuators depend on each other.
     """
     complete = sorted_loops(model.mechanism)
-    # Loops that cannot close have no closed form.
+    # Loops that close only in the least-squares sense have no closed form.
     solvable = complete if model.least_squares_closure is None else _without_steps(complete)
     try:
         forward = from_actuators(solvable, model.terms, model.q)
@@ -223,7 +225,7 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
     elif model.least_squares_closure is not None and model.least_squares_closure.actuators:
         spare, solvable = model.least_squares_closure.actuators, complete
     # With rounded reference values of redundant actuators, the loops do not close exactly.
-    # Therefore, the actuators may change too.
+    # Therefore, closing these loops may also change the actuator values.
     free = np.ones_like(numbers.passive) if is_overdetermined else numbers.passive
     at = described or _closed(model, numbers, free)
     value, coordinates = model.terms.value, model.mechanism.coordinates
@@ -245,7 +247,7 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
 def _without_steps(loops: Loops) -> Loops:
     """Return a copy of ``loops`` with empty fields ``planar`` and ``spatial``.
 
-    No loop of the copy is solved in closed form.
+    Therefore, no loop of the returned copy is solved in closed form.
     """
     return replace(loops, planar=(), spatial=())
 
@@ -257,7 +259,7 @@ def _numbers(model: LoopModel, at: Mapping[str, float]) -> ClosedLoops:
 
 
 def _described(model: LoopModel, forward: Solution) -> dict[str, float]:
-    """Return the values of all variables at the reference from the closed-form solution."""
+    """Return the closed-form values of all mechanism variables at the reference."""
     values = named(model, forward, [variable.name for variable in model.variables])
     of = forward.reference.of
     return {v.name: of(value) for v, value in zip(model.variables, values, strict=True)}
@@ -266,7 +268,8 @@ def _described(model: LoopModel, forward: Solution) -> dict[str, float]:
 def _closed(model: LoopModel, numbers: ClosedLoops, free: Vector) -> dict[str, float]:
     """Close the loops by Newton's method and return the resulting reference configuration.
 
-    Values below the precision of the iteration become 0, because they differ between processors.
+    Reference values below the precision of Newton's method become 0, because such values differ
+    between processors.
     """
     try:
         w = numbers.closed(numbers.reference, free)
@@ -280,8 +283,8 @@ def _closed(model: LoopModel, numbers: ClosedLoops, free: Vector) -> dict[str, f
 def _backward(model: LoopModel, loops: Loops, forward: Solution) -> Solution:
     """Return the solution that computes all joints from the main-chain joints.
 
-    If the main-chain joints do not determine the branch, the function raises an error. The returned
-    solution is empty if the loops have no closed form or close only in the least-squares sense.
+    If no unique branch is found for loops that close exactly and in closed form, the function
+    raises an error. For other loops without a unique branch, the returned solution is empty.
     """
     of, terms, theta = forward.reference.of, model.terms, model.theta
     closed = {} if forward.open else {name: of(x) for name, x in forward.values.items()}
@@ -294,7 +297,7 @@ def _backward(model: LoopModel, loops: Loops, forward: Solution) -> Solution:
 
 
 def named(model: LoopModel, solution: Solution, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-    """Return values of joints. Joint angles are between -pi and pi."""
+    """Return values of joints by name, with each solved angle wrapped into one full turn."""
     joints = {joint.name: joint for joint in model.mechanism.joints}
     found = []
     for name in names:

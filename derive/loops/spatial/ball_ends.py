@@ -1,4 +1,4 @@
-"""Ends of ball and pin closures."""
+"""Ends of ball joints and pin joints that close loops."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,13 +15,15 @@ from .struts import Legs
 
 
 class BallEnd(NamedTuple):
-    """An end of a ball joint that closes a loop, or a point of such a pin treated as a ball.
+    """One end of a ball joint that closes a loop.
+
+    A point on a pin axis may act as the ball.
 
     Attributes:
         closure: The closure.
         path: The joints from the common body of the two loop branches to the ball.
-        frame: The frame of the ball joint on the body.
-        target: The frame of the ball on the other body.
+        frame: The frame of the ball joint on the body at the end of ``path``.
+        target: The frame of the ball joint on the other body that the ball joint connects.
         open: Indices of the unknown joints in ``path``.
     """
 
@@ -32,7 +34,7 @@ class BallEnd(NamedTuple):
     open: tuple[int, ...]
 
     def last(self, *kinds: str) -> list[int]:
-        """Return the indices of the last unknown joints if they have these types, otherwise []."""
+        """Return the indices of the last unknown joints if their types are ``kinds``, or []."""
         places = self.open[-len(kinds) :]
         return [*places] if tuple(self.path[k].kind for k in places) == kinds else []
 
@@ -69,9 +71,9 @@ class Fork(NamedTuple):
 
 
 def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
-    """Return the two ends of a ball closure.
+    """Return the two ends of a ball joint that closes a loop.
 
-    The tuple is empty for a closure without a ball and for a strut.
+    The tuple is empty if a joint of another type or a strut closes the loop.
     """
     loop_joint = loop.loop_joint
     if not isinstance(loop_joint, Closure) or loop_joint.kind != "ball":
@@ -80,9 +82,9 @@ def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
 
 
 def pin_ends(legs: Legs, loop: Loop) -> tuple[tuple[BallEnd, BallEnd], ...]:
-    """Return two points of the pin axis for each end of a closure with a pin joint.
+    """Return two points on the pin axis for each end of a pin joint that closes a loop.
 
-    The tuple is empty if the closure is not a pin.
+    The tuple is empty if a joint of another type or a strut closes the loop.
     """
     loop_joint = loop.loop_joint
     if not isinstance(loop_joint, Closure) or loop_joint.kind != "pin":
@@ -113,7 +115,7 @@ def _open(legs: Legs, path: Sequence[Joint]) -> tuple[int, ...]:
 
 
 def fork_of(legs: Legs, path: Sequence[Joint], i: int, k: int) -> Fork | None:
-    """Return the intersection of the axes of two revolute joints, or None.
+    """Return the unique intersection of the axes of two revolute joints, or None.
 
     Args:
         legs: The partially solved mechanism.
@@ -122,8 +124,8 @@ def fork_of(legs: Legs, path: Sequence[Joint], i: int, k: int) -> Fork | None:
         k: Index of the second revolute joint.
     """
     terms, let = legs.terms, legs.terms.let
-    # The columns are the axes of the second joint. The columns and the origin are expressed in the
-    # frame of the first joint at angle zero.
+    # ``columns`` (the axes of the second joint) and ``origin`` are expressed in the frame of the
+    # first joint at angle zero.
     columns, origin = pose_along(
         legs.mechanism, terms, path[i + 1 : k], path[k].before, legs.known.values, path[i].after
     )

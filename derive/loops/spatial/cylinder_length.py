@@ -19,8 +19,8 @@ class CylinderLength(LegStep):
     """The distance between a cylinder's ends.
 
     Attributes:
-        d: The vector from the first end of the cylinder to its far end.
-        distance: The length of d (meter).
+        d: The vector from the first to the second end of the cylinder.
+        distance: The length of the vector d (meter).
     """
 
     d: Vector
@@ -50,7 +50,7 @@ class CylinderLength(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Return the equation for the length t of the vector D between the ends."""
+        """Return the equation for the length t of the vector D between the cylinder ends."""
         D, t = components("D", SPACE), quantity("t")
         return StepEquations(
             vectors={"D": self.d},

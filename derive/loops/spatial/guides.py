@@ -1,13 +1,14 @@
 """A body on several guides whose bearings do not rotate, such as a bridge on two rails.
 
-A closure connects the two branches of a loop. If all rotations have their reference values, both
-frames of the closure have the same orientation. If the axes of the unknown revolute joints are
-linearly independent, these joints keep their reference values. The slide displacements that make
-the two points of the closure coincide then follow from a linear equation.
+A closing joint connects the ends of the two branches of a loop. Both frames of this joint must be
+aligned if all revolute joints have their reference values. If the axes of the unknown revolute
+joints are linearly independent, these joints keep their reference values. A linear equation then
+gives the displacements of the prismatic joints at which both frame origins of the closing joint
+coincide.
 
 The guides have a second assembly mode, in which bearings are rotated by half a turn. The linear
-equation does not yield this mode. The mode is irrelevant in practice, because bearings are not
-mounted rotated by half a turn.
+equation does not yield this second mode, which is irrelevant because bearings are not mounted
+rotated by half a turn.
 
 Source: Blanding, Exact Constraint, 1999, ch. 4, for bodies on guides without overconstraint.
 """
@@ -56,7 +57,7 @@ class Guides(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Return no equations. Each travel is a sum of known travels."""
+        """Return no equations, because each slide travel is a sum of known travels."""
         return StepEquations()
 
 
@@ -76,9 +77,9 @@ class _Guided:
         }
 
     def values(self) -> dict[str, sp.Expr]:
-        """Return the values of the unknown joints.
+        """Return the values of the unknown joints of a loop, keyed by name.
 
-        The dictionary is empty if the closure cannot be closed by these joints.
+        The dictionary is empty if the step for guides does not apply to the loop.
         """
         loop_joint = self.loop.loop_joint
         both = {joint.name for joint in self.loop.to_a} & {j.name for j in self.loop.to_b}
@@ -104,14 +105,14 @@ class _Guided:
         )
 
     def _axis(self, joint: Joint) -> Vector:
-        """Return a joint's direction of motion in the body from which both branches start."""
+        """Return the motion direction of a joint in the body at which both loop branches start."""
         path = self.loop.to_a if joint in self.loop.to_a else self.loop.to_b
         before = path[: path.index(joint)]
         axes, _ = pose_along(self.legs.mechanism, self.terms, before, joint.before, self.still)
         return named(self.terms, (joint.direction * x for x in axes[2]))
 
     def _turns_stay(self, loop_joint: Closure, A: Sequence[Vector], B: Sequence[Vector]) -> bool:
-        """Whether the closure frames agree at the reference rotations, and no rotation is free."""
+        """Whether the closure frames align at the reference angles, and no rotation is free."""
         along = [dot(self.terms, a, b) for a, b in zip(A, B, strict=True)]
         free = [self._axis(joint) for joint in self.turns]
         agree = {"pin": along[2:], "ball": [], "weld": along, "slider": along}[loop_joint.kind]
@@ -127,7 +128,7 @@ class _Guided:
     def _travels(
         self, loop_joint: Closure, A: Sequence[Vector], d: Vector
     ) -> dict[str, sp.Expr] | None:
-        """Return the displacements along the guides that move point a to point b, or None."""
+        """Return slide displacements that close the loop, or None if this step does not apply."""
         terms = self.terms
         axes = [self._axis(joint) for joint in self.slides]
         if loop_joint.kind == "slider":
@@ -146,6 +147,6 @@ class _Guided:
         return travels if self._vanish(rest) else None
 
     def _vanish(self, entries: Sequence[sp.Expr]) -> bool:
-        """Whether expressions are always zero. One generic configuration is tested."""
+        """Whether expressions are always zero, tested at a single generic configuration."""
         generic = GenericPoint(self.terms, coordinates_in(self.terms, entries))
         return all(abs(generic.value(entry)) < ZERO_COMPONENT for entry in entries)

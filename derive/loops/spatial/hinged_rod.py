@@ -1,9 +1,9 @@
-"""Solves for the hinge angle before the ball joint of a PRS or RRS leg.
+"""Solves for the angle of the hinge before the ball joint of a PRS or RRS leg.
 
-The ball moves on a circle about the hinge axis. The joint before the hinge may move this circle
-within the plane of the circle. In this case, a rod from the center of the circle to the ball
-replaces the hinged body. The constant length of this rod determines the joint before the hinge.
-Then the direction from the center to the ball gives the hinge angle.
+The ball moves on a circle about the hinge axis. If the joint before the hinge moves this circle
+within its plane, a rod from the circle center to the ball replaces the hinged body. The constant
+length of this rod determines the joint before the hinge. Then the direction from the center to the
+ball gives the hinge angle.
 
 Source:
     Tsai, Robot Analysis, 1999, ch. 3, for the legs of platforms.
@@ -31,18 +31,19 @@ from .turning_leg import OPENING
 
 @dataclass(frozen=True)
 class HingedRod:
-    """The revolute joint before the ball of a closure.
+    """The revolute joint (hinge) before a ball joint that closes a loop.
 
     Attributes:
         closure: The closure whose joint is the ball joint of the leg.
         joint: The joint.
-        target: The frame of the ball on the other body.
-        center: A frame with the axes of the joint. The origin of the frame is the point of the
-            joint axis that is nearest to the ball.
-        tip: The vector from the axis to the ball at joint angle zero, in the axes of the joint.
+        target: The frame of the ball joint on the other body that the ball joint connects.
+        center: A frame with the axes of the hinge, and with its origin at the point of the hinge
+            axis nearest to the ball.
+        tip: The vector from the hinge axis to the ball at hinge angle zero, in the axes of the
+            hinge.
         rod: The equivalent rod with two ball joints, from the hinge axis to the ball joint of the
-            leg. The value is None if the joint before the hinge can move the hinge out of the
-            plane of the circle. In this case, the rod length does not close the loop.
+            leg. ``rod`` is None if the joint before the hinge can move the ball out of the plane
+            normal to the hinge. With such motion, the rod length does not close the loop.
     """
 
     closure: Closure
@@ -54,19 +55,20 @@ class HingedRod:
 
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "HingedRod | None":
-        """Return the unknown hinge before the ball of a closure, or None."""
+        """Return the unknown hinge before a ball joint that closes a loop, or None."""
         found = (_hinge_before(legs, end) for end in ball_ends(legs, loop))
         return next((hinge for hinge in found if hinge is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solve the angle of the hinge. The axis and the ball must be known."""
+        """Solve for the hinge angle if the positions of the hinge axis and the ball are known."""
         return HingePoints.use(legs, self)
 
 
 def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
     """Return the hinge that precedes a ball joint, or None.
 
-    The hinge is the last unknown joint, and its axis must not contain the ball center.
+    The hinge must be the last unknown joint before the ball, and its axis must not contain the ball
+    center.
     """
     places = end.last("revolute")
     if not places:
@@ -84,7 +86,7 @@ def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
 
 
 def _is_flat(legs: Legs, end: BallEnd) -> bool:
-    """Whether the preceding joint is parallel to the hinge, or slides normal to the hinge."""
+    """Whether the unknown joint before a hinge is parallel to the hinge, or slides normal to it."""
     i, k = [-1, *end.open][-2:]
     if i < 0:
         return False
@@ -99,12 +101,12 @@ def _is_flat(legs: Legs, end: BallEnd) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class HingePoints(LoopStep):
-    """The angle of a hinge whose body points to a known ball.
+    """The angle of a hinge whose link points to a ball joint with a known position.
 
     Attributes:
-        direction: The vector from the axis to the ball, in the joint frame before the joint
-            rotation (meter).
-        tip: The vector from the axis to the ball at joint position zero.
+        direction: The vector from the hinge axis to the ball, expressed in the hinge frame at hinge
+            angle zero (meter).
+        tip: The vector from the hinge axis to the ball if the hinge angle is zero.
     """
 
     direction: Complex
@@ -117,7 +119,7 @@ class HingePoints(LoopStep):
     def use(cls, legs: Legs, hinge: HingedRod) -> bool:
         """Solve the hinge angle.
 
-        Return False if the pose of the ball or axis is unknown.
+        Return False if the position of the ball or of the hinge axis is unknown.
         """
         values, joint = legs.known.values, hinge.joint
         if legs.unknown(hinge.target) or legs.unknown(hinge.center):

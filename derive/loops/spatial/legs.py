@@ -1,13 +1,14 @@
 """Solves spatial loops in closed form: ball-ended legs and translating platforms.
 
-A strut with ball ends keeps two points at a distance. If both points are known, the distance is the
-length of a cylinder. If a single joint moves one of the points, the strut determines this joint.
-The joint value follows from the intersection of a circle or a line with a sphere. For a platform
-with constant orientation, three struts determine the position as the intersection of three spheres.
-Pairs of equal, parallel rods keep the orientation constant. A rod between a ball and a hinge or
-universal joint acts like a ball-ended strut. The rod also determines the angles of the hinge or
-universal joint. If a closure connects bodies that move on prismatic joints, the closure determines
-the displacements of these joints.
+The length of a strut with ball ends is the distance between two points. If both points are known,
+this distance gives the length of a cylinder. If a single unknown joint moves one end of a strut,
+the strut determines this joint. The joint value follows from the intersection of a circle or a line
+with a sphere. For a platform with constant orientation, three struts determine the position as the
+intersection of three spheres. Pairs of equal, parallel rods keep the orientation of a platform
+constant. A rod between a ball and a hinge or universal joint acts like a ball-ended strut. Such a
+rod also determines the angles of its hinge or universal joint. If the joint that closes a loop
+connects bodies on prismatic joints, the loop determines the displacements of these prismatic
+joints.
 
 Source:
     Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for ball-jointed parallelograms.
@@ -32,10 +33,10 @@ from .turning_leg import TurningLeg
 from .universal_leg import UniversalJoint
 
 STEPS: tuple[type[LegStep], ...] = (CylinderLength, SlidingLeg, TurningLeg, ThreeSpheres)
-"""The kinds of steps, in the order in which they are tried."""
+"""The solution steps for ball-ended struts, in the order in which the steps are tried."""
 LastStep = Callable[[Legs, Loop], bool]
-"""Function that solves for the unknown joints of a loop. The function returns False if the step
-does not apply to the loop."""
+"""Function that solves for the unknown joints of a loop. Such a function returns False if its
+solution method does not apply to the loop."""
 BeforeBall = UniversalJoint | HingedRod | Telescope
 BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
 """Kinds of joints before a ball joint that closes a loop, in the order in which they are tried.
@@ -58,11 +59,11 @@ def assemble_in_space(
         mechanism: The description.
         loops: The spatial loops. Struts with ball ends, rods with universal joints, and bodies on
             prismatic joints can be solved.
-        known: The known joint values. The function adds the solved joint values, their rates, and
-            the solution steps.
+        known: Record of the known joint values, to which the solved joint values, their rates, and
+            the solution steps are added.
         reference: The configuration that selects the branch.
-        branch: The branch. None stands for the branch of the reference.
-        last_step: The step to try on each loop if no other step applies.
+        branch: The branch to solve, or None for the branch of the reference.
+        last_step: The solution step to try on each loop if no other solution step applies.
 
     Raises:
         DescriptionError: A loop does not close at the reference configuration.
@@ -89,10 +90,7 @@ def assemble_in_space(
 
 
 def _before_ball(legs: Legs, loop: Loop) -> BeforeBall | None:
-    """Return the joints that precede the ball joint of a loop.
-
-    None if no solution step applies.
-    """
+    """Return the joints before the ball joint of a loop, or None if no solution step applies."""
     found = (kind.of(legs, loop) for kind in BEFORE_BALL)
     return next((joints for joints in found if joints is not None), None)
 
@@ -107,10 +105,10 @@ def _is_attached(legs: Legs, strut: Strut) -> bool:
 
 
 def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
-    """Whether the equation of this leg should determine the unknown joint of the leg.
+    """Whether the length equation of a leg should determine the unknown joint of the leg.
 
     In a chain with more joints than degrees of freedom, several rods may determine the same joint.
-    A rod perpendicular to its crank has no dead point near the reference.
+    A rod that is perpendicular to its crank at the reference is far from its dead point.
 
     Args:
         legs: The partially solved mechanism.
@@ -118,8 +116,8 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
         struts: All unsolved legs.
 
     Returns:
-        True if the leg is far from its dead point, or if no other leg for this joint is clearly
-        farther from its dead point.
+        True if the leg is far from its dead point, or if no other leg for the same joint is clearly
+        farther.
     """
     moving = legs.moving(strut)
     rivals = [
@@ -137,7 +135,7 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
 
 
 def _margin(legs: Legs, strut: Strut) -> float:
-    """Return the margin of a leg at the reference, or -1 if the leg does not close."""
+    """Return the dead-point margin of a leg at the reference, or -1 if the leg does not close."""
     turning = legs.reach((strut,), sliding=False)
     reach = turning or legs.reach((strut,), sliding=True)
     if reach is None:

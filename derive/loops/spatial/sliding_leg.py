@@ -1,4 +1,4 @@
-"""Solves a ball-ended leg that determines a prismatic joint. A line intersects a sphere."""
+"""Solves for the prismatic joint of a ball-ended leg by intersecting a line with a sphere."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -27,9 +27,9 @@ class SlidingLeg(LegStep):
     """Solves for the travel of a slider at which a leg has its given length.
 
     Attributes:
-        offset: The leg vector at zero travel, in the axes of the joint. The vector starts at the
-            endpoint on the slider.
-        travel: Travel along the z axis of the joint (meter).
+        offset: The vector from the leg end on the slider to the other leg end at zero travel, in
+            the axes of the prismatic joint.
+        travel: Travel along the z axis of the prismatic joint (meter).
         square: The square of the leg length.
     """
 
@@ -70,7 +70,7 @@ class SlidingLeg(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Return the equation for the travel t along the z axis."""
+        """Return the equation for the travel t along the z axis of the prismatic joint."""
         D = components("D", SPACE)
         t, square = quantity("t"), quantity("l^2")
         inside = square - D[0] ** 2 - D[1] ** 2

@@ -1,4 +1,4 @@
-"""Struts with ball ends, with the points, lengths and joints that are known so far."""
+"""Struts with ball ends, and the points, lengths and joint values that are already known."""
 
 import math
 from abc import abstractmethod
@@ -22,7 +22,7 @@ SIGNS = (1, -1)
 
 
 class LegStep(LoopStep):
-    """A step that solves joints from ball-ended struts."""
+    """A solution step that computes joint values from ball-ended struts."""
 
     @classmethod
     @abstractmethod
@@ -62,7 +62,7 @@ class Reach:
 
     Attributes:
         strut: The strut.
-        joint: The only unknown joint.
+        joint: The only unknown joint that moves an end of the strut.
         tip: The strut end on the moved body, in the joint frame, when the joint value is zero.
         target: The known end of the strut, in the joint frame.
         square: The square of the strut length.
@@ -81,9 +81,9 @@ class Legs:
     Attributes:
         terms: Names of all terms.
         mechanism: The description.
-        known: The known values. Each solution step adds its results to this record.
+        known: Record of the known values, to which each solution step adds its results.
         reference: The configuration that selects the branch.
-        branch: The branch. None stands for the branch of the reference.
+        branch: The branch to solve, or None for the branch of the reference.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class Legs:
         return None if value is None else strut.length + value
 
     def while_long(self, square: sp.Expr, strut: Strut) -> sp.Expr:
-        """Return the radicand, or -1 if the length of a cylinder is not positive."""
+        """Return the radicand ``square``, or -1 for a cylinder of non-positive length."""
         length = self.length(strut)
         if not strut.is_cylinder or length is None:
             return square
@@ -126,7 +126,7 @@ class Legs:
         return gated
 
     def point(self, frame: Frame) -> Vector:
-        """Return the origin of a frame in the base frame."""
+        """Return the position of the origin of a frame in the base frame."""
         return pose_of(self.mechanism, self.terms, frame, self.known.values)[1]
 
     def axis(self, joint: Joint, values: Mapping[str, sp.Expr]) -> Vector:
@@ -135,10 +135,11 @@ class Legs:
         return pose_of(self.mechanism, self.terms, frame, values)[0][2]
 
     def reach(self, struts: Sequence[Strut], *, sliding: bool) -> Reach | None:
-        """Return the strut that determines a single joint, or None.
+        """Return a strut that determines a single unknown joint, or None if the strut does not.
 
         Args:
-            struts: The struts. If the sequence has several struts, the result is None.
+            struts: The struts. If the sequence ``struts`` has several struts, the function returns
+                None.
             sliding: True if the joint must be prismatic, False if the joint must be revolute.
         """
         if len(struts) != 1:
@@ -163,7 +164,7 @@ class Legs:
         return Reach(strut, joint, tip, target, self.terms.let(length**2))
 
     def _in_axes(self, axes: Sequence[Vector], vector: Vector) -> Vector:
-        """Return a vector of the base frame in other axes."""
+        """Convert a vector from the base frame to other axes."""
         x, y, z = (dot(self.terms, axis, vector) for axis in axes)
         return x, y, z
 
@@ -173,9 +174,9 @@ class Legs:
         """Return the branch sign for which the joint is nearest to its reference value.
 
         Args:
-            reach: The strut and its joint.
-            value: Function that returns the joint value at the reference for a branch sign. The
-                value is NaN if the leg does not close.
+            reach: The strut and its unknown joint.
+            value: Function of the branch sign that returns the joint value at the reference, or NaN
+                if the leg does not close.
         """
         joint = reach.joint
         hint = self.reference.hints_of([joint.name]).get(joint.name, 0.0)
@@ -188,11 +189,12 @@ class Legs:
     def sign(
         self, distances: Mapping[int, float], name: str, *, is_length: bool = False
     ) -> sp.Expr:
-        """Return the requested branch sign, or the sign nearer to the reference.
+        """Return the requested branch sign, or the sign of the branch nearer to the reference.
 
         Args:
             distances: For each branch sign, the distance of the joint from its reference value
-                (radian, or relative to the size). The distance is NaN if the loop does not close.
+                (radian, or relative to the mechanism size). The distance is NaN if the loop does
+                not close.
             name: Name of the loop for the error message.
             is_length: Whether the branch sign is the sign of a leg length.
 

@@ -1,8 +1,8 @@
-"""Solves a telescope: a slide between revolute joints and a ball, as in RPS and UPS legs.
+"""Solves for the slide between revolute joints and a ball joint, as in RPS and UPS legs.
 
-The axes of the revolute joints intersect at a fixed point, the foot. If the telescope has a single
-hinge, the foot lies on the fixed axis of this hinge. The travel of the slide determines the
-distance between the ball and the foot. The revolute joints then point the slide at the ball.
+The axes of the revolute joints intersect at a fixed point, the foot. If a leg has a single hinge,
+its foot lies on the fixed axis of this hinge. The travel of the slide determines the distance
+between the ball and the foot. The revolute joints then point the slide at the ball.
 
 Source:
     Lee and Shah, Kinematic analysis of a three-degrees-of-freedom in-parallel actuated manipulator,
@@ -42,7 +42,7 @@ class Telescope:
     Attributes:
         closure: The loop closure with the ball joint.
         slide: The prismatic joint.
-        target: The frame of the ball on the other body.
+        target: The frame of the ball joint on the other body that the ball joint connects.
         foot: The frame of the foot, at the fixed point or on the fixed axis of the revolute joints.
         is_hinge: Whether a single hinge rotates the slide. The hinge axis is the z axis of the foot
             frame.
@@ -63,13 +63,13 @@ class Telescope:
 
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "Telescope | None":
-        """Return the telescope before the ball of a closure, or None."""
+        """Return the telescope before a ball joint that closes a loop, or None."""
         ends = ball_ends(legs, loop)
         found = (_on_fork(legs, end) or _on_hinge(legs, end) for end in ends)
         return next((telescope for telescope in found if telescope is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solve for the displacement of the prismatic joint if foot and ball are known."""
+        """Solve for the travel of the slide if the foot and the ball have known positions."""
         return TelescopeTravel.use(legs, self)
 
 
@@ -110,7 +110,7 @@ def _at_zero(legs: Legs, end: BallEnd, i: int, k: int) -> tuple[Vector, Vector]:
 
 @dataclass(frozen=True, kw_only=True)
 class TelescopeTravel(LoopStep):
-    """Travel of the slide at which foot and ball of a telescope have the required distance.
+    """Travel of the slide at which the foot and the ball of a telescope have the required distance.
 
     Attributes:
         ball: The vector from the foot to the ball (meter).
@@ -193,9 +193,9 @@ class TelescopeTravel(LoopStep):
 
 
 def _distances(legs: Legs, slide: Joint, travels: Mapping[int, sp.Expr]) -> dict[int, float]:
-    """Return the displacement error at the reference for each branch sign.
+    """Return the error of the slide displacement at the reference for each branch sign.
 
-    The errors are divided by the mechanism size.
+    The displacement errors are divided by the mechanism size.
     """
     if legs.branch is not None:
         return {}

@@ -1,4 +1,4 @@
-"""Solves a platform that keeps its orientation and rests on ball-ended struts.
+"""Solves for the position of a platform that keeps its orientation and rests on ball-ended struts.
 
 The platform position is an intersection of three spheres.
 """
@@ -41,7 +41,7 @@ class Sphere:
     """The sphere on which a strut keeps the origin of the platform.
 
     Attributes:
-        center: The center in the base frame (meter).
+        center: The center of the sphere in the base frame (meter).
         square: The squared radius.
     """
 
@@ -67,7 +67,7 @@ class ThreeSpheres(LegStep):
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
-        """Solve the displacements of the three sliders that position a platform on struts."""
+        """Solve for the displacements of the three prismatic joints of a platform on struts."""
         path = _joints_to_tip(legs, struts)
         # With fewer struts than unknown joints, the rotations of the platform are not determined.
         if path is None or len(struts) < len(path):
@@ -137,7 +137,7 @@ class ThreeSpheres(LegStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that states on which side of the plane of the centers the platform is."""
+        """A sentence that states the platform's side of the plane through the sphere centers."""
         return (
             f"The sign of the root puts ${{P}}$ {self.branch} the plane of ${{A}}$, ${{B}}$ and"
             " ${C}$, where ${w}$ points up."
@@ -148,11 +148,9 @@ class ThreeSpheres(LegStep):
 
 
 def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
-    """Return a sphere for each strut.
+    """Return, for each strut, the sphere on which the strut keeps the platform origin.
 
-    A point of the platform lies on this sphere.
-
-    The list is empty if the platform can rotate.
+    The list of spheres is empty if the platform can rotate.
     """
     path = _joints_to_tip(legs, struts)
     if path is None:
@@ -164,10 +162,9 @@ def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
 def _at_rest(
     legs: Legs, path: Sequence[Joint]
 ) -> tuple[Mapping[str, sp.Expr], Mapping[str, sp.Expr]]:
-    """Return the reference angles of the platform.
+    """Return the reference angles of the platform joints, and a mapping of all known values.
 
-    Also return a mapping of all known values. This mapping includes these angles, and the value 0
-    for each slider.
+    The mapping includes the reference angles, and the value 0 for each slider of the platform.
     """
     turned = {joint.name: legs.mechanism.reference_of(joint.name) for joint in path[SPHERES:]}
     at_zero = dict.fromkeys((joint.name for joint in path[:SPHERES]), ZERO)
@@ -201,7 +198,7 @@ def _sphere(
 
 
 def _distinct(terms: Terms, spheres: Sequence[Sphere]) -> list[Sphere]:
-    """Return the spheres without duplicates."""
+    """Remove duplicates from a sequence of spheres."""
     entries = [entry for sphere in spheres for entry in (*sphere.center, sphere.square)]
     generic = GenericPoint(terms, coordinates_in(terms, entries))
     found: list[Sphere] = []
@@ -226,9 +223,9 @@ class _Meeting:
     """The two intersections of three spheres. The sign of a square root selects an intersection.
 
     The vectors u and v point from the first center to the second and third center, and w is u x v.
-    At the intersection p, p . u = alpha and p . v = beta. These equations give n = alpha (v x w) +
-    beta (w x u). Then p = n / w^2 + sign w sqrt(h^2 / w^2). Here, h^2 = l^2 - n^2 / w^4, and l is
-    the first radius.
+    The vector p from the first center to an intersection satisfies p . u = alpha and p . v = beta.
+    Therefore, p = n / w^2 + sign w sqrt(h^2 / w^2) with n = alpha (v x w) + beta (w x u). In this
+    formula, h^2 = l^2 - n^2 / w^4, and l is the first radius.
     """
 
     terms: Terms
@@ -279,9 +276,10 @@ def _distance(
 
 
 def _note_rates(legs: Legs, position: Vector, centers: Sequence[Vector]) -> None:
-    """Record the time derivative of the position p.
+    """Record the time derivative of the platform position p.
 
-    The derivative follows from the equations ``(p - c_i) . (p' - c_i') = 0``.
+    The derivative follows from the equations ``(p - c_i) . (p' - c_i') = 0`` for the sphere centers
+    c_i.
     """
     terms = legs.terms
     normals = [subtracted(terms, position, center) for center in centers]

@@ -1,6 +1,6 @@
-"""Computes the angle of a revolute joint from a leg with ball ends.
+"""Solves for the angle of a revolute joint that moves one end of a ball-ended leg.
 
-The solutions are the intersections of a circle with a sphere.
+The two solutions for the angle are the intersections of a circle with a sphere.
 """
 
 import cmath
@@ -33,12 +33,14 @@ OPENING = "Let, with $z$ along the joint,"
 
 @dataclass(frozen=True, kw_only=True)
 class TurningLeg(LegStep):
-    """Two circles in planes normal to the joint axis.
+    """Two circles in a plane normal to the axis of a revolute joint.
 
-    The second circle is the section of a sphere whose radius is the leg length.
+    The first circle is the path of the moved leg end. The second circle is a section of a sphere
+    with the leg length as its radius.
 
     Attributes:
-        circles: The circles in the joint frame. The vector w is the projection of the leg.
+        circles: The two circles in the joint frame, where the vector w is the leg, projected onto
+            the plane normal to the joint axis.
         square: The square of the leg length.
     """
 
@@ -52,7 +54,7 @@ class TurningLeg(LegStep):
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
-        """Solve the revolute joint that a single strut determines."""
+        """Solve for the revolute joint that a single strut determines."""
         reach = legs.reach(struts, sliding=False)
         if reach is None:
             return False
@@ -74,8 +76,8 @@ class TurningLeg(LegStep):
         angle = terms.solved_angle(c, s)
         legs.known.loops.setdefault(angle, rate_of_first(found, c, s))
         legs.known.values[joint.name] = joint.direction * angle
-        # The margin is relative to the squared length of the whole leg. If the leg does not close,
-        # the squared projection of the leg is negative.
+        # The margin is relative to the squared length of the whole leg, because the squared
+        # projection of the leg may be negative.
         margin = let(found.margin * let(flat / reach.square))
         legs.known.steps.append(
             cls(
@@ -106,14 +108,15 @@ class TurningLeg(LegStep):
 
 
 def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
-    """Whether a squared distance from the joint axis is zero."""
-    # If the distance is positive at the reference, the end of the leg is not on the joint axis.
-    # Otherwise, `vanishes` tests whether the distance is zero in all configurations.
+    """Whether the squared distance of a leg end from the joint axis is always zero."""
+    # If the distance is positive at the reference, the end of the leg is not on the joint axis. If
+    # the distance is zero at the reference, `vanishes` tests whether the distance is zero in all
+    # configurations.
     return legs.reference.of(square) < OFF_AXIS and vanishes(legs.terms, square)
 
 
 def _angle_at_reference(legs: Legs, v: Arm, w: Arm, D: Arm, sign: int) -> float:
-    """Return the angle of the joint, or NaN if the leg does not close."""
+    """Return the joint angle at the reference, or NaN if the leg does not close."""
     d, u = legs.reference.number(D.vector), legs.reference.number(v.vector)
     square = legs.reference.of(w.square)
     C = meeting(abs(u), math.sqrt(square), d, sign) if square >= 0 and u != 0 else None

@@ -1,12 +1,12 @@
-"""Solves the universal joint of a rod with a ball joint at its end.
+"""Solves for the angles of the universal joint of a rod that ends at a ball joint.
 
 The axes of the last two joints before the ball intersect in the center of the universal joint. The
-rod keeps the ball joint at a constant distance from this center. Therefore, the universal joint is
-first treated as a ball joint, so that the rod is a leg between two ball joints. The known length of
-this leg determines the value of one unknown joint. This joint moves the center or the ball. If the
-center and the ball are known, the direction of the rod determines both angles of the universal
-joint. There are two branches. On the second branch, the fork is rotated by half a turn, and the rod
-has the supplementary angle.
+rod keeps the ball joint at a constant distance from the center of the universal joint. Therefore,
+the universal joint is first treated as a ball joint, so that the rod is a leg between two ball
+joints. The known length of this leg determines one unknown joint that moves the center of the
+universal joint or the ball. If the center and the ball are known, the direction of the rod
+determines both angles of the universal joint. On the second of two branches, the fork is rotated by
+half a turn, and the rod has the supplementary angle.
 
 Source:
     Hunt, Kinematic Geometry of Mechanisms, 1978, ch. 13, for RSUR as a spatial four-bar.
@@ -56,11 +56,13 @@ class UniversalJoint:
         closure: The closure that contains the ball.
         first: The joint that rotates the fork.
         second: The joint between the fork and the rod.
-        target: The frame of the ball on the other body.
-        axes: The axes x, y and z of the first joint at zero, in the axes of the second joint.
-        tip: The vector (meter) from the center to the ball with the second joint at zero, in the
-            axes of this joint.
-        rod: The ball-ended rod from the center to the ball.
+        target: The frame of the ball joint on the other body that the ball joint connects.
+        axes: The axes x, y and z of the first joint at angle zero, expressed in the axes of the
+            second joint.
+        tip: The vector (meter) from the joint center to the ball at second joint angle zero, in the
+            axes of the second joint.
+        rod: The equivalent rod with two ball joints, from the center of the universal joint to the
+            ball.
     """
 
     closure: Closure
@@ -73,10 +75,10 @@ class UniversalJoint:
 
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "UniversalJoint | None":
-        """Return the universal joint before the ball of a closure, or None.
+        """Return the universal joint before a ball joint that closes a loop, or None.
 
-        A pin whose axis passes through the center of the joint acts like a ball joint. A second
-        point on the axis of the pin determines the direction of the pin axis.
+        A pin joint whose axis contains the center of the universal joint acts like a ball joint at
+        another point of the pin axis.
         """
         pins = (_of_pin(legs, points) for points in pin_ends(legs, loop))
         ends = [*ball_ends(legs, loop), *(end for end in pins if end is not None)]
@@ -89,7 +91,7 @@ class UniversalJoint:
 
 
 def _of_pin(legs: Legs, points: tuple[BallEnd, BallEnd]) -> BallEnd | None:
-    """Return a second point on the pin axis, or None if the axis misses the joint center."""
+    """Return a point on a pin axis, or None if the axis misses the universal joint's center."""
     forks = [_fork_and_tip(legs, end) for end in points]
     if forks[0] is None or forks[1] is None:
         return None
@@ -134,7 +136,8 @@ class UniversalLeg(LoopStep):
 
     Attributes:
         joint: The universal joint.
-        direction: The vector from the center to the ball, in the axes of the first joint (meter).
+        direction: The vector from the center of the universal joint to the ball, in the axes of the
+            first joint (meter).
     """
 
     joint: UniversalJoint
@@ -214,7 +217,7 @@ class UniversalLeg(LoopStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that describes the second branch."""
+        """A sentence that describes the second branch of a universal joint."""
         return (
             "The other sign of ${h}$ is the flipped fork: the rod then points in the same"
             " direction."
@@ -224,9 +227,10 @@ class UniversalLeg(LoopStep):
 class _Aim:
     """The direction of the rod, and intermediate results of both branches.
 
-    Let a be the first joint axis and b the rod, in a frame whose z axis is the second joint axis. C
-    is b, rotated by the second angle. Then a . C = D_z, so C_xy = (a_xy n + sign h (z x a_xy)) /
-    a_xy^2 with n = D_z - a_z b_z and h^2 = a_xy^2 b_xy^2 - n^2.
+    Let a be the first joint axis and b the rod, in a frame whose z axis is the second joint axis.
+    The vector C is b, rotated by the second joint angle, and D is the rod in the axes of the first
+    joint. Then a . C = D_z, so C_xy = (a_xy n + sign h (z x a_xy)) / a_xy^2 with n = D_z - a_z b_z
+    and h^2 = a_xy^2 b_xy^2 - n^2.
     """
 
     def __init__(self, terms: Terms, joint: UniversalJoint, direction: Vector) -> None:
@@ -241,7 +245,7 @@ class _Aim:
         self.h = let(sp.sqrt(self.inside))
 
     def turned(self, sign: int) -> tuple[sp.Expr, sp.Expr]:
-        """Return the component of the rod normal to the second axis."""
+        """Return the rod component that is normal to the second joint axis."""
         let, (ax, ay, _) = self.terms.let, self.joint.axes[2]
         return (
             let(let(ax * self.n - sign * ay * self.h) / self.across),
@@ -255,7 +259,7 @@ class _Aim:
         return Arm((x, y), ZERO, self.terms.let(x**2 + y**2))
 
     def angles(self, sign: int, legs: Legs) -> tuple[sp.Symbol, sp.Symbol]:
-        """Return both angles and record their rates."""
+        """Return both angles of the universal joint, and record the rates of these angles."""
         terms, flat = self.terms, (self.direction[0], self.direction[1])
         C = self.turned(sign)
         V = self.on_fork(C)
@@ -282,7 +286,7 @@ class _Aim:
     def distance(self, legs: Legs, sign: int) -> float:
         """Return the largest deviation of a joint angle from its reference value (radian).
 
-        The result is NaN if the leg does not close.
+        The deviation is NaN if the leg does not close.
         """
         of = legs.reference.of
         C = self.turned(sign)
