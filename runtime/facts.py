@@ -114,12 +114,12 @@ class RobotFacts(GeneratedFunctions):
 
     @needs(when=_moves_its_joints)
     def chain(self, q: ArrayLike) -> FloatArray:
-        """Return the main-chain joints theta (..., n) [rad or m], for this robot equal to q."""
+        """Return the main-chain joint positions (..., n) [rad or m], here equal to q."""
         return self._reals("chain", "q", q, (self.n,)).copy()
 
     @needs(when=_moves_its_joints)
     def actuators(self, theta: ArrayLike) -> FloatArray:
-        """Return the coordinates q (..., n) [rad or m], for this robot equal to theta."""
+        """Return the actuated coordinates (..., n) [rad or m] of joint positions, here equal."""
         return self._reals("actuators", "theta", theta, (self.n,)).copy()
 
     def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:

@@ -134,8 +134,8 @@ def write_doc(info: FunctionInfo, unit: float = 1.0, fixes: Manifest | None = No
             "    SingularityError: If a single pose is at a dead point, where rates are undefined.",
             "",
         ]
-    kinds = ", ".join(f"{n} {kind}" for kind, n in info.operations.items() if kind != "total")
-    lines += [f"Operations: {info.operations.get('total', 0)} ({kinds})."]
+    kinds = ", ".join(f"{kind} {n}" for kind, n in info.operations.items() if kind != "total")
+    lines += [f"Operations for one pose: {info.operations.get('total', 0)} ({kinds})."]
     return "\n".join(lines)
 
 

@@ -39,7 +39,7 @@ def identify(
     T_W_base: ArrayLike | None = None,
     weights: ArrayLike | None = None,
 ) -> Calibration:
-    """Identify the geometry parameters with which a robot fits measurements of its tool best.
+    """Identify the geometry parameters of a robot that best explain measurements of its tool.
 
     Args:
         robot: A robot with parametric functions, as returned by `chasles.load(name,
@@ -51,15 +51,15 @@ def identify(
             and poses are in the frame W of the measuring device; `StationPositions` are in the
             frames of the stations.
         vary: One or several names of parameters or parameter groups. All other parameters keep
-            their nominal values. `robot.geometry` lists the names and groups (`part`). "axis"
-            contains the positions and tilts of the joint axes. "offset" contains the zeros of the
-            joint coordinates. "parameter" contains the named parameters of the robot file, such as
-            the radius of a delta robot. The other groups are "joint", "transmission", "coupling",
-            "compliance", "loop", "base" and "tool". The reference page "Calibration tables"
-            describes all groups. The default "geometry" means "axis", and also "loop" for robots
-            with loops. If poses are measured, the group "tool" is added. For serial robots, "axis"
-            and "tool" are a complete and minimal set of parameters. The group "base" is added if
-            `parameter_std` is set, if "axis" is not varied, or if the robot has loops.
+            their nominal values. `robot.geometry` lists each `name`, and its group as `part`. The
+            group "axis" contains the positions and tilts of the joint axes. "offset" contains the
+            zeros of the joint coordinates. "parameter" contains the named parameters of the robot
+            file, such as the radius of a delta robot. The other groups are "joint", "transmission",
+            "coupling", "compliance", "loop", "base" and "tool". The reference page "Calibration
+            tables" describes all groups. The default "geometry" means "axis", and also "loop" for
+            robots with loops. If poses are measured, the group "tool" is added. For serial robots,
+            "axis" and "tool" are a complete and minimal set of parameters. The group "base" is
+            added if `parameter_std` is set, if "axis" is not varied, or if the robot has loops.
         parameter_std: Standard deviations of parameters about their nominal values, in the units of
             the parameters (such as m or rad). A key is a name, a group (`part`) or a unit from
             `robot.geometry`. If several keys match a parameter, a name takes precedence over a
@@ -80,7 +80,7 @@ def identify(
         the calibrated robot. `poses(q)` returns the tool poses of the calibrated robot in W.
         `errors` (M,) contains the remaining error of each measured value, divided by its standard
         deviation. `unidentifiable` lists the parameters that the measurements do not determine.
-        `print` shows a report.
+        Python's `print` shows a report.
 
     Raises:
         MissingFunctionError: The robot has no parametric functions.
@@ -91,11 +91,10 @@ def identify(
         InputValueError: `q`, `T_W_base` or `weights` contains a number that is not finite, or a
             weight is not above 0. `vary` names an unknown parameter or group. `parameter_std` has
             an unknown key or a negative value. There are fewer measured values than values to
-            identify, or too few measured values agree with one another. The measurements fit much
-            better with other units, joint signs or columns. For such measurements, the message
-            states the probable mistake. In `CirclePoints`, a circle has no target that is visible
-            in four configurations. The tool does not rotate about one axis by 0.2 rad or more along
-            a circle.
+            identify, or too few measured values agree with one another. The measurements have wrong
+            units, joint signs or table columns, as the message states. In `CirclePoints`, a circle
+            has no target that is visible in four configurations. Along a circle, the rotation of
+            the tool is less than 0.2 rad, or is not about a single axis.
     """
     check_type("identify: robot", robot, Robot)
     start = located(robot, q, measurements, T_W_base)

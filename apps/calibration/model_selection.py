@@ -127,10 +127,9 @@ def select_model(
             configurations.
         InputValueError: `models` is empty. `q` contains a number that is not finite. A model names
             an unknown parameter or group. There are fewer measured values than values to identify.
-            The measurements fit much better with other units, joint signs or columns; the message
-            states the probable mistake. In `CirclePoints`, a circle has no target that is visible
-            in four configurations. The tool does not rotate about one axis by 0.2 rad or more along
-            a circle.
+            The measurements have wrong units, joint signs or table columns, as the message states.
+            In `CirclePoints`, a circle has no target that is visible in four configurations. Along
+            a circle, the rotation of the tool is less than 0.2 rad, or is not about a single axis.
     """
     check_type("select_model: robot", robot, Robot)
     if not models:
@@ -196,11 +195,10 @@ def cross_validate(
             configurations.
         InputValueError: `q` contains a number that is not finite. `vary` names an unknown parameter
             or group, or `parameter_std` has an unknown key or a negative value. There are fewer
-            measured values than values to identify. The measurements fit much better with other
-            units, joint signs or columns; the message states the probable mistake. In
-            `CirclePoints`, a circle has no target that is visible in four configurations. The tool
-            does not rotate about one axis by 0.2 rad or more along a circle. `folds` is not an
-            integer of at least 2.
+            measured values than values to identify. The measurements have wrong units, joint signs
+            or table columns, as the message states. In `CirclePoints`, a circle has no target that
+            is visible in four configurations. Along a circle, the rotation of the tool is less than
+            0.2 rad, or is not about a single axis. `folds` is not an integer of at least 2.
     """
     check_type("cross_validate: robot", robot, Robot)
     folds = integer_at_least("cross_validate: folds", folds, 2)

@@ -146,8 +146,8 @@ def reach(
             core.
         client: A `dask.distributed.Client`. The client distributes the poses to its workers. None
             computes in this process.
-        progress: Whether to show a progress bar, with the package rich. None shows the bar only if
-            standard error is a terminal.
+        progress: Whether to show a progress bar, which needs the package rich. None shows the bar
+            only if standard error is a terminal.
 
     Returns:
         A `Reach` with arrays (m, k). If `targets` contains poses, k is 1. For a grid, m is the
@@ -204,8 +204,8 @@ def base_placement(
             core.
         client: A `dask.distributed.Client`. The client distributes the poses to its workers. None
             computes in this process.
-        progress: Whether to show a progress bar, with the package rich. None shows the bar only if
-            standard error is a terminal.
+        progress: Whether to show a progress bar, which needs the package rich. None shows the bar
+            only if standard error is a terminal.
 
     Returns:
         (m,) fractions of the required poses that `ik` reaches within the coordinate limits, from 0

@@ -180,16 +180,17 @@ def workspace(
         sampling: "sobol" for low-discrepancy points, "uniform" for independent random points, or
             "grid" for the nodes of a grid that includes the limits.
         resolution: Number of grid cells along the longest side of the workspace, at least 2.
-        quality: Measures to compute for each cell: any of "manipulability", "limit_margin" and
-            "directions". The attributes of `Workspace` with these names contain the results.
+        quality: Measures to compute for each cell: "manipulability", "limit_margin" (the distance
+            from limits) or "directions" (of the tool's z axis). The attributes of `Workspace` with
+            these names contain the results.
         rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh random
             numbers. The same seed gives identical results for any number of threads and workers.
         threads: Number of threads in this process or in each worker, or "all" for one thread per
             core.
         client: A `dask.distributed.Client`. The client distributes the configurations to its
             workers. None computes in this process.
-        progress: Whether to show a progress bar, with the package rich. None shows the bar only if
-            standard error is a terminal.
+        progress: Whether to show a progress bar, which needs the package rich. None shows the bar
+            only if standard error is a terminal.
 
     Returns:
         A `Workspace`. `hits` (nx, ny, nz) is the number of configurations with the tool origin in

@@ -1,6 +1,6 @@
 """Runs the jobs of the command line, such as deriving or checking robots.
 
-The module `jobs` imports SymPy and CasADi, but this module imports neither of them.
+The submodule `jobs` imports SymPy and CasADi, but importing the package `build` does not.
 """
 
 from typing import TYPE_CHECKING

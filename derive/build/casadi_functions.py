@@ -21,20 +21,20 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
 
     Args:
         robot: A robot name, a folder from ``write``, a robot file, or a description from ``read``.
-            Deriving a robot file or a description takes seconds.
+            Deriving the function from a robot file or a description takes seconds.
         name: Name of a position function, such as ``"fk"`` or ``"chain"``. To get Jacobians or
-            rates, differentiate the result with ``casadi.jacobian`` or ``casadi.jtimes``.
+            rates, differentiate the CasADi function with ``casadi.jacobian`` or ``casadi.jtimes``.
 
     Returns:
-        The CasADi function, with one matrix output. Its inputs are only those inputs of the robot
-        function that affect the output.
+        A CasADi function with one matrix output and only those inputs of the robot function that
+        affect the output.
 
     Raises:
         UnknownRobotError: The robot name is unknown, or the folder has no ``.casadi`` file.
         MismatchError: CasADi cannot read the robot's ``.casadi`` file.
-        MissingFunctionError: The function does not compute positions, or the ``.casadi`` file does
-            not contain it.
-        DescriptionError: The description is invalid.
+        MissingFunctionError: The named function does not compute positions, or the ``.casadi`` file
+            does not contain this function.
+        DescriptionError: The robot description is invalid.
         InputValueError: A function derived from a robot file or description has an unknown name.
     """
     folder = _folder(robot)

@@ -1,7 +1,7 @@
 """Checks in milliseconds, without SymPy, whether a robot's generated folder is up to date.
 
-A stamp file in the folder contains a hash of all sources and of the generated files. The stamp file
-is never committed to Git.
+A stamp file in each generated folder contains one hash of all sources and one hash of the generated
+files. Stamp files are never committed to Git.
 """
 
 import hashlib
@@ -21,31 +21,32 @@ from ..model.errors import DescriptionError
 
 ROOM = Path(__file__).parent.parent
 GENERATED = ROOM.parent / "generated"
-"""The folder of the robots installed with chasles."""
+"""Folder with the generated files of the robots that are installed with chasles."""
 STAMP = ".derived"
 
 
 @dataclass(frozen=True)
 class Job:
-    """One robot to derive.
+    """A robot to derive, with the options of its derivation.
 
     Attributes:
-        file: The description file.
-        to: The folder that will contain the robot's folder.
+        file: The robot's description file.
+        to: Parent folder of the robot's generated folder.
         base: Base link of a URDF or an MJCF model.
         tip: Tip link of a URDF or an MJCF model.
-        functions: The functions to derive, or empty for all functions.
+        functions: Names of the functions to derive, or () for all functions.
         arguments: Values of a xacro file's arguments, each as ``name:=value``.
-        suffix: Suffix of the robot's name if one file describes several robots.
+        suffix: Suffix of the robot's name, used if one file describes several robots.
         calibration: Factory calibration file of a UR arm.
-        exact: Whether to use the file's values exactly as written.
-        fixed: Joints with fixed values in ``ik``. If ``fixed`` is empty, the derivation chooses
-            the fixed joints.
-        parametric: Whether to derive the parametric functions too.
+        exact: Whether to use the values in the description file exactly as written, without noise
+            removal.
+        fixed: Names of the fixed joints, whose values are inputs of ``ik``. If ``fixed`` is empty,
+            the derivation chooses the fixed joints.
+        parametric: Whether to also derive functions of the robot parameters, such as ``fk_p``.
         detail: Level of detail of the robot's LaTeX article: full, brief or none.
-        time_limit: Time limit of the derivation in seconds. 0 means no limit.
-        languages: The languages to write, or empty for the default languages.
-        name: Name of the robot. If None, the name is read from the description file.
+        time_limit: Time limit of the derivation in seconds, or 0 for no limit.
+        languages: Output languages of the generated files, or () for the default languages.
+        name: Name of the robot, or None to read the name from the description file.
     """
 
     file: Path
@@ -67,7 +68,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Report:
-    """The result of a job."""
+    """The result of a command-line job for one robot, such as its derivation."""
 
     good: bool
     line: str
@@ -75,7 +76,7 @@ class Report:
 
 
 def is_up_to_date(job: Job) -> bool:
-    """Whether the job's output folder is up to date and unmodified."""
+    """Whether a robot's generated folder is up to date and unmodified."""
     recipe = _recipe(job)
     stamped = {
         path.parent: path.read_text(encoding="ascii").splitlines()
@@ -90,7 +91,7 @@ def is_up_to_date(job: Job) -> bool:
 
 
 def stamp(job: Job, folder: Path) -> None:
-    """Write the stamp of a job into a folder."""
+    """Write the stamp file with the hashes of a job's sources and generated files."""
     text = f"{_recipe(job)}\n{_contents(folder)}\n"
     with output_file(folder / STAMP) as target:
         target.write_text(text, encoding="ascii")
@@ -116,7 +117,7 @@ def _recipe(job: Job) -> str:
 
 
 def _description(job: Job) -> list[bytes]:
-    """Return the contents of a description file and of every file that it refers to."""
+    """Return the contents of a description file and of all files to which it refers."""
     file = job.file
     ending = file.suffix.lower()
     if ending == ".xacro":
@@ -132,10 +133,10 @@ def _description(job: Job) -> list[bytes]:
 
 
 def source_files(job: Job) -> list[Path]:
-    """Return a job's robot file and every file that it refers to.
+    """Return the description file of a robot and all files to which this file refers.
 
     Raises:
-        DescriptionError: The description is a xacro file that cannot be expanded.
+        DescriptionError: The robot is described by a xacro file that cannot be expanded.
     """
     file, ending = job.file.resolve(), job.file.suffix.lower()
     if ending == ".xacro":
@@ -155,9 +156,9 @@ def _expanded(file: Path, job: Job) -> tuple[str, list[Path]]:
 
 
 def write_sources(job: Job, to: Path) -> None:
-    """Write the hash and path of every source file.
+    """Write the hash and path of every source file of a robot.
 
-    The runtime uses these hashes as a cache key.
+    The runtime uses the hashes of the source files as a cache key.
     """
     folder = job.file.parent.resolve()
     lines = [
@@ -195,7 +196,7 @@ def _included(file: Path, folder: Path, seen: dict[Path, bytes]) -> list[bytes]:
 
 @cache
 def _compiler() -> str:
-    """Return a hash of the compiler's code and its library versions."""
+    """Return a hash of the code in ``derive`` and of the CasADi and SymPy versions."""
     digest = hashlib.sha256()
     for path in sorted([*ROOM.rglob("*.py"), *ROOM.rglob("support/**/*.*")]):
         digest.update(path.read_bytes() + b"\0")

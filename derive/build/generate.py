@@ -1,4 +1,7 @@
-"""Generates a robot's folder. All files are created in memory and then written together."""
+"""Generates the files in a robot's folder.
+
+All generated files are created in memory and then written together.
+"""
 
 import gc
 import json
@@ -46,7 +49,7 @@ def files(
 
     Returns:
         The UTF-8 content of each file, keyed by its path in the robot's folder. The files include
-        ``manifest.json``. The same description gives the same bytes on every machine.
+        ``manifest.json``. The same robot description gives identical bytes on every machine.
 
     Raises:
         DescriptionError: The description is invalid.
@@ -148,12 +151,12 @@ def write(
 
 
 def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list[Path]:
-    """Write all files into a folder, or no file if an error occurs.
+    """Write all generated files of a robot into a folder, or no file if an error occurs.
 
     Args:
-        texts: The texts of the generated files by path.
+        texts: Text of each generated file, keyed by its path in the robot's folder.
         folder: The folder of the robot.
-        shares: Whether several robots share one folder with the support headers.
+        shares: Whether the support headers are in a folder that several robots share.
     """
     paths = paths_of(texts, folder, shares=shares)
     ordered = sorted(texts, key=lambda name: name == MANIFEST)
@@ -175,7 +178,10 @@ def _remove(file: Path) -> None:
 
 
 def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, Path]:
-    """Return the path of each generated file. Support files may be in a shared folder."""
+    """Return the path of each generated file.
+
+    If ``shares``, the support headers are in a folder that several robots share.
+    """
     shared = support_files() if shares else {}
     return {name: (folder.parent / SUPPORT if name in shared else folder) / name for name in names}
 
@@ -211,5 +217,5 @@ def _listed(folder: Path) -> set[str]:
         listed = found.get("files") if isinstance(found, dict) else None
         return {name for name in listed or () if is_inside(folder / name, folder)}
     except (OSError, RecursionError, TypeError, ValueError):
-        # The manifest is missing or damaged.
+        # The file ``manifest.json`` is missing or damaged.
         return set()

@@ -1,4 +1,4 @@
-"""Reads descriptions, derives the robots in parallel, and writes or compares the files."""
+"""Reads robot descriptions, derives robots in parallel, and writes or compares generated files."""
 
 import json
 import time
@@ -34,7 +34,9 @@ from .time_limit import at_most
 
 
 def read(job: Job) -> Described:
-    """Return the robot of a job's file, cleaned and calibrated as the job specifies.
+    """Return the robot that the file of a job describes.
+
+    The options of the job specify noise removal and factory calibration.
 
     Raises:
         DescriptionError: The description is invalid.
@@ -60,9 +62,9 @@ def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path |
     Args:
         job: Options that all robots of the file share.
         tips: Tip links of the robots. If ``tips`` is empty, the SRDF groups or the link tree of the
-            file define the tip links.
+            robot file define the tip links.
         groups: Names of SRDF groups.
-        srdf: Path of the SRDF file. If None, the SRDF file next to the robot file is read.
+        srdf: Path of the SRDF file, or None to read the SRDF file next to the robot file.
 
     Raises:
         DescriptionError: The description is invalid.
@@ -79,7 +81,7 @@ def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path |
 
 
 def problems(jobs: Sequence[Job]) -> list[str]:
-    """Read all descriptions and return their errors, before any robot is derived."""
+    """Return the error messages for all robot descriptions, before any robot is derived."""
     found = []
     files: dict[str, Path] = {}
     for job in jobs:
@@ -97,12 +99,12 @@ def problems(jobs: Sequence[Job]) -> list[str]:
 
 
 def derived(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
-    """Derive robots and write a folder for each. Yields one report per robot."""
+    """Derive robots, write one folder per robot, and yield one report per robot."""
     return _each(_derive, jobs, workers)
 
 
 def compared(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
-    """Derive robots and compare the result with their existing folders."""
+    """Derive robots and compare the generated files with the robots' existing folders."""
     return _each(_compare, jobs, workers)
 
 
@@ -117,7 +119,7 @@ def judged(jobs: Sequence[Job]) -> Iterator[Report]:
 
 
 def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
-    """Return the generated folders that have no description."""
+    """Return the names of the generated folders that belong to no robot description."""
     names = {read(job).name for job in jobs}
     return sorted(
         path.parent.name for path in to.glob(f"*/{MANIFEST}") if path.parent.name not in names
@@ -129,7 +131,7 @@ def _each(work: Callable[[Job], Report], jobs: Sequence[Job], workers: int) -> I
     if workers == 1:
         yield from (_attempt(work, job) for job in jobs)
         return
-    # Forked workers start with SymPy and CasADi already loaded.
+    # Forked worker processes start with SymPy and CasADi already loaded.
     with ProcessPoolExecutor(workers, mp_context=get_context("fork")) as pool:
         for done in as_completed([pool.submit(_attempt, work, job) for job in jobs]):
             yield done.result()
@@ -142,7 +144,8 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
     except ChaslesError as error:
         return Report(False, f"{job.file}: {error}")
     except OSError as error:
-        # No process can be started, or the disk with temporary files is full.
+        # An OSError means that no process can be started, or that the disk with temporary files is
+        # full.
         return Report(False, f"{job.file}: {error}")
     except Exception:
         message = "chasles fails on this file; please report the file with these lines"
@@ -207,7 +210,7 @@ def _compare(job: Job) -> Report:
 
 
 def _shares(job: Job) -> bool:
-    """Whether the robots in the target folder share the support headers."""
+    """Whether the target folder is that of the installed robots, which share support headers."""
     return job.to.resolve() == GENERATED.resolve()
 
 

@@ -10,7 +10,8 @@ from ..model.errors import DerivationError
 
 ROOM = Path(__file__).resolve().parents[1]
 REPEATED = 1.0
-"""Seconds until the timer fires again, in case a library suppressed the signal."""
+"""Seconds until the timer fires again, in case a library suppressed the exception of the first
+timer signal."""
 
 
 class OutOfTime(DerivationError):
@@ -18,11 +19,14 @@ class OutOfTime(DerivationError):
 
 
 class _Alarm(BaseException):
-    """Raised by the timer signal. Libraries that catch ``Exception`` do not catch ``_Alarm``."""
+    """An exception that the timer signal raises.
+
+    Libraries that catch ``Exception`` do not catch ``_Alarm``.
+    """
 
 
 class at_most:  # noqa: N801
-    """Interrupts the body of the ``with`` statement when the time limit is reached.
+    """Context manager that interrupts the body of its ``with`` statement at the time limit.
 
     Args:
         seconds: Time limit in seconds. 0 means no time limit.
@@ -30,7 +34,7 @@ class at_most:  # noqa: N801
     Raises:
         OutOfTime: The body of the ``with`` statement exceeded the time limit.
 
-    The limit works only in the main thread, on systems with an interval timer.
+    The time limit works only in the main thread and on systems with an interval timer.
     """
 
     def __init__(self, seconds: float) -> None:

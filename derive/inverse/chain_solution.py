@@ -1,4 +1,4 @@
-"""Solution of a chain by the closed form of its family."""
+"""Inverse kinematics of a chain by the closed form of its arm family."""
 
 from collections.abc import Mapping
 
@@ -19,13 +19,14 @@ from .tasks.task import Solved
 def solve_chain(
     work: Work, lines: Lines, found: Attempt, target: Target, given: Mapping[int, sp.Expr]
 ) -> None:
-    """Solve for the joints of a chain.
+    """Solve for the free joints of a chain with the closed form of its arm family.
 
     Args:
         work: Object that receives the joint values and the solution steps.
         lines: The chain.
-        found: The family that matches the axes of the chain.
-        target: The pose of the last body relative to its pose at zero.
+        found: The arm family that matches the axes of the chain.
+        target: Target pose of the last body, relative to the pose of this body with all joints at
+            zero.
         given: Values of the fixed joints (radian or meter), keyed by joint index.
     """
     left, target = without(lines, target, given)
@@ -36,7 +37,7 @@ def solve_chain(
 
 
 def pose_task(robot: SerialRobot, lines: Lines, found: Attempt) -> Solved:
-    """Return the task ``ik``, which solves for all joints that are not fixed."""
+    """Return the inverse task ``ik``, which solves for all joints that are not fixed."""
     work = Work(lines.terms)
     symbols = arguments_of([joint.unit for joint in robot.coordinates])["q"].symbols
     arguments = tuple(given_argument(robot, k, symbols[k]) for k in found.given)

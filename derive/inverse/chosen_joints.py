@@ -19,8 +19,8 @@ from .structure.lines import Lines, axes_of
 from .tasks.orientation import NAME, orientation_task, orients
 
 MAX_TRIED = 60
-"""Maximum number of joint sets that are tested for an error message. The tests take 1 to 2 seconds.
-"""
+"""Maximum number of sets of fixed joints that are tested for an error message. Testing this many
+sets takes 1 to 2 seconds."""
 MAX_NAMED = 12
 """Maximum number of joint sets listed in an error message."""
 
@@ -28,17 +28,18 @@ MAX_NAMED = 12
 def inverses_for_fixed(
     robot: SerialRobot, terms: Terms, families: Sequence[Family], fixed: str | Sequence[str]
 ) -> Inverses:
-    """Derive the inverses of a serial robot for the fixed joints that a caller chose.
+    """Derive the inverse kinematics of a serial robot for fixed joints chosen by the caller.
 
     Args:
         robot: The description.
         terms: Table of named terms.
         families: The families of axis structures to try, in order.
-        fixed: Names of the fixed joints. With (), suitable joints of a redundant robot are
-            selected.
+        fixed: Names of the fixed joints, or () to let chasles select suitable joints if the robot
+            is redundant.
 
     Raises:
-        InputValueError: A joint name is unknown, or the other joints have no closed-form inverse.
+        InputValueError: A name in ``fixed`` is unknown, or the joints that are not fixed have no
+            closed-form inverse.
     """
     chosen = _indices(robot, fixed)
     found = inverses(robot, terms, families=families, give=chosen)
@@ -57,19 +58,19 @@ def hybrid_inverses_for_fixed(
     fixed: str | Sequence[str],
     closure: LoopClosure | None = None,
 ) -> Inverses:
-    """Derive the inverses of a robot with loops for fixed values of some main-chain joints.
+    """Derive the inverse kinematics of a robot with loops if some main-chain joints are fixed.
 
     Args:
         hybrid: The robot.
         families: The families of axis structures to try, in order.
-        fixed: Names of the fixed joints. If the tuple is empty, suitable joints of the main chain
-            are selected.
-        closure: Closure equations of loops without a closed form. None if all loops have a closed
-            form.
+        fixed: Names of the fixed joints, or an empty tuple to let chasles select suitable joints of
+            the main chain.
+        closure: Closure equations of loops without a closed form, or None if all loops have a
+            closed form.
 
     Raises:
-        InputValueError: A main-chain joint name is unknown, or the other joints have no closed-form
-            inverse.
+        InputValueError: A name in ``fixed`` is no main-chain joint, or the joints that are not
+            fixed have no closed-form inverse.
     """
     chosen = _indices(hybrid.robot, fixed)
     if chosen and len(hybrid.q) != len(hybrid.robot.moving):
@@ -100,7 +101,7 @@ def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
 def _nothing_left(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], found: Inverses
 ) -> InputValueError:
-    """Return the error if the robot has no closed-form inverse with the chosen fixed joints."""
+    """Return the error for a robot without a closed-form inverse for the chosen fixed joints."""
     names = [joint.name for joint in robot.moving]
     surplus = len(names) - rank.of_chain(found.classification.lines)
     others = list(_offered(robot, families, chosen, max(len(chosen), surplus)))[:MAX_NAMED]
@@ -117,10 +118,7 @@ def _nothing_left(
 def _offered(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], count: int
 ) -> Iterator[tuple[int, ...]]:
-    """Yield sets of ``count`` joints.
-
-    If the joints of a set are fixed, the chain has a closed form.
-    """
+    """Yield sets of ``count`` joints that leave the chain a closed form if they are fixed."""
     sets = list(combinations(range(len(robot.moving)), count))
     sets.sort(key=lambda given: -len({*given} & {*chosen}))
     for given in sets[:MAX_TRIED]:

@@ -1,4 +1,4 @@
-"""Classifies the axes of a chain by trying the families in order."""
+"""Classifies the joint axes of a chain by comparing them with each arm family in order."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -51,13 +51,14 @@ class Attempt:
 
     @property
     def deviation(self) -> float:
-        """Largest deviation from the conditions: radian, or distance divided by the arm length."""
+        """Largest deviation from a condition, as an angle (radian) or a distance per arm length."""
         return max((requirement.deviation for requirement in self.requirements), default=0.0)
 
     def on(self, lines: Lines) -> "Attempt":
-        """Return a copy of this attempt for another chain.
+        """Return the result of comparing the same arm family with another chain.
 
-        The copy contains the conditions of the family, evaluated for the other chain.
+        The returned result contains the conditions of the arm family, evaluated for the other
+        chain.
         """
         left = lines.at_generic(self.given)
         seen = left.reversed() if self.backwards else left
@@ -71,17 +72,17 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Classification:
-    """The structure of a chain.
+    """The axis structure of a chain, or the reason why no closed form exists.
 
     Attributes:
         lines: The axes of the joints in the chain.
         found: The family that fits the chain, or None.
-        attempts: The result of each comparison of the chain with an inverse family. If a family
-            fits the chain, the last result belongs to this family.
+        attempts: The result of each comparison of the chain with an arm family. If an arm family
+            fits the chain, the last comparison result belongs to this family.
         missing: The reason why no closed form exists, or "" if a closed form exists.
-        near: Structures that fit approximately, best first. Each structure defines a nominal arm
-            for refinement by Newton's method.
-        give: Indices of the joints that the caller fixed. If the tuple is empty, the classification
+        near: Axis structures that fit the chain approximately, best first. Each approximate
+            structure defines a nominal arm, whose solutions Newton's method refines.
+        give: Indices of the joints that the caller fixed, or an empty tuple if the classification
             selects the joints to fix.
     """
 
@@ -114,10 +115,11 @@ def classify(
     Args:
         robot: The description.
         terms: Table of named terms, which receives the constants of the axes.
-        coordinates: Number of coordinates that move the chain, if loops couple joints.
+        coordinates: Number of coordinates that move the chain if loops couple its joints, or None
+            for the number of joints.
         families: The families of axis structures to try, in order.
-        give: Indices of the joints to fix, in ascending order. If the tuple is empty, the first
-            suitable set of joints is fixed.
+        give: Indices of the joints to fix in ascending order, or an empty tuple to fix the first
+            suitable set of joints.
     """
     lines = Lines(terms, axes_of(robot, terms))
     reason = unfit(robot)
@@ -132,15 +134,15 @@ def of_lines(
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
 ) -> Classification:
-    """Classify a chain of axes.
+    """Classify the axis structure of a chain.
 
     Args:
         lines: The chain.
-        coordinates: Number of coordinates that move the chain. If None, the number of joints is
-            used as the number of coordinates.
+        coordinates: Number of coordinates that move the chain, or None if this number equals the
+            number of joints.
         families: The families of axis structures to try, in order.
-        give: Indices of the joints to fix. If `give` is empty, the first suitable set of joints is
-            fixed.
+        give: Indices of the joints to fix, or an empty tuple to fix the first suitable set of
+            joints.
     """
     if give and not _leaves_full_rank(lines, give):
         surplus = len(lines.axes) - rank.of_chain(lines)
@@ -178,10 +180,11 @@ def further_families(
 
     Args:
         lines: The chain.
-        found: The axis structure that is already known to fit the chain exactly. The function does
-            not yield this structure.
+        found: The axis structure that is already known to fit the chain exactly and is therefore
+            not yielded.
         families: The families of axis structures to try, in order.
-        give: Indices of the joints to fix. If the tuple is empty, every possible set is tried.
+        give: Indices of the joints to fix, or an empty tuple to try every possible set of fixed
+            joints.
     """
     families = [family for family in families if family.solves_pose and not family.inputs]
     known = found.family, found.reading, found.given
@@ -195,10 +198,11 @@ def further_families(
 def _near(
     lines: Lines, choices: Sequence[tuple[int, ...]], families: Sequence[Family]
 ) -> list[Attempt]:
-    """Return the structures that fit approximately, best first.
+    """Return the axis structures that fit the chain approximately, best first.
 
-    If a structure fits within the tolerance for measurement errors, the result contains only this
-    structure. Families with a swivel angle are excluded, because they need exact axes.
+    If an axis structure fits within the tolerance for measurement errors, the function returns only
+    this structure. Arm families with a swivel angle are excluded, because these families need exact
+    axes.
     """
     families = [family for family in families if not family.inputs]
     measured = _attempts(replace(lines, tolerance=MEASURED_STRUCTURE), choices, families)
@@ -221,10 +225,10 @@ def unfit(robot: SerialRobot) -> str:
 
 
 def _choices(lines: Lines, coordinates: int) -> Iterable[tuple[int, ...]]:
-    """Return the sets of joints that can be fixed to remove the redundancy.
+    """Return the sets of joints that can be fixed to remove the redundancy of a chain.
 
-    For a redundant chain, the empty set comes first, followed by the sets with joints near the
-    tool.
+    For a redundant chain, the empty set comes first, then the other sets, starting with joints near
+    the tool.
     """
     surplus = coordinates - rank.of_chain(lines)
     if surplus <= 0:

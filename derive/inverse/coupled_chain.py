@@ -1,18 +1,20 @@
-"""Shortens a chain with coupled joints, until each joint moves independently.
+"""Shortens a chain with coupled joints until every remaining joint moves independently.
 
-A coupled joint does not move independently. Three identities remove coupled joints. In the
-identities, M is the constant placement between two consecutive joints.
+A coupled joint does not move independently. Three identities between rigid motions remove coupled
+joints. In these identities, M and M' are constant placements between consecutive joints.
 
-Two coaxial revolute joints are merged: ``Rz(a) M Rz(b) = Rz(a + s b) M`` with s = 1 or -1.
+The identity ``Rz(a) M Rz(b) = Rz(a + s b) M`` with s = 1 or -1 merges two coaxial revolute joints
+with angles a and b.
 
-Two parallel prismatic joints are merged: ``Tz(a) M Tz(b) = Tz(a + s b) M``.
+The identity ``Tz(a) M Tz(b) = Tz(a + s b) M`` with s = 1 or -1 merges two parallel prismatic joints
+with displacements a and b.
 
-The second of three parallel revolute joints is removed: ``Rz(a) M Rz(-s a) M' Rz(b) = T(t') Rz(a)
-T(t) R' Rz(b - s' a)``.
+The identity ``Rz(a) M Rz(-s a) M' Rz(b) = T(t') Rz(a) T(t) R' Rz(b - s' a)`` removes the second of
+three parallel revolute joints.
 
-In the last identity, the rotations by a and -s a cancel, so the body after the second joint only
-translates. In the last identity, R and t are the rotation and translation of M. The rotation and
-translation of R M' are R' and t'.
+In the identity for three parallel joints, the rotations by a and -s a cancel, so the body after the
+second joint only translates. For three parallel joints, R and t are the rotation and translation of
+M, and R' and t' are those of R M'.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,14 +33,14 @@ _ZERO = sp.Float(10) ** -(EVALUATION_DIGITS // 2)
 
 @dataclass(frozen=True)
 class CoupledChain:
-    """A chain, and the linear map from robot coordinates to joint values.
+    """A chain, and the linear map from the robot's coordinates to the chain's joint values.
 
     Attributes:
-        robot: The chain without couplings. Every joint moves in its positive direction (direction
-            1).
-        C: Motion of each joint per unit of each coordinate (joints, coordinates).
+        robot: The chain without couplings, in which every joint has the direction 1 (positive).
+        C: Matrix (joints, coordinates) with the motion of each joint per unit of each coordinate.
         c: Joint values (joints, 1) if all coordinates are 0.
-        members: For each joint, the names of the joints that were merged into it.
+        members: For each joint of the chain, the names of the robot joints that were merged into
+            this joint.
     """
 
     robot: SerialRobot
@@ -52,9 +54,9 @@ class CoupledChain:
         return int(self.C.rows - self.C.cols)
 
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
-        """Return the matrix L of the equation q = L (theta - c).
+        """Return the matrix L of q = L (theta - c), which maps joint values to coordinates.
 
-        Also return the indices of the joints whose values are the entries of theta.
+        The second result contains the indices of the joints whose values form the vector theta.
         """
         _, pivots = self.C.T.rref()
         rows = self.C.extract(list(pivots), list(range(self.C.cols)))
@@ -64,8 +66,8 @@ class CoupledChain:
     def keeps_turns(self) -> bool:
         """Whether full turns of the independent joints leave the pose unchanged.
 
-        The pose is unchanged if these turns rotate each revolute joint by full turns and move no
-        prismatic joint.
+        The pose is unchanged if full turns of the independent joints rotate every revolute joint by
+        full turns and move no prismatic joint.
         """
         L, joints = self.inverse()
         D = self.C * L
@@ -82,7 +84,7 @@ class CoupledChain:
         return next(k for k, names in enumerate(self.members) if name in names)
 
     def joints_at(self, q: Sequence[sp.Expr]) -> list[sp.Expr]:
-        """Return the motions of the joints at coordinates q."""
+        """Return the joint values of the chain at the robot coordinates q."""
         return [
             sp.Add(*(r * s for r, s in zip(self.C.row(j), q, strict=True) if r != 0), self.c[j])
             for j in range(self.C.rows)
@@ -126,9 +128,9 @@ class _State:
         sense = self._sense(one.joint.kind, other)
         if sense == 0 or (other.joint.kind == "revolute" and not self._is_coaxial(other)):
             return None
-        # If the first joint depends on a single coordinate and the second joint does not, the
-        # merged joint has the name of the first joint. Otherwise, it has the name of the second
-        # joint.
+        # The merged joint has the name of the joint that depends on a single coordinate. If both
+        # joints or neither joint depend on a single coordinate, the merged joint has the name of
+        # the second joint.
         is_free = [sum(entry != 0 for entry in link.row) == 1 for link in (one, other)]
         named = one if is_free == [True, False] else other
         merged = replace(
@@ -194,8 +196,8 @@ class _State:
 def coupled_chain(robot: SerialRobot) -> CoupledChain:
     """Shorten the chain of a coupled robot so that its joints move independently, if possible.
 
-    The chain has the same tool pose and the same coordinates as the robot. A joint is removed only
-    while the chain has more joints than coordinates.
+    The shortened chain has the same tool pose and the same coordinates as the robot. A joint is
+    removed only while the chain has more joints than coordinates.
     """
     state: _State | None = _described(robot)
     found = state

@@ -1,4 +1,4 @@
-"""Conversion of an inverse from chain joints to the coordinates of a coupled robot."""
+"""Converts an IK function from joint values of a chain to coordinates of a coupled robot."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -18,14 +18,14 @@ from .tasks.task import Solved
 def in_coordinates(
     robot: SerialRobot, chain: CoupledChain, terms: Terms, solved: Solved
 ) -> Solved | None:
-    """Convert an inverse task from joint values of the chain to coordinates of the robot.
+    """Convert an IK task from joint values of a chain to coordinates of the coupled robot.
 
     Args:
         robot: The coupled robot.
-        chain: The chain of the coupled robot. The task solves for joint values that the couplings
-            allow.
+        chain: The chain of the coupled robot.
         terms: Table of named terms.
-        solved: The inverse task in joint values of the chain.
+        solved: The inverse kinematics task, which solves for joint values of the chain that the
+            couplings allow.
 
     Returns:
         The converted task.
@@ -55,7 +55,7 @@ def in_coordinates(
 def coordinates_at(
     chain: CoupledChain, terms: Terms, theta: Sequence[sp.Expr]
 ) -> tuple[sp.Expr, ...]:
-    """Return the coordinates q = L (theta - c), as named terms, for the joint values theta."""
+    """Return the robot coordinates q = L (theta - c) for the joint values theta, as named terms."""
     L, joints = chain.inverse()
     moved = [theta[j] - chain.c[j] for j in joints]
     return tuple(
@@ -67,7 +67,7 @@ def coordinates_at(
 def of_coordinates(
     robot: SerialRobot, chain: CoupledChain, terms: Terms, function: SymbolicFunction
 ) -> SymbolicFunction:
-    """Rewrite a function of the chain joints as a function of the coordinates."""
+    """Rewrite a function of the chain's joint values as a function of the robot's coordinates."""
     q = arguments_of([c.unit for c in robot.coordinates])["q"]
     theta = dict(zip(function.inputs[0].symbols, chain.joints_at(q.symbols), strict=True))
     outputs = tuple(
@@ -83,17 +83,17 @@ def refined_in_coordinates(
     refined: NativeSolverFunction,
     solved: Mapping[str, Solved],
 ) -> NativeSolverFunction:
-    """Return the inverse of a calibrated chain in the coordinates of the robot.
+    """Return the inverse kinematics function of a calibrated chain in the robot's coordinates.
 
-    The general solver returns joint values of the chain. The general solver is not used, because
-    this inverse must return motor coordinates.
+    The general solver is not used, because it returns joint values of the chain instead of motor
+    coordinates.
 
     Args:
         robot: The coupled robot.
         chain: The chain.
-        refined: The refined inverse of the chain, which returns joint values.
-        solved: The inverse functions of the nominal arm, which return coordinates. Refinement
-            starts from the solutions of the nominal arm.
+        refined: The refined inverse kinematics function of the chain, which returns joint values.
+        solved: The inverse functions of the nominal arm, which return the robot coordinates from
+            which refinement starts.
     """
     assert isinstance(refined.tables, RefinedTables)
     start = solved[NOMINAL].function
@@ -125,9 +125,9 @@ def _joint_argument(chain: CoupledChain, joint: int, argument: Argument) -> Argu
 
 
 def _coordinates_of(chain: CoupledChain, joints: Sequence[int]) -> tuple[int, ...] | None:
-    """Return the coordinates that move only the listed joints.
+    """Return the indices of the coordinates that move only the listed joints.
 
-    Return None if another coordinate also moves one of these joints.
+    Return None if a coordinate moves both a listed joint and another joint.
     """
     rows = range(chain.C.rows)
     found = [

@@ -1,10 +1,10 @@
-"""An arm whose wrist bends at two coupled joints. An example is the hollow wrist of a paint robot.
+"""An arm whose wrist bends at two coupled joints, such as the hollow wrist of a paint robot.
 
 Joints 4 to 7 are revolute, and their axes pass through one point. One motor moves joints 5 and 6 by
 equal or opposite angles. If angles 5 and 6 are zero, axes 4 to 7 lie in one plane. The first three
-joints position the common point of the axes. Joints 5 and 6 set the angle between axes 4 and 7
-(``subproblems.coupled_turns``). Joints 4 and 7 complete the rotation. Maximum number of
-solutions: four times the number for the first three joints.
+joints position the common point of axes 4 to 7. Joints 5 and 6 set the angle between axes 4 and 7
+(``subproblems.coupled_turns``). Joints 4 and 7 produce the remaining tool rotation. The arm has at
+most four times as many solutions as its first three joints.
 """
 
 from functools import partial
@@ -33,7 +33,7 @@ _ONE, _OTHER = _WRIST[1:3]
 
 
 def coupled_wrist(chain: CoupledChain) -> tuple[Family, ...]:
-    """Return the family of a chain with a coupled wrist, or () if no wrist is coupled."""
+    """Return the arm family of a chain with a coupled wrist, or () if the wrist is not coupled."""
     if chain.C.rows != JOINTS or chain.surplus != 1:
         return ()
     for sense in (1, -1):
@@ -78,7 +78,7 @@ def _solve(sense: int, work: Work, lines: Lines, target: Target) -> None:
     pair = CoupledPair(a4.h, a5.h, a6.h, a7.h, sense)
     with_angle_to_axis(work, lines, center, W, (wanted, pair.middle(terms)), sp.Integer(1))
 
-    # 4, 5. The angle between axes 4 and 7.
+    # 4, 5. Joints 5 and 6 set the angle between axes 4 and 7.
     seen = turned_back(work, lines, _WRIST[0], wanted)
     signs = work.sign(), work.sign()
     root, found = coupled_turns(terms, pair, seen, signs)

@@ -40,7 +40,7 @@ from .tasks.task import Solved
 
 NEVER = "a small change of the arm does not suffice"
 MAX_LISTED = 12
-"""Maximum number of rows in a table of structures."""
+"""Maximum number of axis structures in a table that compares them with the robot's axes."""
 _GAP = 3
 """Number of spaces between table columns."""
 
@@ -180,11 +180,12 @@ def explain(
 def explanation(
     robot: Described, inverses: Inverses | None, hybrid: SolvedLoops | None
 ) -> Explanation:
-    """Return the explanation of a derived inverse.
+    """Return the explanation of the inverse kinematics that chasles derived for a robot.
 
     Args:
         robot: The robot.
-        inverses: The inverse, or None for a robot whose loops allow several tool poses.
+        inverses: The derived inverse, or None for a robot whose loops allow several tool poses per
+            actuator configuration.
         hybrid: The loops, or None for a serial robot.
     """
     chain = robot.main_chain if isinstance(robot, Mechanism) else robot
@@ -218,7 +219,7 @@ def _structure(classification: Classification, is_general: bool) -> str:
 
 
 def missed_by(classification: Classification) -> str:
-    """List the conditions that the axes satisfy only approximately."""
+    """List the conditions of an axis structure that the axes satisfy only approximately."""
     found = classification.found
     missed = [r for r in found.requirements if r.deviation > EXACT_STRUCTURE] if found else []
     return "; ".join(f"{r.text}: off by {_distance(r, classification)}" for r in missed)
@@ -275,7 +276,7 @@ def _distance(requirement: Requirement, classification: Classification) -> str:
 
 
 def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Return the tested structures with their violated conditions, nearest structure first."""
+    """Return the tested axis structures with their violated conditions, best fit first."""
     best: dict[str, Attempt] = {}
     for attempt in sorted(classification.attempts, key=lambda attempt: attempt.deviation):
         best.setdefault(attempt.title, attempt)

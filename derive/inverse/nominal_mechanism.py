@@ -37,7 +37,7 @@ Posed = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 """Type of a function that computes tool poses and Jacobians. For coordinates (N, n), the function
 returns tool poses (N, 4, 4) and mixed Jacobians (N, 6, n)."""
 GRIDS = tuple(sp.Rational(text) for text in ("0.01", "0.005", "0.001", "0.0005", "0.0001"))
-"""Grid spacings (meter), coarsest first. On a coarse grid, lengths are rarely equal by accident."""
+"""Grid spacings (meter) to which lengths are rounded, the coarsest grid first."""
 STEP_OF_ANGLES = sp.pi / 12
 
 SAMPLES, MAX_DRAWN = 100, 600
@@ -47,8 +47,7 @@ In some mechanisms, the loops can close in only one of five random configuration
 """
 STEPS = 8
 CONVERGED = 1e-12
-"""Newton's method has converged if its last step is below this value (radian, or relative
-length)."""
+"""Newton's method has converged if its last joint step is at most this value (radian or meter)."""
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
-r"""Prints a derivation as a LaTeX article.
+r"""Prints the derivation of a robot as a LaTeX article.
 
-``document`` returns the article. ``fragments`` returns parts that any article can include
-with ``\input``. Each equation is stored as a SymPy object before printing
-(``PrintedEquations``). Tests can evaluate the SymPy objects.
+The function ``document`` returns the article. The function ``fragments`` returns parts that any
+LaTeX document can include with ``\input``. ``PrintedEquations`` stores each equation as a SymPy
+object before printing, so that tests can evaluate the equation.
 """
 
 from .chain.model_fragment import model_quality

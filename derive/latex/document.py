@@ -60,7 +60,7 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "singularities": ("Singular configurations", singularities),
     "example": ("Worked example", worked_example),
 }
-"""Headings and functions of all fragments in reading order."""
+"""Headings and printing functions of the LaTeX fragments of a serial robot, in reading order."""
 _OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
     "parameters": ("Description", coupled_description),
     "couplings": ("Couplings", couplings),
@@ -68,8 +68,8 @@ _OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
     "singularities": ("Singular configurations", singularities_of_coupled),
     "example": ("Worked example", example_of_coupled),
 }
-"""Sections of the article about a coupled serial robot, which replace or supplement the sections in
-``_FRAGMENTS``."""
+"""Headings and printing functions of the fragments of a coupled robot that replace or supplement
+those in ``_FRAGMENTS``."""
 _DRAWING = "drawing"
 """Name of the LaTeX fragment with the figure of the robot."""
 _WORKSPACE = "workspace"
@@ -78,8 +78,8 @@ _PICTURES: Mapping[str, Mapping[str, str]] = {
     "parameters": {_DRAWING: "Drawing"},
     "singularities": {_WORKSPACE: "Workspace"},
 }
-"""Pictures that follow a fragment, keyed by the name of the fragment. Each value maps the names of
-the pictures to their headings."""
+"""Pictures that follow a LaTeX fragment, keyed by the name of the fragment. Each entry maps the
+names of pictures to their section headings."""
 _NEEDS_GEOMETRY = "parametric"
 """Name of the LaTeX fragment with the parametric functions."""
 
@@ -119,7 +119,7 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "legs": ("Platform on legs", legs),
     "example": ("Worked example", worked_example_of_loops),
 }
-"""Headings and functions of the fragments for robots with loops or geared motors."""
+"""Headings and printing functions of the LaTeX fragments for robots with loops or geared motors."""
 _NEED_LOOPS = ("loops", "mobility")
 _REFERENCES = "references"
 """Name of the last LaTeX fragment, which lists the cited works."""
@@ -128,19 +128,19 @@ _REFERENCES = "references"
 _BRIEF = frozenset(
     ("parameters", "drawing", "symbols", "fk", "jacobian", "inverse", "solution", "references")
 )
-"""LaTeX fragments of a brief article: description, forward kinematics, velocities, inverse."""
+"""Names of the LaTeX fragments in a brief article."""
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Return the article and its fragments, keyed by file path.
 
-    The second argument is not used, because an article contains no programs.
+    The second argument of ``files`` is not used, because an article contains no generated code.
     """
     return _files(derivation, fragments(derivation))
 
 
 def brief_files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Return an article without derivations, screws, examples and singularities."""
+    """Return the files of an article without derivations, screws, examples and singularities."""
     parts = fragments(derivation)
     return _files(derivation, {k: v for k, v in parts.items() if k.removesuffix(".tex") in _BRIEF})
 
@@ -154,21 +154,22 @@ def _files(derivation: Derivation, parts: Mapping[str, str]) -> dict[str, str]:
 def fragments(derivation: Derivation) -> dict[str, str]:
     r"""Return LaTeX fragments that any article can include with ``\input``.
 
-    The fragments need amsmath and booktabs. The fragments have no headings and fit a line of 345 pt
-    at 10 pt. ``drawing.tex`` and ``workspace.tex`` need TikZ. ``jacobian.tex`` and ``inverse.tex``
-    use terms defined in ``fk.tex``. ``symbols.tex`` explains the short symbols.
+    The LaTeX fragments require the packages amsmath and booktabs. The fragments have no headings
+    and fit a text width of 345 pt at a font size of 10 pt. The fragments ``drawing.tex`` and
+    ``workspace.tex`` require TikZ. ``jacobian.tex`` and ``inverse.tex`` use terms defined in
+    ``fk.tex``. The fragment ``symbols.tex`` explains the short symbols in the equations.
 
     Args:
-        derivation: A robot with its functions.
+        derivation: The derivation of a robot.
 
     Returns:
-        File name and text of each fragment. A serial robot has ``parameters.tex``, ``drawing.tex``,
-        ``symbols.tex``, ``screws.tex``, ``transforms.tex``, ``fk.tex``, ``jacobian.tex``,
-        ``inverse.tex``, ``singularities.tex``, ``workspace.tex``, ``example.tex`` and
-        ``references.tex``. A robot with parametric functions also has ``parametric.tex``. A robot
-        with loops also has ``mobility.tex``, ``loops.tex``, ``solution.tex``, ``position.tex`` and
-        ``rates.tex``. A platform on legs has ``platform.tex``, or ``legs.tex`` if the legs end in
-        closures. Empty fragments are omitted.
+        The text of each LaTeX fragment, keyed by file name. A serial robot has ``parameters.tex``,
+        ``drawing.tex``, ``symbols.tex``, ``screws.tex``, ``transforms.tex``, ``fk.tex``,
+        ``jacobian.tex``, ``inverse.tex``, ``singularities.tex``, ``workspace.tex``, ``example.tex``
+        and ``references.tex``. A robot with parametric functions also has ``parametric.tex``. A
+        robot with loops also has ``mobility.tex``, ``loops.tex``, ``solution.tex``,
+        ``position.tex`` and ``rates.tex``. A platform on legs has ``platform.tex``, or ``legs.tex``
+        if the legs end in closures. Empty fragments are omitted.
     """
     if isinstance(derivation.robot, Mechanism):
         page = LoopPage.of(derivation)
@@ -225,7 +226,7 @@ def _has_legs(derivation: Derivation) -> bool:
 
 
 def _has_poses(derivation: Derivation) -> bool:
-    """Whether the article prints a separate inverse of the main chain."""
+    """Whether the article omits the section about the inverse kinematics of the main chain."""
     hybrid = derivation.hybrid
     if hybrid is None or not hybrid.forward.open:
         return False
@@ -235,7 +236,7 @@ def _has_poses(derivation: Derivation) -> bool:
 
 
 def document(derivation: Derivation) -> str:
-    r"""Return an article that includes its fragments from the folder ``FOLDER``."""
+    r"""Return the text of an article that includes its fragments from the folder ``FOLDER``."""
     return _article(derivation, fragments(derivation))
 
 
@@ -255,8 +256,8 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
         [
             preamble,
             "\\begin{document}",
-            # The title is not a part of a sentence, because the title may be a plural or a
-            # genitive.
+            # The title of a robot is not a part of a sentence, because the title may be a plural or
+            # a genitive.
             f"\\begin{{center}}\n{{\\LARGE {title}}}\\\\[1ex]\n\\large Kinematics\n\\end{{center}}",
             *([source] if source else []),
             *sections,

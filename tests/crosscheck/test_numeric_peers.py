@@ -23,7 +23,8 @@ rtb = OptionalPackage("roboticstoolbox")
 POSES = 300
 STARTS = 5
 NEAREST = 1e-7
-"""Amount [m, rad] by which a pose error may exceed the smallest error that SciPy finds."""
+"""Amount [m, rad] by which the pose error of `ik_numeric` may exceed the smallest error that SciPy
+finds."""
 POSITION = (1, 1, 1, 0, 0, 0)
 OUT_OF_REACH = ("ur5e", "iiwa14", "lynxmotion")
 
@@ -76,7 +77,7 @@ def some(robot, count):
 
 
 def scipys(error, robot, q, jac="2-point"):
-    """Return the smallest error norm that SciPy finds within the limits."""
+    """Return the smallest norm of ``error`` that SciPy finds within the joint limits."""
     tight = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}
     limits = (robot.lower, robot.upper)
     return np.sqrt(2 * optimize.least_squares(error, q, jac, limits, **tight).cost)

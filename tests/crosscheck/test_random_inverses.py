@@ -1,6 +1,6 @@
 """Inverses of random arms with round dimensions miss no pose and return no wrong solution.
 
-The joint angles are random, or multiples of 90 degrees.
+The tested poses have joint angles that are random or multiples of 90 degrees.
 """
 
 import numpy as np
@@ -14,12 +14,13 @@ from tests.support.generators.synthetic import robot_of
 from tests.support.oracles.verdict import judged
 
 FIVE_JOINTS = (389,)
-"""Five-joint arm whose poses equal the poses of a six-joint arm with the last joint at 0."""
+"""Seed of a random five-joint arm whose poses equal those of a six-joint arm with the last joint at
+0."""
 OBLIQUE_WRISTS = (80,)
-"""Arm with a joint rotation that the pose does not determine. The wrist of this arm reaches only
-some orientations."""
+"""Seed of a random arm whose wrist reaches only some orientations, and whose pose does not
+determine one joint rotation."""
 LOST_BEFORE = (50925,)
-"""Arm with poses that the closed form misses."""
+"""Seed of a random arm with poses that the closed-form inverse misses without refinement."""
 FOLDED = (33, 20350, 53401)
 """Seeds of random arms that can be nearly folded at the elbow."""
 OTHERS = (88, 764, 1478)
@@ -27,11 +28,11 @@ SLIDES = (
     *((chain, False) for chain in ("P=R/P", "RLPLR/RxrxR")),
     *((chain, True) for chain in ("RLPLP", "P=RLP/RxrxR", "R/P/P/RxrxR")),
 )
-"""Each case is a pair: a chain, and whether its skew axes are at right angles."""
+"""Pairs of the axis structure of an arm and whether its skew axes are at right angles."""
 
 
 def clean(case, seed):
-    """Test that all solutions are found without refinement."""
+    """Assert that the inverse of an arm is complete and correct without refinement."""
     for chosen, poses in sets(case, np.random.default_rng(seed)):
         if poses.name.startswith("near"):
             continue
@@ -114,7 +115,7 @@ def test_nearly_folded_elbow_misses_no_pose(seed):
 
 @pytest.mark.parametrize("seed", LOST_BEFORE)
 def test_refinement_recovers_poses_that_closed_form_misses(seed):
-    """The refinement is the same as in a robot's ``ik``."""
+    """The test uses the same refinement as a robot's ``ik``."""
     rng = np.random.default_rng(seed)
     unrefined = 0
     for case in cases_of(random_arm(seed)):

@@ -1,7 +1,7 @@
 """Arms that are derived on first use agree with independent poses and joint limits.
 
 The file `shelf_poses.json` states the source of each arm and its constant base and tool rotations.
-The file also states the rounding of angles (1.5708 for pi/2).
+The file `shelf_poses.json` also states the rounding of angles (1.5708 for pi/2).
 """
 
 import json
@@ -16,10 +16,7 @@ from tests.support.oracles.screws import screws_of
 from tests.support.tolerances import LIMIT, PRINTED_9
 
 SIZES = {"planar_3rrr_170"}
-"""Robots in the folder ``shelf`` that differ from a generated robot only in size.
-
-The tests of the generated robot cover the size variants.
-"""
+"""Robots in ``shelf`` that differ only in size from a generated robot, whose tests cover them."""
 SHELF = [file for file in sorted((ROBOTS / "shelf").glob("*.toml")) if file.stem not in SIZES]
 REFERENCE = json.loads(Path(__file__).with_name("shelf_poses.json").read_text(encoding="utf-8"))
 WIDEST = 1.0

@@ -16,8 +16,8 @@ FRAMES = {
     "body": pin.ReferenceFrame.LOCAL,
     "mixed": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
 }
-# Rows (kind, theta, d, a, alpha). "r" is revolute and "p" is prismatic. The name of each table
-# states its convention.
+# DH rows (kind, theta, d, a, alpha) of the distal convention. The joint kind "r" is revolute and
+# "p" is prismatic.
 DISTAL = {
     "bricklaying_planar": [
         ("r", 0, 0, 7 * INCH, 0),
@@ -83,7 +83,7 @@ DISTAL = {
         ("-r", 0, 0, 0, 0),
     ],
 }
-# Rows (kind, alpha, a, theta, d) of Craig's convention.
+# DH rows (kind, alpha, a, theta, d) of Craig's proximal convention.
 PROXIMAL = {
     "lynxmotion": [
         ("r", 0, 0, 0, 0.1),
@@ -115,7 +115,7 @@ def shift(x, y, z):
 
 
 def parts(name):
-    """Return each joint's type and the placements before and after its motion."""
+    """Return each joint's type, and the fixed transforms before and after the joint motion."""
     for kind, theta, d, a, alpha in DISTAL.get(name, ()):
         yield kind, turn("z", theta) * shift(0, 0, d), shift(a, 0, 0) * turn("x", alpha)
     for kind, alpha, a, theta, d in PROXIMAL.get(name, ()):

@@ -1,4 +1,4 @@
-"""Text of the shipped articles: citations, tables, joint names and page layout."""
+"""Tests the LaTeX articles of shipped robots: citations, tables, joint names and page layout."""
 
 import re
 
@@ -26,7 +26,7 @@ def fragments(name):
 def test_references_list_each_cited_work(name):
     parts = fragments(name)
     listed = parts.pop("references")
-    # The fragment cites the source of the parameter values in full.
+    # The LaTeX fragment ``parameters`` cites the source of the parameter values in full.
     parts.pop("parameters")
     cited = {found for text in parts.values() for found in CITATION.findall(text)}
     assert cited

@@ -24,7 +24,10 @@ def loaded(name):
 
 @pytest.mark.parametrize("name", SAMPLE)
 def test_casadi_file_contains_all_functions_except_derivatives(name):
-    """Functions with several outputs combine other functions, or list the solution branches."""
+    """A CasADi file omits functions with several outputs.
+
+    Functions with several outputs combine other functions, or list the solution branches.
+    """
     manifest = read_manifest(GENERATED / name)
     single = [f.name for f in manifest.functions if len(f.outputs) == 1]
     kept = [f for f in single if not DERIVATIVE.search(f) and f != "swivel"]

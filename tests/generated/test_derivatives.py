@@ -14,7 +14,7 @@ ROBOTS = [name for name in FULL if name in NAMES]
 
 
 def mixed_jacobian(name):
-    """Differentiate fk to the mixed Jacobian as a CasADi expression."""
+    """Return q, the tool pose, and the mixed Jacobian (the derivative of fk) in CasADi symbols."""
     fk = casadi_function(GENERATED / name, "fk")
     q = ca.SX.sym("q", fk.numel_in(0))
     T = fk(q)
@@ -62,6 +62,6 @@ def test_hessian_matches_automatic_differentiation(name):
     rng = np.random.default_rng(13)
     for _ in range(POSES):
         x = rng.uniform(-np.pi, np.pi, n)
-        # The function vec stacks columns: row j * 6 + i contains entry (i, j).
+        # CasADi's ``vec`` stacks columns, so row j * 6 + i contains entry (i, j) of the Jacobian.
         expected = np.array(oracle(x)).reshape(n, 6, n).transpose(1, 0, 2)
         assert np.abs(shaped(name, "hessian_mixed", x) - expected).max() <= DERIVATIVES

@@ -20,13 +20,13 @@ OLD_PROCESSOR = {
     "OPENBLAS_CORETYPE": "Prescott",
     "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
 }
-"""OpenBLAS and NumPy select their kernels for the processor of the machine.
+"""Environment variables that select the OpenBLAS and NumPy kernels for an old processor.
 
-These environment variables select the kernels for an old processor.
+By default, OpenBLAS and NumPy select kernels for the processor of the machine.
 """
 
 DERIVED = ("five_bar",)
-"""Name of a mechanism with a loop.
+"""Name of the tested robot, a mechanism with a loop.
 
 `make check-generated` and .ci/run derive all robots and compare the bytes.
 """

@@ -71,7 +71,8 @@ def slider_crank():
         hinge("coupler", "crank_body", moved(0.3, 0, 0)),
         Joint("piston", "prismatic", (ALONG_X,), (), link="block", parent="0"),
     )
-    # The z axis of the block is along the guide. The pin axis is the normal of the plane.
+    # The z axis of the slider block is along the guide, and the pin axis is normal to the plane of
+    # the mechanism.
     across = Frame("block", (Rotation("y", -sp.pi / 2),))
     robot = Mechanism(
         "slider_crank",
@@ -293,7 +294,7 @@ def test_robots_stand_upright_in_their_plane(name):
 
 @needs("pdflatex")
 def test_drawings_compile_and_fit_the_page(tmp_path):
-    """One run compiles all drawings as pages of a document."""
+    """A single LaTeX run compiles all drawings as pages of one document."""
     pictures = "".join(pictured(name)[2] for name in MECHANISMS)
     (tmp_path / "robot.tex").write_text(DOCUMENT % (PREAMBLE, pictures))
     run = subprocess.run(

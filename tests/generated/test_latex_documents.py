@@ -1,4 +1,4 @@
-"""Every document compiles without undefined references, and no line exceeds the page width."""
+"""Every LaTeX document compiles without undefined references; no line exceeds the page width."""
 
 import re
 import subprocess
@@ -29,8 +29,8 @@ MAX_PAGES_OF_BUILT = 30
 PICTURES = ("drawing.tex", "workspace.tex")
 """Fragments that need the LaTeX package TikZ. An article without TikZ omits these fragments."""
 SHIPPED = ("ur5e", "well_manipulator", "stewart_gough")
-"""An arm, a mechanism with loops, and a platform. `make docs` compiles the documents of all robots.
-"""
+"""Tested shipped robots: an arm, a mechanism with loops, and a platform. `make docs` compiles the
+documents of all robots."""
 PLAIN = r"""\documentclass{article}
 \usepackage{amsmath}
 \usepackage{booktabs}
@@ -42,7 +42,7 @@ HOSTILE = r"100 % & _all_ {of} #1 ~ ^ \ $x$ <|> \input{x} é β 中 `'\"--- " + 
 
 
 def hostile():
-    """Return a robot with a helical and a coupled joint, and special characters of LaTeX."""
+    """Return a robot with a helical joint, a coupled joint, and special LaTeX characters."""
     h, s_1, long_name = sp.symbols("h s_1 a_length_of_many_words", real=True)
     zero, quarter, odd = sp.Integer(0), sp.pi / 2, sp.Rational(3, 10)
     rows = (
@@ -143,13 +143,13 @@ BUILT = {
 
 @cache
 def printed(name):
-    """Return the robot, its document, and its LaTeX fragments keyed by file."""
+    """Return a robot, its LaTeX document, and its LaTeX fragments keyed by file name."""
     robot = BUILT[name]() if name in BUILT else robot_of(name)
     return text_and_fragments(robot, ["fk", "ik"] if isinstance(robot, Mechanism) else ["fk"])
 
 
 def text_and_fragments(robot, functions):
-    """Derive some functions of a robot and print its article."""
+    """Derive some functions of a robot, and return its LaTeX document and fragments."""
     texts = files(derive(robot, functions=functions), None)
     document = texts.pop(f"{robot.name}.tex")
     return robot, document, {Path(path).name: text for path, text in texts.items()}

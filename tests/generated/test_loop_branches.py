@@ -1,5 +1,7 @@
-"""No solution of a loop is wrong or missing. The tests cover all branches, dead points, and
-unreachable inputs."""
+"""Solutions of loops are correct and complete.
+
+The tests cover all branches, dead points, and unreachable inputs of loops.
+"""
 
 from contextlib import suppress
 from functools import partial
@@ -30,7 +32,8 @@ def test_results_far_outside_limits_are_closed_or_nan(name):
     np.testing.assert_array_equal(finite, valid)
     # If a loop is open, the margins of later solution steps are NaN.
     assert (finite == (np.nan_to_num(margin, nan=-1.0) >= 0).all(-1)).all()
-    # The cranks of these robots have no dead points, so all their samples are valid.
+    # The cranks of the four-bar, slider-crank and five-bar have no dead points, so all samples of
+    # these robots are valid.
     assert (~valid).any() == (name not in ("four_bar", "slider_crank", "five_bar"))
     assert m.gap(z[finite]).max() < 1e-9
     for function in ("fk", "chain", "jacobian_mixed", "chain_D_q"):
@@ -49,8 +52,8 @@ def test_fk_is_correct_or_nan_outside_limits(name):
     finite = np.isfinite(T).all((-2, -1))
     closed = r.loops_close(q)
     np.testing.assert_allclose(T[closed], m.tip(r.configuration(q[closed])), atol=1e-9)
-    # If the loops are open, at least one entry of T is NaN. Entries that do not depend on the loops
-    # may be finite.
+    # If the loops are open, at least one entry of the pose T is NaN. Pose entries that do not
+    # depend on the loops may be finite.
     assert not (finite & ~closed).any()
 
 
@@ -65,7 +68,7 @@ def random_chains(name, n, seed):
 
 
 def reaches(r, theta):
-    """Return whether any branch has actuator values for these joint values."""
+    """Return whether actuator values exist for the main-chain joint values theta."""
     margin = r.actuator_margin(theta)
     return (np.isfinite(margin) & (margin >= 0)).all(-1)
 
@@ -78,7 +81,7 @@ def test_unreachable_chain_has_nan_actuators(name):
     np.testing.assert_array_equal(np.isfinite(q).all(-1), reached)
     assert 0.01 < reached.mean() < 0.999
     assert (margin[reached] <= 1 + 1e-12).all()
-    # The solution may be on any branch. Branches differ in their main-chain joints.
+    # The actuator solution may be on any branch, and branches differ in their main-chain joints.
     np.testing.assert_array_equal(r.actuator_branches(theta).valid.any(-1), reached)
     apart = np.abs(wrapped(r.chain(q) - theta)).max(-1)
     np.testing.assert_array_equal(r.chain_closes(theta), reached & (apart < 1e-6))
@@ -128,8 +131,10 @@ def test_open_loop_error_names_loop_and_coordinate(name, k, value):
 
 
 def crossing(closes, start, goals):
-    """Return two points of each segment: the last point at which the loops close, and the first
-    point at which they do not."""
+    """Return two fractions of each segment, between which the loops open.
+
+    The loops close at the first fraction, and are open at the second fraction.
+    """
     inside, outside = np.zeros(len(goals)), np.ones(len(goals))
     parts = np.linspace(0, 1, 400)
     way = start + parts[:, None, None] * (goals - start)
@@ -261,7 +266,7 @@ def roots(f, points=20_001):
 
 
 def left_over(name, known):
-    """Return the complex residual of a planar loop with one unknown."""
+    """Return a function that computes the residual of a planar loop with one unknown."""
     e = lambda angle: np.exp(1j * angle)  # noqa: E731
     return {
         "four_bar": lambda x: abs(0.1 * e(known) + 0.3 * e(known + x) - 0.35) - 0.25,
@@ -353,7 +358,7 @@ def test_every_parallelogram_assembly_is_a_branch():
     assert theta.shape[1] == 32
     labels = r.labels["chain_branches"]
     assert sum("crossed" not in label for label in labels) == 4
-    # The wrist stays level only if both rods are parallel.
+    # The wrist stays level only if both parallelograms are assembled parallel, not crossed.
     level = np.abs(wrapped(theta[..., 2:5].sum(-1) - theta[:, :1, 2:5].sum(-1))) < 1e-9
     parallel = ["greater_rod parallel, smaller_rod parallel" in label for label in labels]
     assert level[:, parallel].all()

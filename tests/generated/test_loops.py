@@ -101,8 +101,11 @@ def test_configuration_stays_on_reference_branch(name):
 
 
 def relative(found, expected):
-    """Return the largest relative difference. A difference is divided by the largest expected
-    entry of its row, or by 1 if all entries are smaller."""
+    """Return the largest relative difference between two arrays.
+
+    Each difference is divided by the largest expected entry of its row, or by 1 if all entries are
+    smaller.
+    """
     axes = tuple(range(1, expected.ndim))
     size = np.maximum(1.0, np.abs(expected).max(axes, keepdims=True))
     return float((np.abs(found - expected) / size).max())
@@ -155,7 +158,7 @@ def test_kinematics_equal_the_main_chain_derived_as_a_serial_robot(name):
 
 
 def as_casadi(name, function, *symbols):
-    """Call a generated CasADi function, whose inputs are some of q, qd and qdd."""
+    """Call a generated CasADi function with those of the symbols q, qd and qdd that it needs."""
     kept = casadi_function(GENERATED / name, function)
     given = dict(zip(["q", "qd", "qdd"], symbols, strict=False))
     return kept(**{key: given[key] for key in kept.name_in()})[function]
@@ -294,7 +297,7 @@ def on_the_branch(name, q, back):
         return np.ones(len(q), dtype=bool)
     far = (r.actuator_margin(r.chain(q)) > 1e-3).all(-1)
     if name == "slider_crank":
-        # The slider has the same positions on the other half of the crank circle.
+        # Each slider position occurs on both halves of the crank circle.
         far &= np.sin(q[:, 0]) * np.sin(r.reference.q[0]) > 0
     return far
 
@@ -332,7 +335,8 @@ def slope(function, step=1e-4):
 # --- one pose, many poses and CasADi ---
 
 COMPARED = ["slider_crank", "five_bar", "well_manipulator", "bricklaying_gantry"]
-"""Robots with a slider in the loop, with two actuators, with cylinders, and without loops."""
+"""Compared robots: one with a slider, one with two actuators, one with cylinders, and one without
+loops."""
 
 
 def arguments(name, function, n):

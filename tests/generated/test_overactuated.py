@@ -18,13 +18,13 @@ LEAST += ("velocity_relation", "jacobian_mixed")
 
 @pytest.fixture(scope="module", params=PLATFORMS)
 def exact(request, tmp_path_factory):
-    """Return a platform with redundant actuators, and its model."""
+    """Return a platform with redundant actuators, and its numeric model."""
     return platform(tmp_path_factory, drawn_overactuated(request.param, 2), EXACT)
 
 
 @pytest.fixture(scope="module", params=PLATFORMS)
 def least(request, tmp_path_factory):
-    """Return a platform with least-squares closure, and its model."""
+    """Return a platform with least-squares closure, and its numeric model."""
     mechanism = drawn_overactuated(request.param, 3, closure="least squares")
     return platform(tmp_path_factory, mechanism, LEAST)
 
@@ -32,7 +32,7 @@ def least(request, tmp_path_factory):
 def platform(tmp_path_factory, mechanism, functions):
     """Return a compiled platform and its numeric model.
 
-    The model has no swing angles.
+    The numeric model of the platform has no swing angles.
     """
     robot = compiled(mechanism, tmp_path_factory.mktemp("platform") / "spare", functions, ["c"])
     return robot, Model(on_balls(mechanism))
@@ -76,7 +76,7 @@ def test_rates_are_the_difference_quotient(exact):
 
 
 def test_forces_of_the_legs_do_the_work_of_their_wrench(exact):
-    """J_x^T J_q^-T maps the forces of the actuators to the wrench on the tool."""
+    """With J_x x' = J_q q', the matrix J_x^T J_q^-T maps actuator forces to the tool wrench."""
     robot, _ = exact
     theta = poses_near(robot)
     thetad = np.random.default_rng(2).uniform(-1, 1, theta.shape)
@@ -103,7 +103,7 @@ def test_consistent_actuators_return_their_pose(least):
 
 
 def test_inconsistent_actuators_return_the_pose_of_least_gaps(least):
-    """A Gauss-Newton step on a NumPy model leaves the configuration unchanged."""
+    """The gradient of the squared closure gaps of a NumPy model vanishes at the configuration."""
     robot, model = least
     rng = np.random.default_rng(4)
     q = robot.actuators(poses_near(robot)) + rng.uniform(-1e-3, 1e-3, (POSES, robot.n))

@@ -230,7 +230,7 @@ def test_single_pose_and_batch_results_agree(name):
     q = within(name, 60, 11)
     given = {"q": q, "theta": r.chain(q), "z": r.configuration(q)}
     given["seed"] = given["z"]
-    # The swing angles of struts are the last variables.
+    # The last entries of a configuration z are the swing angles of struts.
     given["w"] = given["z"][:, : r.functions["closure"].inputs[0].shape[0]]
     generator = np.random.default_rng(12)
     for key in ("q", "theta", "z", "w"):
@@ -298,7 +298,7 @@ def turned(vector, angle):
 
 @pytest.mark.parametrize("name", PLANAR)
 def test_concurrent_rods_are_type_2_singularity(name):
-    """The platform is at the center, and all rods (nearly) intersect there."""
+    """The platform is at the center, where all rods intersect or nearly intersect."""
     r, rod = robot(name), PLANAR[name]
     # The rods lie on lines through the center, so the crank ends have the distance `reach` from the
     # center.

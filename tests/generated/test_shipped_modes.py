@@ -1,4 +1,4 @@
-"""Modes of the shipped platforms, and leg lengths at a pose."""
+"""Tests assembly modes of the shipped platforms, and their leg lengths at a pose."""
 
 from functools import cache
 
@@ -38,7 +38,7 @@ def test_assembly_modes_close_and_contain_reference(name):
     assert np.abs(rods).max() < CLOSED
     assert np.isnan(found.T[~found.valid]).all()
     assert np.isnan(found.margin[~found.valid]).all()
-    # Real solutions occur in pairs, in the first solution slots.
+    # Real assembly modes occur in pairs and fill the first solution slots.
     assert (found.valid.sum(-1) % 2 == 0).all()
     assert (found.valid[:, :-1] >= found.valid[:, 1:]).all()
     assert np.nanmin(apart(found.T, r.fk(q)[:, None]), axis=-1).max() < 1e-9

@@ -10,7 +10,8 @@ SOURCES = sorted([*RUNTIME.glob("**/*.c"), *RUNTIME.glob("**/*.h")])
 TOLERANCES = RUNTIME / "numerics" / "_tolerances.h"
 COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 SMALL = re.compile(r"(?<![\w.])(?:\d+\.?\d*[eE]-\d+|0\.0*[1-9]\d*|DBL_EPSILON)(?!\w)")
-"""Matches a negative exponent, a decimal fraction below 1, or a multiple of machine epsilon."""
+"""Pattern for small constants: numbers with a negative exponent, decimal fractions below 1, and
+machine epsilon."""
 HALF = "0.5"
 LONGEST = 500
 

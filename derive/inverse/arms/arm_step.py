@@ -1,7 +1,7 @@
-"""A loop step that treats the unknown joints of a loop as a serial arm between known bodies.
+"""A loop step that treats a loop's unknown joints as a serial arm between bodies of known pose.
 
-This loop step supplements the loop steps in ``derive/loops/spatial/``. By default, the arm uses the
-branch that contains the reference configuration.
+The step ``ArmStep`` supplements the loop steps in ``derive/loops/spatial/``. By default, the arm
+uses the branch that contains the reference configuration.
 """
 
 import math
@@ -32,21 +32,22 @@ from ..steps.work import InverseStep, Work
 from .loop_arm import LoopArm, loop_arm
 
 WHOLE = 6
-"""Number of joints of an arm that reaches all poses near a regular configuration."""
+"""Minimum number of joints with which an arm can reach every pose near a nonsingular configuration.
+"""
 Signs = Sequence[sp.Expr]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ArmStep(LoopStep):
-    """A solution step for joints of a serial arm between known bodies.
+    """A solution step for joints of a serial arm between two bodies of known pose.
 
-    The step has up to two solutions.
+    Each solution step of the serial arm has up to two solutions.
 
     Attributes:
-        found: Values of all joints of the arm if this step is the first step of the arm. Empty for
-            later steps.
-        arm: The serial arm if this step is the first step of the arm. None for later steps, and for
-            the step that tests whether locked joints keep their values.
+        found: Values of all arm joints if this step is the first step of the arm, otherwise an
+            empty tuple.
+        arm: The serial arm for its first step, or None for later steps and for the step that tests
+            the values of locked joints.
     """
 
     found: tuple[sp.Expr, ...] = ()
@@ -61,7 +62,7 @@ class ArmStep(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, loop: Loop) -> bool:
-        """Solve for the unknown joints of a loop, or return False if no structure fits them."""
+        """Solve a loop's unknown joints as a serial arm, or return False if this is impossible."""
         terms, known = legs.terms, legs.known
         either = _arm(legs, loop)
         signs = None if either is None else either.signs(legs)
@@ -83,7 +84,7 @@ class ArmStep(LoopStep):
     def equations(self) -> StepEquations:
         """Return the unknown joints and their values, without equations.
 
-        The steps of the arm's closed-form inverse replace the equations.
+        The solution steps of the arm's closed-form inverse kinematics replace the equations.
         """
         return StepEquations(
             unknowns={quantity(f"s{k}"): value for k, value in enumerate(self.found)}
@@ -91,7 +92,7 @@ class ArmStep(LoopStep):
 
 
 class _SymbolicWork(Work):
-    """State of the derivation of an arm's inverse, with symbols as branch signs."""
+    """State while the inverse kinematics of an arm is derived, with symbols as branch signs."""
 
     def sign(self) -> sp.Expr:
         """Return a new symbol that selects one of two solutions."""
@@ -101,13 +102,13 @@ class _SymbolicWork(Work):
 
 @dataclass(frozen=True)
 class _EitherBranch:
-    """The solution of an arm with symbolic branch signs, valid for every branch.
+    """The inverse kinematics solution of an arm for every branch, with symbols as branch signs.
 
     Attributes:
         arm: The arm.
         work: The solution steps.
         sides: The branch signs on which the values of the unknown joints depend.
-        values: Values of the unknown joints, keyed by name.
+        values: Values of the unknown joints, keyed by joint name.
         residual: The squared pose error (m^2 and rad^2).
     """
 
@@ -130,10 +131,10 @@ class _EitherBranch:
         return cls(arm, work, sides, values, residual)
 
     def signs(self, legs: Legs) -> Signs | None:
-        """Return the requested branch signs, or the signs at the reference.
+        """Return the requested branch signs, or the branch signs at the reference configuration.
 
-        If no branch is requested, exactly one branch must contain the reference configuration.
-        Otherwise, the result is None.
+        If no branch is requested, the method returns None unless exactly one branch contains the
+        reference configuration.
         """
         keys = [(self.arm.closure, symbol.name) for symbol in self.sides]
         if legs.branch is not None:
@@ -148,7 +149,7 @@ class _EitherBranch:
     def _distance(self, reference: AtReference, signs: Sequence[int]) -> float:
         """Return the distance of a branch from the reference configuration.
 
-        Displacements of prismatic joints are divided by the size of the robot.
+        For this distance, displacements of prismatic joints are divided by the size of the robot.
         """
         at = _with_signs(reference, self.values, dict(zip(self.sides, signs, strict=True)))
         near = reference.assumed | reference.given
@@ -161,7 +162,7 @@ class _EitherBranch:
         return math.hypot(*apart)
 
     def on(self, signs: Signs, size: float) -> tuple[dict[str, sp.Expr], list[ArmStep]]:
-        """Return the joint values and the steps on a branch.
+        """Return the values of the unknown joints, and the solution steps, for one branch.
 
         Args:
             signs: The branch signs.
@@ -191,13 +192,13 @@ class _EitherBranch:
         return values, [first, *others]
 
     def _fails(self, step: InverseStep) -> bool:
-        """Whether an inverse step has two solutions, or may have no solution."""
+        """Whether an inverse kinematics step has two solutions, or may have no solution."""
         return step.found.margin is not None or step.found.sign in self.sides
 
     def _step(self, step: InverseStep, at: Mapping[sp.Symbol, sp.Expr]) -> ArmStep:
-        """Return the solution step of the arm on a branch.
+        """Convert an inverse kinematics step to a solution step of the arm for one branch.
 
-        The step's list of joints starts with the name of the loop closure.
+        The joint list of the solution step starts with the name of the loop closure.
         """
         margin, sign = step.found.margin, step.found.sign
         if margin is not None:
@@ -212,9 +213,9 @@ class _EitherBranch:
 
 
 def _arm(legs: Legs, loop: Loop) -> _EitherBranch | None:
-    """Solve for the unknown joints of a loop with the inverse of a serial arm.
+    """Solve for the unknown joints of a loop with the inverse kinematics of a serial arm.
 
-    Return None if this is impossible.
+    Return None if the unknown joints cannot be solved as a serial arm.
     """
     terms, mechanism, values = legs.terms, legs.mechanism, legs.known.values
     open_ = frozenset(joint.name for joint in loop.joints if joint.name not in values)
@@ -236,7 +237,7 @@ def _arm(legs: Legs, loop: Loop) -> _EitherBranch | None:
 def _with_signs(
     reference: AtReference, values: dict[str, sp.Expr], signs: dict[sp.Symbol, int]
 ) -> AtReference:
-    """Return the reference configuration with values of the branch signs."""
+    """Return the values of terms at the reference configuration for given branch signs."""
     terms, moved = reference.terms, set(signs)
     used = {symbol for value in values.values() for symbol in value.free_symbols}
     for symbol in terms.needed(values.values()):
@@ -249,7 +250,7 @@ def _with_signs(
 
 
 def _is_smooth(terms: Terms, values: Iterable[sp.Expr]) -> bool:
-    """Whether the values are free of the functions Min and Max."""
+    """Whether the expressions, and the terms on which they depend, contain neither Min nor Max."""
     waiting, seen = [*values], set[sp.Symbol]()
     while waiting:
         entry = waiting.pop()
@@ -279,9 +280,9 @@ def _least(terms: Terms, margins: Sequence[sp.Expr]) -> sp.Expr:
 
 
 def with_arms(h: SolvedLoops) -> SolvedLoops:
-    """Solve the remaining loop joints as serial arms.
+    """Solve the loop joints that are still unknown as serial arms.
 
-    If the actuators still do not determine all joints, the argument is returned unchanged.
+    If the actuators do not determine all joints even with serial arms, ``h`` is returned unchanged.
     """
     if not h.forward.open or h.is_overdetermined or h.least_squares_closure is not None:
         return h
@@ -294,9 +295,10 @@ def with_arms(h: SolvedLoops) -> SolvedLoops:
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Return the makers of the functions that need the inverse of a serial arm.
+    """Return callables that build the functions that need the inverse of a serial arm.
 
-    Each of these functions takes the joint values of the main chain as an input.
+    Each function that needs the inverse of a serial arm takes the joint values of the main chain as
+    an input.
     """
     arms = from_chain_with_arms(h)
     if arms is None:
@@ -312,10 +314,10 @@ def _with(arms: SolvedLoops, maker: Maker, _: SolvedLoops) -> SymbolicFunction:
 def from_chain_with_arms(h: SolvedLoops) -> SolvedLoops | None:
     """Solve the loops for given values of the joints in the main chain.
 
-    Some steps use inverses of serial arms.
+    Some solution steps of the loops use the inverse kinematics of serial arms.
 
-    The result is None if all actuators can be computed without inverses of serial arms. The result
-    is also None if the inverses of serial arms do not determine all actuators.
+    Return None if all actuators can be computed without serial arms, or if serial arms do not
+    determine all actuators.
     """
     actuated = {coordinate.moves for coordinate in h.mechanism.coordinates}
     if actuated.isdisjoint(h.backward.open) or h.least_squares_closure is not None:

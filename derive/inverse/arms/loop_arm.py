@@ -1,9 +1,10 @@
 """A part of a loop as a serial arm between two known bodies.
 
-If all other joints of a loop are known, its unknown joints and its closure form a serial arm. The
-last link of this arm has a known pose. Therefore, a family of closed-form inverses can solve the
-arm. Examples are the legs of a tripteron (one prismatic joint and three parallel axes), of an
-Exechon and of a 3-UPU, and a shaft between universal joints.
+The unknown joints of a loop and the loop closure form a serial arm if all other joints of the loop
+are known. The last link of this serial arm has a known pose, so the closed-form inverse kinematics
+of an arm family can solve the arm. Examples of such arms are the legs of a tripteron, with one
+prismatic joint and three parallel axes. Other examples of such arms are the legs of an Exechon or a
+3-UPU, and a shaft between universal joints.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -33,7 +34,7 @@ FREEDOMS: Mapping[str, tuple[Joint, ...]] = {
     "slider": (Joint("closure", "prismatic"),),
     "weld": (),
 }
-"""The motion of the loop-closing joint as serial joints, keyed by the closure kind."""
+"""Serial joints that replace the loop-closing joint of a closure, keyed by the closure kind."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class LoopArm:
     """The unknown joints of a loop as a serial arm between two known bodies.
 
     Attributes:
-        closure: Name of the closure.
+        closure: Name of the loop closure.
         known: The known joints between the first body of the loop and the base of the arm.
         unknown: The moving joints of the arm, without the loop-closing joint.
         back: The known joints from the body where the loop begins to the target body of the arm.
@@ -67,7 +68,7 @@ class LoopArm:
         Args:
             mechanism: The mechanism to which the joints of the arm belong.
             terms: Names of all terms.
-            values: Values of the known joints by name.
+            values: Values of the known joints, keyed by joint name.
         """
         start = pose_along(mechanism, terms, self.known, (), values)
         end = pose_along(mechanism, terms, self.back, self.end, values)
@@ -77,8 +78,8 @@ class LoopArm:
         """Return the values of the unknown joints, and the squared pose error (m^2 and rad^2).
 
         Args:
-            work: State of the derivation. The function adds the branch signs and the solution steps
-                of the arm to this state.
+            work: State of the derivation, to which ``solved`` adds the branch signs and the
+                solution steps of the arm.
             entries: The matrix entries of the pose that the arm must reach.
         """
         terms, robot = work.terms, self.robot
@@ -154,7 +155,7 @@ def _robot(
 
 
 def structure_of(robot: SerialRobot, terms: Terms) -> tuple[Lines, Attempt] | None:
-    """Return the axes and the structure of an arm, or None if no structure fits."""
+    """Return the axes and the axis structure of an arm, or None if no structure fits the axes."""
     classification = classify(robot, terms, families=LEG_FAMILIES)
     found = classification.found
     if found is None:

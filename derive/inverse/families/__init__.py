@@ -39,6 +39,6 @@ FAMILIES: tuple[Family, ...] = (
     TURNING_HAND,
     TELESCOPIC_ARM,
 )
-"""All families, in the order in which a chain is compared with them."""
+"""All arm families, in the order in which a chain is compared with them."""
 LEG_FAMILIES = (*FAMILIES, UNIVERSAL_ROD)
-"""Families that are tried for the legs of a platform."""
+"""Arm families that are tried for serial arms inside loops, such as the legs of a platform."""

@@ -1,14 +1,15 @@
-"""A revolute column, two prismatic joints and a wrist.
+"""An arm with a revolute column, two prismatic joints and a wrist.
 
 The first wrist axis is parallel to the column.
 
 Joints 2 and 3 are prismatic and have different directions. Axis 4 is parallel to axis 1, and axes 5
 and 6 intersect. The prismatic joints do not rotate the tool. Joints 1 and 4 rotate the tool by the
-sum of their angles. The orientation determines the sum of angles 1 and 4, and angles 5 and 6. Axes
-4, 5 and 6 need no common point. Joints 1 to 3 then position the wrist.
+sum of their angles. The tool orientation determines angles 5 and 6, and the sum of angles 1 and 4.
+Axes 4, 5 and 6 need no common point. After the orientation is solved, joints 1 to 3 position the
+wrist.
 
-Maximum number of solutions: 4. There are two solutions for the orientation and two for the
-position.
+Maximum number of solutions: 4. The tool orientation and the wrist position have up to two solutions
+each.
 """
 
 import numpy as np
@@ -111,9 +112,9 @@ def _far_from_the_column(
 ) -> FoundTurn:
     """Return the sum of angles 1 and 4.
 
-    If the orientation does not determine this sum, axis 4 is placed as far as possible from the
-    column. Joint 1 can rotate axis 4 into the plane of the prismatic joints only if this distance
-    is large enough.
+    If the tool orientation does not determine the sum of angles 1 and 4, axis 4 is placed as far as
+    possible from the column. Joint 1 can rotate axis 4 into the plane of the prismatic joints only
+    if axis 4 is far enough from the column.
     """
     x, y, z = W
     best = sp1(terms, column.h, reach, (-x, -y, -z)).turn

@@ -1,13 +1,13 @@
 """A rotating base, two parallel revolute joints and a telescope, as in cranes and log loaders.
 
-One of joints 2, 3 and 4 is prismatic; the remaining two are revolute with parallel axes. The
+One of joints 2, 3 and 4 is prismatic, and the other two are revolute with parallel axes. The
 direction of the prismatic joint is perpendicular to the parallel axes. Axis 1 is perpendicular to
 the parallel axes. If there is a fifth axis, it is also perpendicular to the parallel axes. The
-steps are those for a rotating base with three parallel axes. The telescope changes one side of the
-triangle.
+solution steps are the same as for an arm with a rotating base and three parallel axes. The
+telescope changes the length of one side of the arm triangle.
 
-Maximum number of solutions for a pose: 4 with five joints, 2 with four joints. Maximum number of
-solutions for a position and a pitch: 8.
+A pose has at most 4 solutions for an arm with five joints, and at most 2 for an arm with four
+joints. A tool position with a pitch angle has at most 8 solutions.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """Description of a family of chains with a closed-form inverse.
 
-A family is one object in one file. The package's ``__init__`` lists all families. Other modules use
-only the fields of the family object, and never test for a particular family.
+Each arm family is one object in its own file. The package's ``__init__`` lists all families. Other
+modules use only the fields of the family object, and never test for a particular family.
 """
 
 from collections.abc import Callable
@@ -30,28 +30,30 @@ class Family:
     """A structure of axes and its closed-form inverse.
 
     Attributes:
-        title: Description of the structure, for ``chasles explain`` and the article.
+        title: Description of the axis structure, for ``chasles explain`` and the LaTeX article.
         joints: Possible numbers of joints.
         requires: Function that returns the conditions on the axes, and how far the axes deviate
             from each condition.
         solve: Function that solves for all joints step by step, given the displacement of the tool.
-            Each step has a reason, a degenerate case and an equation for the explanation and the
-            article.
+            Each solution step has a reason, a degenerate case and an equation for the explanation
+            and the LaTeX article.
         readings: The ends of the chain from which the axes may be numbered.
         behind_given: Whether the family may solve the free joints of a longer chain whose other
             joints are fixed.
-        rather_gives: Whether the family is tried last for chains with fixed joints.
+        rather_gives: Whether the family is tried after all other families if joints of the chain
+            are fixed.
         solves_pose: Whether the family solves for the full tool pose (task ``ik``). A family with
             ``solves_pose = False`` solves only parts of the pose, such as the position.
-        inputs: Inputs of ``solve`` other than the displacement, for example a swivel angle.
-        tasks: Tasks other than the pose. The chain must have no fixed joint and must be numbered
-            from the base.
+        inputs: Inputs of ``solve`` other than the displacement of the tool, for example a swivel
+            angle.
+        tasks: Inverse tasks other than ``solve``, available only if no joint is fixed and the axes
+            are numbered from the base.
         functions: Function that returns further functions of a chain without fixed joints, such as
             its swivel angle.
-        has_couplings: Whether the solution steps include the couplings of joints.
-        coupled_position: Function that returns the task for the hand's position if couplings fix
-            the hand's orientation, otherwise None. The field is None if the family never has this
-            task.
+        has_couplings: Whether the solution steps already include the couplings between joints.
+        coupled_position: Function that returns the inverse task of the hand position if couplings
+            fix the hand orientation, and otherwise returns None. The field ``coupled_position`` is
+            None if the family has no such task.
     """
 
     title: str

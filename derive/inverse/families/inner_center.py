@@ -1,6 +1,6 @@
 """Six revolute joints. Axes 2, 3 and 4 intersect in one point inside the arm.
 
-Numbered from the tool, axes 3, 4 and 5 of the arm intersect in one point. Maximum number of
+If the axes are numbered from the tool, axes 3, 4 and 5 intersect in one point. Maximum number of
 solutions: 8.
 
 Source: Elias and Wen 2022, table 1 (three consecutive intersecting axes).
@@ -98,9 +98,9 @@ def _with_center_in_reach(
 ) -> CosSin:
     """Return the angle of joint 6.
 
-    If the pose does not determine angle 6, the angle with the smallest orientation error is
-    selected. Joints 2 to 4 limit the angle between axes 4 and 2. The angle between axes 4 and 2 is
-    unlimited only if axis 3 is perpendicular to axes 2 and 4.
+    If the pose does not determine angle 6, angle 6 is set to the value with the smallest
+    orientation error. Joints 2 to 4 limit the angle between axes 4 and 2. The angle between axes 4
+    and 2 is unlimited only if axis 3 is perpendicular to axes 2 and 4.
     """
     terms = lines.terms
     a1, a2, a3, a4, a5, a6 = lines.axes

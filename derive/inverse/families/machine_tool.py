@@ -1,19 +1,21 @@
-"""Machine tools: consecutive prismatic joints and revolute joints.
+"""Machine tools, which consist of consecutive prismatic joints and of revolute joints.
 
-Gantries and single joints also have this structure. At most three prismatic joints are consecutive.
-The orientation determines the revolute joints. The remaining position error determines the
-prismatic joints.
+Gantries and single joints also belong to the machine tool family. A machine tool has at most three
+prismatic joints, all of them consecutive. The tool orientation determines the revolute joints. The
+position error that remains after the rotations determines the prismatic joints.
 
-An arm of this family has at most two revolute joints, with two exceptions. Three revolute joints
-are possible if the arm also has three prismatic joints. Three consecutive revolute joints are
-possible if their axes intersect in one point. If the first and the third axis become parallel, the
-orientation determines only the sum of angles 1 and 3. With three prismatic joints, the tool reaches
-the position at every value of angle 1. If fixed joints rotate the directions of the three prismatic
-joints into one plane, the position determines angle 1. The axes need not intersect or be
-perpendicular.
+A machine tool has at most two revolute joints, with two exceptions. Three revolute joints are
+possible if the arm also has three prismatic joints. Three consecutive revolute joints are possible
+if their axes intersect in one point. If the first and the third revolute axis become parallel, the
+orientation determines only the sum of the angles of these two joints. With parallel first and third
+revolute axes and three prismatic joints, the tool reaches the position at every angle of the first
+revolute joint. If fixed joints rotate the directions of the three prismatic joints into one plane,
+the position determines the angle of the first revolute joint. The axes of a machine tool with two
+revolute joints need not intersect or be perpendicular.
 
-A pose has at most one solution, or two if the arm has three revolute joints. A position and a
-direction have at most two solutions. For an unreachable pose, the steps return a nearby pose.
+A pose has at most one solution, or two if the arm has three revolute joints. A tool position with a
+tool direction has at most two solutions. For an unreachable pose, the solution steps return the
+joint values of a nearby pose.
 """
 
 from functools import partial

@@ -1,8 +1,8 @@
 """Three revolute joints that orient the tool, as in camera heads.
 
-The orientation determines the angles of the three joints. The axes of the joints need not
-intersect. If the first and the third axis are aligned, the angles of these two joints follow from
-the position instead. The residual includes the position error. Maximum number of solutions: 2.
+The orientation determines the angles of the three joints. The axes of the three joints need not
+intersect. If the first and the third axis are aligned, the tool position determines the angle of
+the first joint. The residual includes the position error. Maximum number of solutions: 2.
 """
 
 from functools import partial

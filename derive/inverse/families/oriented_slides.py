@@ -1,8 +1,8 @@
-"""Prismatic joints in any order, between revolute joints.
+"""Arms with prismatic and revolute joints in any order.
 
-The orientation determines up to three revolute joints. Consecutive revolute joints are never
-parallel. Up to three joints are prismatic. Maximum number of solutions: 1 for up to two revolute
-joints, 2 for three.
+The tool orientation determines the angles of up to three revolute joints. The axes of two
+consecutive revolute joints are never parallel. Up to three joints are prismatic. An arm with up to
+two revolute joints has at most 1 solution, and an arm with three has at most 2.
 """
 
 from ..steps.slides_between_turns import requires, solve

@@ -1,9 +1,10 @@
 """Six revolute joints. Axes 2, 3 and 4 are parallel.
 
-Joints 2 to 4 do not change vector components along axes 2 to 4. Two equations follow for axis 6.
-The first equation contains the component of the direction h_6 along axes 2 to 4. The second
-equation contains the component of the position of a point on axis 6 along axes 2 to 4. Subproblem 6
-solves the two equations for angles 1 and 5. Maximum number of solutions: 8.
+Joints 2 to 4 do not change vector components along axes 2 to 4. Therefore, axis 6 satisfies two
+equations that do not contain angles 2 to 4. One equation contains the component of the direction of
+axis 6 along axes 2 to 4. The other equation contains the component of the position of a point on
+axis 6 along axes 2 to 4. Subproblem 6 solves the two equations for angles 1 and 5. Maximum number
+of solutions: 8.
 
 Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel).
 """
@@ -113,7 +114,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 Row = tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr], sp.Expr]
-"""An equation: coefficients of (sin, cos) of angle 1 and of angle 5, and the right-hand side."""
+"""Equation in angles 1 and 5, with the (sin, cos) coefficients of each angle and the right-hand
+side."""
 
 
 def _nearer(
@@ -124,15 +126,16 @@ def _nearer(
     angles: tuple[CosSin, CosSin],
     exists: Boolean,
 ) -> tuple[CosSin, CosSin]:
-    """Return refined angles 1 and 5.
+    """Return angles 1 and 5 after a second-order refinement step.
 
-    The angles are unchanged unless the refinement reduces both errors.
+    Angles 1 and 5 are unchanged unless the refinement reduces the sum of the squared errors of both
+    equations.
 
-    If axis 6 is nearly parallel to axes 2 to 4, the component of a vector along these axes
-    determines the vector only to 1e-8. The component normal to the axes is accurate to double
-    precision. Let c and c' be the components of two unit vectors along the axes. Let p and p' be
-    the projections of these unit vectors onto the plane normal to the axes. The projections satisfy
-    ``|p|^2 - |p'|^2 = (c' - c)(c' + c)``.
+    If axis 6 is nearly parallel to axes 2 to 4, its component along these axes determines its
+    direction only to 1e-8. The component of axis 6 normal to axes 2 to 4 is accurate to double
+    precision. Let c and c' be the components of two unit vectors along axes 2 to 4. Let p and p' be
+    the projections of the same two unit vectors onto the plane normal to axes 2 to 4. The
+    components and projections of these unit vectors satisfy ``|p|^2 - |p'|^2 = (c' - c)(c' + c)``.
     """
     let, h = terms.let, lines.axes[1].h
     a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]
@@ -175,8 +178,9 @@ def _aligned(
 ) -> tuple[CosSin, CosSin]:
     """Return angles 1 and 5 at which axis 6 is parallel to axes 2 to 4.
 
-    If no angles near ``angles`` make the axes parallel, ``angles`` is returned unchanged. Several
-    solutions coincide at a pose with parallel axes, so their accuracy is only 1e-5.
+    If no angles near ``angles`` make axis 6 parallel to axes 2 to 4, ``angles`` is returned
+    unchanged. At a pose where axis 6 is parallel to axes 2 to 4, several solutions coincide, so
+    their accuracy is only 1e-5.
     """
     let, h = terms.let, lines.axes[1].h
     a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]
@@ -209,7 +213,7 @@ def _row(
     right: tuple[Vector, Vector],
     constant: sp.Expr,
 ) -> Row:
-    """Return (coefficients of sin and cos, right-hand side) of ``h.R(k1) p1 = c + h.R(k2) p2``."""
+    """Return the coefficients and right-hand side of ``h.R(k1) p1 = c + h.R(k2) p2``."""
     (k1, p1), (k2, p2) = left, right
     along = [terms.let(dot(terms, h, k) * dot(terms, k, p)) for k, p in (left, right)]
     A = dot(terms, h, cross(terms, k1, p1)), dot(terms, h, perpendicular(terms, k1, p1))

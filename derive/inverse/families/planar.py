@@ -1,9 +1,9 @@
-"""Planar arms and SCARAs: up to three parallel revolute joints, and prismatic joints.
+"""Planar arms and SCARAs, with up to three parallel revolute joints and with prismatic joints.
 
-A prismatic joint along the axes lifts the tool. In a cylindrical robot, a prismatic joint
+A prismatic joint along the parallel axes lifts the tool. In a cylindrical robot, a prismatic joint
 perpendicular to two revolute axes replaces the third revolute joint. Maximum number of solutions:
 2. An arm with two revolute joints and no perpendicular prismatic joint has 1 solution. For an
-unreachable pose, the steps return a nearby pose.
+unreachable pose, the solution steps return the joint values of a nearby pose.
 """
 
 import numpy as np
@@ -29,8 +29,8 @@ from .family import Family
 
 _MIN_TURNS, _MAX_TURNS = 2, 3
 _FLAT = 0.1
-"""A prismatic and a revolute axis count as perpendicular if the cosine of the angle between the
-axes is below this value."""
+"""Upper limit of the cosine of the angle between a prismatic and a revolute axis that count as
+perpendicular."""
 _PHI = sp.Symbol("_phi", real=True)
 _PHI_LETTER = InputLetter((r"\varphi", r"\rho", r"\Phi"))
 
@@ -85,8 +85,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp1(terms, first.h, e, target.turned(terms, e)),
     )
     if telescopic is not None:
-        # 2, 3. Shoulder, elbow and wrist form a triangle. The prismatic joint sets the length of
-        # one side.
+        # 2, 3. The prismatic joint sets the length of one side of the triangle of shoulder, elbow
+        # and wrist.
         in_plane = tuple(axis for axis in lines.axes if axis.turns or axis is telescopic)
         telescope(work, in_plane, hand, W, total)
     elif len(turning) == _MIN_TURNS:

@@ -1,8 +1,9 @@
 """Three joints that position the tool, as in gantries and arms without a wrist.
 
-The joints do not control the orientation of the tool. One point of the tool reaches its target
-position. The residual includes the orientation error. This point is the tool origin, or another
-point of the tool if a joint does not move the tool origin. Maximum number of solutions: 4.
+The joints do not control the orientation of the tool. The joints move one point of the tool to its
+target position. The residual includes the orientation error. The tool point that reaches its target
+is the tool origin, or another point if a joint does not move the tool origin. Maximum number of
+solutions: 4.
 """
 
 import numpy as np
@@ -45,8 +46,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _moved_in_space(terms: Terms, lines: Lines, origin: Vector) -> Vector | None:
     """Return a point of the tool that can move in all three directions of space, or None.
 
-    The point is about one arm length from the tool origin. The result is None if the joints move
-    the tool origin in three directions.
+    The returned point is about one arm length from the tool origin. The function returns None if
+    the joints already move the tool origin in three directions.
     """
     if moves_in_space(lines, numbers(terms, origin)):
         return None
@@ -71,7 +72,7 @@ def _whole_pose(robot: SerialRobot, lines: Lines) -> Solved:
 
 # If the target is a pose, the axes may also be numbered from the tool to the base. For a position
 # target, axes are numbered from the base. The motion of fixed joints cannot be removed from a
-# position target, so a chain with fixed joints is not compared with this family.
+# position target, so the family POSITION is not tried for chains with fixed joints.
 POSITION = Family(
     "three joints that position the tool",
     (3,),

@@ -1,7 +1,7 @@
-"""Six joints. The last three are revolute and form a spherical wrist.
+"""An arm with six joints, of which the last three are revolute and form a spherical wrist.
 
-The first three joints position the wrist center (``steps.three_joints``). The wrist orients
-the tool. Maximum number of solutions: twice the number of solutions for the first three joints.
+The first three joints position the wrist center (``steps.three_joints``). The wrist orients the
+tool. The arm has at most twice as many solutions as its first three joints.
 
 Source: Pieper 1968; Elias and Wen 2022, 4.1.
 """

@@ -1,15 +1,16 @@
 """Seven revolute joints: a spherical shoulder, an elbow and a spherical wrist.
 
-The arm is redundant. At a fixed tool pose, the elbow can rotate about the line from shoulder to
-wrist. The swivel angle states where the elbow is. The swivel angle is measured about the line from
-shoulder to wrist, between a reference half plane and the half plane of the elbow.
+The seven-joint arm is redundant, because the elbow can rotate about the line from shoulder to wrist
+at a fixed tool pose. The swivel angle specifies the position of the elbow. The swivel angle is
+measured about the line from shoulder to wrist, between a reference half plane and the half plane of
+the elbow.
 
-Let S be the shoulder, W the wrist center, and E the elbow: the point of axis 4 nearest to axis 3.
-Let ``w = (W - S) / |W - S|``, let t be the direction opposite to axis 1, and let r be normal to
-axis 1.
+Let S be the shoulder, W the wrist center, and E the elbow, which is the point of axis 4 nearest to
+axis 3. Let ``w = (W - S) / |W - S|``, let t be the direction opposite to axis 1, and let r be
+normal to axis 1.
 
-    Then ``e_x = direction of ((w - t) x r) x w``, ``e_y = w x e_x`` and ``swivel = atan2(e_y.(E -
-    S), e_x.(E - S))``.
+    The unit vectors ``e_x = direction of ((w - t) x r) x w`` and ``e_y = w x e_x`` give ``swivel =
+    atan2(e_y.(E - S), e_x.(E - S))``.
 
 The reference half plane is undefined if the wrist is straight below the shoulder, where a
 floor-mounted arm has its base. For a wrist straight below the shoulder, the swivel angle is
@@ -64,7 +65,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, *_ = lines.axes
     shoulder, center, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
-    # 1. The shoulder joints keep the distance between shoulder and wrist center.
+    # 1. The shoulder joints do not change the distance between shoulder and wrist center.
     wanted = work.name_vector(("W", "V"), "the wrist center", target.point(terms, center))
     V = subtracted(terms, wanted, shoulder)
     upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, center, elbow)
@@ -163,14 +164,15 @@ def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vecto
 def _frame(
     terms: Terms, arm: Vector, upper: Vector, fore: Vector, h: Vector
 ) -> tuple[Vector, Vector, Vector]:
-    """Return three vectors for joints 1 to 3 at zero.
+    """Return three unit vectors of the arm with joints 1 to 3 at zero.
 
-    The vectors are the direction from shoulder to wrist, the normal of the arm plane and the side
-    direction.
+    The three vectors are the direction from shoulder to wrist, the normal of the arm plane and the
+    side direction.
 
     If the upper arm and the forearm move in a plane normal to the elbow axis, the side direction
-    lies in this plane. This direction is also defined for a stretched arm. For other arms, the side
-    direction points from the line between shoulder and wrist to the elbow.
+    lies in this plane. In the plane normal to the elbow axis, the side direction is also defined
+    for a stretched arm. If the upper arm or the forearm leaves this plane, the side direction
+    points from the shoulder-wrist line to the elbow.
     """
     w = _unit(terms, arm, upper)
     flat = all(
@@ -190,7 +192,7 @@ def _elbow(lines: Lines) -> Vector:
     return lines.meeting(3, 2)
 
 
-# Axis 1 is the reference of the swivel angle, so the numbering must start at the base.
+# The swivel angle is measured relative to axis 1, so the axes must be numbered from the base.
 SWIVEL = Family(
     "spherical shoulder and spherical wrist",
     (7,),

@@ -1,8 +1,8 @@
 """A telescopic arm with two parallel axes and a prismatic joint. Axes 5 and 6 intersect.
 
-Joint 1 is revolute. One of joints 2 to 4 is prismatic and perpendicular to the axes of the other
-two, which are parallel. An example is an Exechon with a head: a universal joint, a telescope and
-three revolute joints. Maximum number of solutions: 8.
+Joint 1 is revolute. One of joints 2 to 4 is prismatic and perpendicular to the parallel axes of the
+other two joints. An example of a telescopic arm is an Exechon with a head, which consists of a
+universal joint, a telescope and three revolute joints. Maximum number of solutions: 8.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ from ..subproblems.turns import rotated
 from .family import Family
 
 _ARM = (1, 2, 3)
-"""Indices of the joints that move in a plane."""
+"""Indices of joints 2 to 4, which move in one plane."""
 
 
 def _requires(lines: Lines) -> list[Requirement]:
@@ -47,8 +47,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     pair = tuple(axis for axis in arm if axis.turns)
     second, center = pair[0], lines.meeting(5, 4)
 
-    # 1. Joints 5 and 6 do not move the intersection of their axes. Joints 2 to 4 move this point
-    # perpendicular to the parallel axes.
+    # 1. Joints 5 and 6 do not move the intersection of their axes. Joints 2 to 4 move the
+    # intersection of axes 5 and 6 perpendicular to the parallel axes.
     meaning = "the common point of axes 5 and 6"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, center))
     reason = f"only this joint moves the common point of axes 5 and 6 along axis {second.name}"

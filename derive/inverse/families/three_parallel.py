@@ -1,9 +1,11 @@
-"""Six revolute joints, as in UR arms. Axes 2, 3 and 4 are parallel, axes 5 and 6 intersect.
+"""Six revolute joints, as in UR arms.
+
+Axes 2, 3 and 4 are parallel, and axes 5 and 6 intersect.
 
 Maximum number of solutions: 8.
 
-Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel, 5-6 intersecting). The order of the steps
-and the treatment of singularities are original.
+Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel, 5-6 intersecting). The order of the solution
+steps and the treatment of singularities do not come from the cited source.
 """
 
 from ...terms.vectors import subtracted
@@ -33,8 +35,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     center = lines.meeting(5, 4)
 
-    # 1. Joints 5 and 6 do not move the intersection of their axes. Joints 2 to 4 move this point
-    # perpendicular to h_2, so only joint 1 changes its component along h_2.
+    # 1. Joints 5 and 6 do not move the intersection of their axes. Joints 2 to 4 move the
+    # intersection of axes 5 and 6 perpendicular to axis 2, so only joint 1 moves it along axis 2.
     meaning = "the common point of axes 5 and 6"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, center))
     U, q1 = turn_to_plane(

@@ -1,8 +1,9 @@
-"""Four revolute joints: a base, two parallel axes and a wrist.
+"""Arms with four revolute joints: a base joint, two joints with parallel axes and a wrist joint.
 
-Axes 2 and 3 are parallel. Axes 1 and 4 are not parallel to axes 2 and 3. The tool rotates by q1, by
-the sum q2 + q3, and by q4. For an unreachable pose, the steps return a nearby pose. The residual is
-the distance to the target pose. Maximum number of solutions: 2 for a pose, 4 for a position.
+Axes 2 and 3 are parallel. Axes 1 and 4 are not parallel to axes 2 and 3. The tool rotation consists
+of three rotations, by the angles q1, q2 + q3 and q4. For an unreachable pose, the solution steps
+return the joint values of a nearby pose. The residual is the distance between the reached pose and
+the target pose. Maximum number of solutions: 2 for a pose, 4 for a position.
 """
 
 import numpy as np
@@ -39,10 +40,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     meaning = f"a point of axis {a4.name}"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, a4.p))
     along = target.turned(terms, a4.h)
-    # 1. The parallel joints do not change the height of the wrist along their axes or the tilt of
+    # 1. The parallel joints change neither the height of the wrist along their axes nor the tilt of
     # the wrist axis.
     U, q1 = turn_to_direction(work, lines, lines.axes[1], (a4.p, wanted), (a4.h, along))
-    # 2. The parallel joints rotate the wrist axis. Joint 4 does not rotate the wrist axis.
+    # 2. The parallel joints 2 and 3 rotate the wrist axis, but joint 4 does not.
     seen = rotated(terms, a1.h, q1.back, along)
     q23 = work.step(
         [a2, a3],
@@ -62,8 +63,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     # 4. The remaining rotation.
     e = cross(terms, a4.h, a2.h)
     last_turn(work, a4, e, target.turned(terms, e), ((a1, q1), (a2, q23)))
-    # 5. Near a double solution of step 1, the six equations of the pose are more accurate than one
-    # equation.
+    # 5. Near a double solution of step 1, the six equations of the pose determine the joints more
+    # accurately than the single equation of step 1.
     step_on_all(work, lines, target)
 
 

@@ -1,9 +1,10 @@
-"""Four joints: three joints of any kind, and a revolute joint after them.
+"""Arms with three joints of any kind followed by a revolute joint.
 
-Joint 4 does not move the points on its axis. The target determines the position of a point on axis
-4. The first three joints move this point to its target position. Joint 4 produces the rotation that
-joints 1 to 3 do not produce. The solution steps use only some components of the target pose. The
-residual includes the errors of the unused components. Maximum number of solutions: 4.
+Joint 4 does not move the points on its axis. The target pose determines the position of a point on
+axis 4. The first three joints move a point on axis 4 to its target position. Joint 4 produces the
+remaining tool rotation. The solution steps use only some components of the target pose. The
+residual includes the errors of the pose components that the solution steps do not use. Maximum
+number of solutions: 4.
 """
 
 import numpy as np
@@ -23,7 +24,8 @@ from ..subproblems.turns import any_across
 from .family import Family
 
 _PARTS = tuple(sp.Rational(k, part) for part in (1, 2, 3, 4) for k in (0, 1, -1) if k or part == 1)
-"""Distances of the tried points from the origin of axis 4, as fractions of the arm length."""
+"""Signed distances of candidate points from the origin of axis 4, as fractions of the arm length.
+"""
 
 
 def _requires(lines: Lines) -> list[Requirement]:
@@ -54,11 +56,9 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _moved_points(lines: Lines) -> list[sp.Expr]:
-    """Yield points of axis 4.
+    """Return the points of axis 4 that the first three joints can move in three directions.
 
-    The first three joints can move each point in three directions.
-
-    A point is represented by its distance from the point `origin` of axis 4.
+    Each point is represented by its signed distance from the origin of axis 4.
     """
     size = sp.Rational(f"{lines.length or 1.0:.0e}")
     points = [part * size for part in _PARTS]
@@ -68,11 +68,12 @@ def _moved_points(lines: Lines) -> list[sp.Expr]:
 def _best_point(lines: Lines) -> Vector:
     """Return the point of axis 4 that best determines joints 1 to 3.
 
-    A point that lies on the axis of an earlier joint does not determine the angle of this joint.
+    A point of axis 4 that also lies on an earlier joint axis does not determine the angle of that
+    earlier joint.
 
-    The function selects the candidate point that determines the most joint angles. No candidate is
-    rated higher than a generic point of axis 4. Among equally good points, the first point is
-    selected.
+    The function selects the candidate point that determines the most joint angles. The rating of a
+    candidate point is at most the rating of a generic point of axis 4. Among equally good points,
+    the first point is selected.
     """
     arm, points = _arm(lines), _moved_points(lines)
     most = directions_at_right_angles(arm, _there(lines, SOME_SLIDE * (lines.length or 1.0)))
@@ -92,8 +93,8 @@ def _arm(lines: Lines) -> Lines:
     return Lines(lines.terms, lines.axes[:3], lines.tolerance)
 
 
-# This family numbers the axes only from the base. If the axes were numbered from the tool, the
-# inverse of an arm with right angles would find no solution for some poses.
+# The family TURNING_HAND numbers the axes only from the base. If the axes were numbered from the
+# tool, the inverse of an arm with right angles would find no solution for some poses.
 TURNING_HAND = Family(
     "three joints and a revolute wrist joint", (4,), _requires, _solve, readings=("base",)
 )

@@ -2,12 +2,13 @@
 
 Axes 2, 3 and 4 are parallel. Axis 1 is perpendicular to the parallel axes. If there is a fifth
 axis, it is also perpendicular to the parallel axes. Four joints control the position of the tool
-and its pitch in the plane of the arm. A fifth joint rotates the tool about an axis in the plane of
-the arm. For an unreachable pose, the steps return a nearby pose. The residual is the distance to
-the target pose.
+and the pitch of the tool in the arm plane. A fifth joint rotates the tool about an axis in the
+plane of the arm. For an unreachable pose, the solution steps return the joint values of a nearby
+pose. The residual is the distance between the reached pose and the target pose.
 
-Maximum number of solutions for a pose: 4 with five joints, 2 with four joints. A position and a
-pitch have up to 8 solutions, because the tool may point outward or inward.
+A pose has at most 4 solutions for an arm with five joints, and at most 2 for an arm with four
+joints. A tool position with a pitch angle has up to 8 solutions, because the tool may point outward
+or inward.
 """
 
 import sympy as sp
@@ -99,16 +100,16 @@ def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTu
 def level_position(chain: CoupledChain, lines: Lines) -> Solved | None:
     """Return the task for a position if couplings fix the hand's orientation in the arm plane.
 
-    An example is a palletizer whose hand stays level. The sum of the parallel joints' angles is
-    then constant.
+    In a palletizer, for example, couplings keep the hand level. If couplings fix the hand's
+    orientation, the sum of the parallel joints' angles is constant.
 
     Args:
-        chain: The chain of a coupled arm. Its axes satisfy the conditions of the family.
+        chain: The chain of a coupled arm whose axes satisfy the conditions of the turntable family.
         lines: The axes of the chain.
 
     Returns:
-        The result is None if the sum of the joint angles is not constant, or if a fifth joint moves
-        the tool origin.
+        The task for a position, or None if the sum of the parallel joints' angles varies or a fifth
+        joint moves the tool origin.
     """
     robot, terms, arm = chain.robot, lines.terms, in_plane(lines)
     senses = sp.zeros(1, chain.C.rows)

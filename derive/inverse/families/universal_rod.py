@@ -1,4 +1,4 @@
-"""An arm or a slide, and a rod between universal joints.
+"""An arm or a prismatic joint, followed by a rod between universal joints.
 
 Axes 1 and 2 are parallel. Axes 3 and 4 are parallel to each other and perpendicular to axis 1. Axis
 5 is perpendicular to axis 4. The axes of a universal joint need not intersect. The legs of a rotary
@@ -7,11 +7,11 @@ delta (R-U-U) have this structure if their rods have printed universal joints.
 In a linear delta (P-U-U), joint 1 is prismatic, and its direction is perpendicular to axis 2. Joint
 1 moves axis 2, and joint 2 moves the end of the rod on a circle about axis 2.
 
-Joints 1 and 2 do not change vector components along axis 2. Therefore, the direction of axis 5
-determines the sum of angles 3 and 4. The position of a point on axis 5 determines angle 3. If the
-tool is oriented like the base, the sum of angles 3 and 4 is 0, and the two solutions for this sum
-coincide. A triangle determines angles 1 and 2. Angles 1 and 2 also determine the tool orientation.
-Therefore, the arm does not reach most poses exactly, and the residual is not 0.
+Joints 1 and 2 preserve vector components along axis 2, so the direction of axis 5 determines the
+sum of angles 3 and 4. The position of a point on axis 5 determines angle 3. If the tool is oriented
+like the base, the sum of angles 3 and 4 is 0, and the two solutions for this sum coincide. A
+triangle determines angles 1 and 2. Because angles 1 and 2 also determine the tool orientation, the
+arm does not reach most poses exactly, and the residual is not 0.
 
 Maximum number of solutions: 8.
 """
@@ -89,7 +89,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _tilt(work: Work, lines: Lines, kept: Axis, target: Target) -> FoundTurn:
-    """Return the angle of joint 3 that sets the angle between axis 5 and the axis ``kept``.
+    """Return the sum of angles 3 and 4 that sets the angle between axis 5 and the axis ``kept``.
 
     The sine of the angle between the axes is computed as the norm of a cross product. A small sine
     would be inaccurate if it were computed from the cosine.

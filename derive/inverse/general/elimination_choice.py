@@ -1,11 +1,12 @@
 """Selects the elimination orders and the fixed joints of a general arm.
 
 Many elimination orders are unsuitable if consecutive axes intersect or are parallel. An elimination
-order is unsuitable if det M is zero for every suppressed angle. It is also unsuitable if several
-solutions have the same suppressed angle. Therefore, all elimination orders are rated at random
-configurations. For a suitable elimination order, det M is a trigonometric polynomial of degree 8 in
-the suppressed angle, which is the angle theta_3 of ``raghavan_roth``. Two singular values must
-be clearly positive: the second smallest of M at the solution, and the smallest of A.
+order is unsuitable if the determinant of its equation matrix M is zero for every suppressed angle.
+An elimination order is also unsuitable if several solutions have the same suppressed angle.
+Therefore, all elimination orders are rated at random configurations. For a suitable elimination
+order, det M is a trigonometric polynomial of degree 8 in the suppressed angle, which is the angle
+theta_3 of ``raghavan_roth``. The second smallest singular value of M at the solution and the
+smallest singular value of A must be clearly positive.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,22 +37,21 @@ from .raghavan_roth import (
 )
 
 SAMPLES = 32
-"""Number of angles at which the determinant is sampled."""
+"""Number of suppressed angles at which the determinant of M is sampled."""
 DEGREE = 8
-"""Degree of the determinant in the suppressed angle."""
+"""Degree of the determinant of M as a trigonometric polynomial in the suppressed angle."""
 CONFIGURATIONS = 12
 """Number of configurations at which an elimination order is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
-"""Number of random configurations, and number of configurations with fixed joints at multiples of
-90 degrees."""
+"""Number of random configurations, and number of cycles in which each fixed joint takes the four
+multiples of 90 degrees."""
 KEPT, MAX_KEPT = 3, 4
-"""Number of elimination orders of an arm. If one elimination order fails at a pose, the solver
-tries the next elimination order. An arm gets a fourth elimination order only if this order works
-where the first three fail."""
+"""Regular number and maximum number of elimination orders of an arm. If one elimination order fails
+at a pose, the solver tries the next elimination order. An arm gets a fourth elimination order only
+if this order works where the first three fail."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 MAX_JOINTS = len(PRIMES)
-"""Maximum number of joints of an arm, including fixed joints. The C tables have space for this
-number of joints."""
+"""Maximum number of joints of an arm, including fixed joints, for which the C tables have space."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Rating:
     Attributes:
         order: The elimination order.
         separations: For each configuration, the second smallest singular value of M divided by the
-            largest. NaN if the degree of det M is not 8.
+            largest, or NaN if the degree of det M is not 8.
         pairs: For each configuration, the smallest singular value of the matrix A divided by the
             largest. The matrix A is the coefficient matrix of the equations for the angles of
             joints 1 and 2.
@@ -73,7 +73,7 @@ class Rating:
 
     @property
     def least(self) -> tuple[float, ...]:
-        """For each configuration, the smaller of the two singular value ratios, or NaN."""
+        """For each configuration, the smaller of the singular value ratios of M and A, or NaN."""
         return tuple(map(float, np.minimum(self.separations, self.pairs)))
 
     @property
@@ -118,7 +118,7 @@ class Choice:
 
     @property
     def separation(self) -> float:
-        """Describe how well the best elimination order separates the solutions.
+        """Separation of solutions by the best elimination order, as a ratio of singular values.
 
         See ``Rating.key``.
         """
@@ -126,16 +126,16 @@ class Choice:
 
     @property
     def orders(self) -> tuple[EliminationOrder, ...]:
-        """The elimination orders; each order lists the indices of six joints."""
+        """The elimination orders, each of which lists the indices of six joints."""
         return tuple(rating.order for rating in self.ratings)
 
 
 def choose(robot: SerialRobot) -> Choice | None:
     """Return the elimination orders of an arm, or None if no elimination order is suitable.
 
-    If no set of ``sets_to_fix`` is suitable, all sets of joints are tried. For example, two of
-    the parallel joints must be fixed in an arm with five parallel joints. All sets are also tried
-    if a seven-joint arm is nearly singular after its prismatic joint is fixed.
+    If no set of joints from ``sets_to_fix`` is suitable, every set of joints is tried. For example,
+    two of the parallel joints must be fixed in an arm with five parallel joints. Every set of
+    joints is also tried if a seven-joint arm is nearly singular after its prismatic joint is fixed.
 
     Args:
         robot: The description.
@@ -168,7 +168,7 @@ def slides_of(robot: SerialRobot) -> frozenset[int]:
 
 
 def sets_to_fix(robot: SerialRobot) -> list[tuple[int, ...]]:
-    """Return the sets of joints to try as fixed joints. Exactly six joints remain.
+    """Return the sets of joints to try as fixed joints, each of which leaves six joints free.
 
     Prismatic joints and the revolute joints at the base (as in a torso) are fixed first. The last
     joint to fix may be any remaining revolute joint. If the arm has fewer than six revolute joints,
@@ -192,15 +192,16 @@ def choice_at(
     slides: frozenset[int] = frozenset(),
     apart: Sequence[float] = (),
 ) -> Choice | None:
-    """Return the elimination orders for a set of fixed joints. None if no order is suitable.
+    """Return the elimination orders for a set of fixed joints, or None if no order is suitable.
 
     Args:
         constants: The placements before, between and after the joints.
         given: Indices of the fixed joints, in ascending order.
         slides: Indices of the prismatic joints among all joints.
-        apart: Distance between the solutions in each of the six joints (radian), if known. In an
-            arm close to a known family, several solutions often share the value of a joint. The
-            elimination cannot separate these solutions by the value of this joint.
+        apart: For each of the six joints, the difference between its values in two solutions
+            (radian), or () if unknown. In an arm close to a known arm family, several solutions
+            often share the value of a joint. The elimination cannot separate solutions by a joint
+            whose value they share.
     """
     choice = Choice(given, _ratings(constants, given, slides, apart))
     return choice if choice.ratings and choice.good > 0 else None
@@ -229,11 +230,11 @@ def _ratings(
     slides: frozenset[int],
     apart: Sequence[float],
 ) -> tuple[Rating, ...]:
-    """Return the best elimination orders.
+    """Return the ratings of the best elimination orders.
 
     If ``apart`` is not empty, the preferred elimination orders suppress a joint (the hidden
-    variable) that has a clearly different value in each solution. Each order suppresses a different
-    joint, because solutions may agree in one joint and differ in another.
+    variable) that has a clearly different value in each solution. The preferred elimination orders
+    suppress different joints, because solutions may agree in one joint and differ in another.
     """
 
     def separates(rating: Rating) -> tuple[bool, bool]:
@@ -243,9 +244,9 @@ def _ratings(
 
     left = [rating for rating in _rated(constants, given, slides) if rating.is_fit]
     if not any(rating.good_at for rating in left):
-        # If each of four or more axes passes through one of two points, A is singular for every
-        # order. If joints 1 and 2 are parallel prismatic joints, A is also singular. An arm with
-        # singular A lacks a degree of freedom.
+        # The matrix A is singular for every elimination order if each of four or more axes passes
+        # through one of two points. If joints 1 and 2 are parallel prismatic joints, A is also
+        # singular, but such an arm lacks a degree of freedom.
         sliding = slides_left(slides, len(constants) - 1, given)
         left = [
             replace(rating, pairs=(1.0,) * len(rating.pairs))
@@ -302,7 +303,7 @@ def _solved(values: Sequence[float], given: tuple[int, ...]) -> list[float]:
 
 
 def slides_left(slides: frozenset[int], joints: int, given: tuple[int, ...]) -> frozenset[int]:
-    """Return the indices of the prismatic joints among the free joints."""
+    """Return the positions of the prismatic joints in the list of free joints."""
     left = [k for k in range(joints) if k not in given]
     return frozenset(place for place, k in enumerate(left) if k in slides)
 
@@ -335,15 +336,15 @@ def _pairs(found: LineEquations) -> tuple[float, ...]:
 
 
 def _separations(found: LineEquations, order: EliminationOrder, q: Array) -> tuple[float, ...]:
-    """Return the second smallest singular value of M divided by the largest.
+    """Return the second smallest singular value of M divided by the largest, per configuration.
 
-    The result is NaN if the elimination order is unsuitable.
+    The returned ratio is NaN if the degree of det M is not 8.
 
     Args:
-        found: The coefficients of the equations at C configurations: two arrays with the shapes (C,
-            14, 9) and (C, 3, 14, 9).
+        found: The equation coefficients at C configurations, as two arrays with the shapes (C, 14,
+            9) and (C, 3, 14, 9).
         order: The elimination order of the equations.
-        q: Joint values (C, 6). The function uses only the value of the suppressed joint.
+        q: Joint values (C, 6), of which only the values of the suppressed joint are used.
     """
     M = suppressed(found, order.halved)
     turns = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
@@ -363,7 +364,7 @@ def _at(angle: Array, M: Array) -> Array:
 def configurations(joints: int, given: tuple[int, ...]) -> list[list[float]]:
     """Return quasi-random configurations from multiples of square roots of primes, modulo 1.
 
-    In some configurations, the angles of the fixed joints are multiples of 90 degrees.
+    If joints are fixed, some configurations have their angles at multiples of 90 degrees.
     """
     if not given:
         return [_spread(joints, k) for k in range(CONFIGURATIONS)]

@@ -1,6 +1,6 @@
-"""Inverse kinematics ``ik`` of a general arm, which belongs to no family.
+"""Inverse kinematics ``ik`` of a general arm, which belongs to no arm family.
 
-The solver is handwritten C and reads tables of the arm.
+The general solver is handwritten C code that reads numeric tables of the arm.
 """
 
 from collections.abc import Sequence
@@ -20,29 +20,29 @@ from .line_quantities import Array
 from .raghavan_roth import JOINTS, is_fit, numbers
 
 FIVE, SIX = "general_tool", "general"
-"""Names of the solvers for five and six free joints."""
+"""Names of the C solvers for arms with five and with six free joints."""
 SLOTS = 16
 SOLVED_TURN, GIVEN_TURN, GIVEN_SLIDE, SOLVED_SLIDE = 0, 1, 2, 3
 """Codes of the joint types in the C tables."""
 OPERATIONS = 60_000
-"""Approximate number of operations: 12,000 for the equations, 20,000 for the determinants, 10,000
-for the roots, 18,000 for the other joints and Newton's method.
-"""
+"""Approximate number of operations of the general solver. The equations take 12,000, the
+determinants 20,000, the roots 10,000, and the other joints with Newton's method 18,000."""
 CALLS = ("fk_jacobian_mixed",)
 
 
 @dataclass(frozen=True)
 class GeneralArm(Tables):
-    """The fields of the C struct ``chasles_general_arm`` after its function pointers.
+    """The fields of the C struct ``chasles_general_arm`` that follow its function pointers.
 
     Attributes:
         joints: Number of joints of the robot.
         kinds: Type code of each joint.
         directions: Direction of each joint, 1 or -1.
         length: The arm length (meter).
-        placed: The first three rows of each placement.
+        placed: The first three rows of each constant transform before, between and after the
+            joints.
         order_count: Number of elimination orders.
-        orders: The elimination orders. Each row contains the order of the joints, the direction,
+        orders: The elimination orders, each with the order of the joints, the direction (1 or -1),
             and the joint whose half angle is used.
     """
 
@@ -60,7 +60,7 @@ class GeneralArm(Tables):
         placed = tuple(_row(E) for E in constants)
         unused = MAX_JOINTS + 1 - len(placed)
         directions = tuple(float(joint.direction) for joint in robot.moving)
-        # The added joint rotates about its positive z axis.
+        # The joint that is added to a five-joint arm rotates about its positive z axis.
         directions += (1.0,) * (len(placed) - 1 - len(directions))
         return cls(
             len(robot.moving),
@@ -76,15 +76,15 @@ class GeneralArm(Tables):
 OWN = JOINTS - 1
 """Number of joints of a five-joint arm, without the sixth joint that the solver adds."""
 TOOL_AXES = (((0.36, 0.48, 0.8), (0.4, -0.3, 0.0)), ((-0.8, 0.36, 0.48), (0.0, 0.4, 0.3)))
-"""Candidates for the axis of the joint that is added to a five-joint arm. Each has a direction and
-a point in the tool frame.
+"""Candidates for the axis of the joint that is added to a five-joint arm. Each candidate axis has a
+direction and a point in the tool frame.
 
-The coordinates of the point are divided by the arm length.
+The point coordinates of each candidate axis are divided by the arm length.
 """
 APART = (np.pi,) * OWN + (0.0,)
 """Assumed difference (radian) of each joint value between two solutions.
 
-The difference is zero in the joint that the solver adds to the arm.
+The assumed difference is zero for the joint that the solver adds to a five-joint arm.
 """
 
 
@@ -103,7 +103,7 @@ class WithTool:
 
 @dataclass(frozen=True)
 class GeneralInverse:
-    """The inverse of a general arm by elimination.
+    """The inverse kinematics of a general arm by elimination of joint variables.
 
     Attributes:
         title: Description of the arm, and the source of the method.
@@ -123,12 +123,12 @@ class GeneralInverse:
 
 
 def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralInverse | None:
-    """Return the inverse of an arm with five or more joints, or None if there is none.
+    """Return the general inverse of an arm with five or more joints, or None if none exists.
 
     Args:
         robot: The description.
-        give: Indices of the joints to fix. Five or six joints must stay free. If ``give`` is empty,
-            chasles selects the fixed joints.
+        give: Indices of the joints to fix, which must leave five or six joints free. If ``give`` is
+            empty, chasles selects the fixed joints.
     """
     if is_fit(robot, give, OWN):
         return _of_five(robot, give)
@@ -177,7 +177,7 @@ class GeneralTables:
 
     Attributes:
         arm: Numeric data of the arm, or None if the general solver does not apply.
-        separation: Describes how well the best elimination order separates the solutions. See
+        separation: How well the best elimination order separates the solutions, as defined in
             ``Choice.separation``.
     """
 
@@ -188,12 +188,13 @@ class GeneralTables:
 def general_tables(
     robot: SerialRobot, given: tuple[int, ...], apart: tuple[float, ...] = ()
 ) -> GeneralTables:
-    """Return the tables of the general solver. The tables are empty if the solver does not apply.
+    """Return the tables of the general solver, which are empty if the solver does not apply.
 
     Args:
         robot: The description.
-        given: Indices of the fixed joints. Six joints must stay free.
-        apart: Distance between the solutions in each of the six joints (radian), if known.
+        given: Indices of the fixed joints, which must leave six joints free.
+        apart: For each of the six joints, the difference between its values in two solutions
+            (radian), or () if unknown.
     """
     if not _may_give(robot, given):
         return GeneralTables()
@@ -273,17 +274,17 @@ def with_tool_joint(
 ) -> WithTool | None:
     """Add a sixth joint to a five-joint arm.
 
-    Returns None if no axis of the sixth joint is suitable.
+    Return None if no candidate axis of the sixth joint is suitable.
 
-    The added joint rotates the tool. Each solution of the five-joint arm is a solution of the
-    six-joint arm with angle 6 at 0. Solutions with another angle 6 are discarded. The added axis is
-    skew to the other axes, so the six joints fit no known family. The added axis does not pass
-    through the tool origin.
+    The added sixth joint rotates the tool. Each solution of the five-joint arm is a solution of the
+    six-joint arm with angle 6 at 0. Solutions of the six-joint arm with another angle 6 are
+    discarded. The added axis is skew to the other axes, so the six joints fit no known arm family.
+    The added axis does not pass through the tool origin.
 
     Args:
         constants: The constant transforms before, between and after the joints.
         slides: Indices of the prismatic joints.
-        given: Indices of the fixed joints. Five joints must stay free.
+        given: Indices of the fixed joints, which must leave five joints free.
     """
     found = []
     for direction, point in TOOL_AXES:

@@ -1,4 +1,4 @@
-r"""Prints a coupled serial robot."""
+r"""Prints the LaTeX fragments of a serial robot with coupled joints."""
 
 import math
 from collections.abc import Sequence
@@ -29,18 +29,18 @@ from .given_fragment import parameters, symbols
 from .singularity_fragment import singularities
 
 JOINT, INDEPENDENT = r"\theta", r"\varphi"
-"""Letters for joint values. ``JOINT`` stands for all joints, ``INDEPENDENT`` for the independent
-joints."""
+"""LaTeX letters of joint values. The letter ``JOINT`` denotes all joints, and the letter
+``INDEPENDENT`` denotes the independent joints."""
 
 
 @dataclass(frozen=True)
 class CoupledPage:
-    """A coupled serial robot, with the data that its article prints.
+    """A serial robot with coupled joints, and the data that its article prints.
 
     Attributes:
-        robot: The description.
-        derivation: The functions of the robot's coordinates.
-        chain: The article data of the same chain without couplings. Its coordinates are the joint
+        robot: The robot description.
+        derivation: The derived functions of the robot, in terms of its coordinates q.
+        chain: The article data of the robot without couplings, whose coordinates are the joint
             values theta.
     """
 
@@ -50,7 +50,7 @@ class CoupledPage:
 
     @classmethod
     def of(cls, derivation: Derivation) -> "CoupledPage":
-        """Derive the chain in joint coordinates."""
+        """Derive the robot without couplings, and return the data of the article."""
         robot = derivation.robot
         assert isinstance(robot, SerialRobot)
         plain = derive(robot.uncoupled, functions=PRINTED, families=derivation.families)
@@ -68,7 +68,7 @@ class CoupledPage:
     def merged(self) -> Page | None:
         """Article data for the chain of independent joints, or None if all joints are independent.
 
-        The symbols of this chain must differ from the symbols of the whole robot's chain.
+        The symbols of the chain of independent joints differ from the symbols of the whole chain.
         """
         shorter, letters = self.free.robot, self.chain.equations.notation.letters
         if len(shorter.moving) == len(self.robot.moving):
@@ -104,7 +104,7 @@ def description(page: CoupledPage) -> str:
 
 
 def couplings(page: CoupledPage) -> str:
-    """Print the map between joints and coordinates in both directions."""
+    """Print the joint positions as functions of the coordinates, and the inverse relation."""
     own, printer = page.robot.linear_map, page.chain.equations.printer
     theta = page.chain.equations.notation.q
     forward = zip(theta, own.at(page.q), strict=True)
@@ -125,7 +125,7 @@ def couplings(page: CoupledPage) -> str:
 
 
 def inverse_of_coupled(page: CoupledPage) -> str:
-    """Print the inverse kinematics of the chain, and the coordinates of the solutions."""
+    """Print the inverse kinematics of a coupled robot, and the coordinates of each solution."""
     found = page.derivation.inverse or page.chain.inverse
     if found.classification.found is None or not found.solved:
         return text(missing_structure(found.classification))
@@ -175,13 +175,13 @@ def _motions(page: CoupledPage, arm: Page, joints: Sequence[int]) -> sp.Matrix:
 
 
 def singularities_of_coupled(page: CoupledPage) -> str:
-    """Print the singular configurations of the chain."""
+    """Print the singular configurations of a robot with coupled joints."""
     arm = page.merged or page.chain
     return singularities(arm) if page.free.surplus == 0 else ""
 
 
 def example_of_coupled(page: CoupledPage) -> str:
-    """Print a configuration, its tool pose and all solutions."""
+    """Print a configuration of a coupled robot, its tool pose and all solutions for this pose."""
     coordinates, derivation = page.robot.coordinates, page.derivation
     angles = cycle(ANGLES)
     q = np.array([within(c, math.radians(next(angles))) for c in coordinates])

@@ -1,4 +1,4 @@
-r"""Prints a worked example with all solutions."""
+r"""Prints a worked example of forward and inverse kinematics."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -25,23 +25,25 @@ from .tables import Column, tabular
 FloatArray = NDArray[np.float64]
 AnyCoordinate = Joint | Coordinate | Motor
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
-"""Joint angles (degree) of the example, used cyclically. Angles outside the limits are skipped."""
+"""Joint angles (degree) of the worked example, used cyclically. An angle outside the joint limits
+is replaced by means of ``SHARE``."""
 SLIDE = 0.3
 """Displacement (m) of a prismatic joint without limits in the example."""
 SHARE = 0.4
-"""Value of a coordinate in the example if the default value is outside the limits.
+"""Value of a coordinate in the worked example if the default value is outside the limits.
 
-The value is a fraction of the limit range: 0 at the lower limit, 1 at the upper limit.
+``SHARE`` is a fraction of the range between the limits, with 0 at the lower limit and 1 at the
+upper limit.
 """
 _UNITS = {"rad": "angles in degrees", "m": "displacements in meters"}
 OUTSIDE = r"$^{\dagger}$"
-"""Mark for a value that violates its limits."""
+"""LaTeX mark of a coordinate value outside its limits."""
 MAX_WIDE = 6
-"""Maximum number of coordinates for which a table prints two decimals."""
+"""Maximum number of coordinates for which a solution table prints two decimals instead of one."""
 SOLVED = 1e-9
-"""Largest residual (m, rad) of a valid solution."""
+"""Largest residual (meter, radian) of a valid inverse kinematics solution."""
 SLACK = 1e-9
-"""Tolerance (radian or meter) for a value at its limit."""
+"""Tolerance (radian or meter) within which a coordinate value counts as inside its limits."""
 
 
 def worked_example(page: Page) -> str:
@@ -51,7 +53,8 @@ def worked_example(page: Page) -> str:
     q = np.array([within(c, math.radians(next(angles))) for c in coordinates])
     symbols = [page.tex(symbol) for symbol in page.equations.notation.q]
     functions = page.inverse.functions
-    # In the equations, the inputs of an inverse have the names of the coordinates.
+    # In the printed equations, the inputs of an inverse kinematics function have the names of the
+    # coordinates.
     known = dict(zip((s.name for s in page.equations.notation.q), q, strict=True))
     for name, function in functions.items():
         if function.role.name == "redundancy":
@@ -106,7 +109,10 @@ def example(
     called: Mapping[str, str],
     pose: str,
 ) -> str:
-    """Print the tool pose and all solutions of the first inverse.
+    """Print the tool pose of a configuration and all inverse kinematics solutions for this pose.
+
+    The solutions are those of the first inverse kinematics function whose inputs except the pose
+    are in ``known``.
 
     Args:
         fk: The forward kinematics.
@@ -114,7 +120,8 @@ def example(
         coordinates: The coordinates of the robot.
         symbols: LaTeX names of the robot's coordinates.
         q: The values of the coordinates (radian, meter).
-        known: Values of all inputs of an inverse function except the pose, keyed by joint name.
+        known: Values of all inputs of an inverse kinematics function except the pose, keyed by
+            joint name.
         called: LaTeX names of the joints in ``known``, if the LaTeX names differ from the joint
             names.
         pose: LaTeX name of the tool's pose.
@@ -153,18 +160,19 @@ def solutions_of_pose(
     actuators: Sequence[str],
     found: Mapping[int, FloatArray],
 ) -> str:
-    """Print the pose of a main chain and its actuated coordinates.
+    """Print the tool pose of a main chain and all solutions for its actuated coordinates.
 
     Args:
         fk: The forward kinematics of the main chain.
-        name: The function that computes the actuated coordinates from the main chain.
+        name: Name of the function that computes the actuated coordinates from the main-chain
+            joints.
         joints: The joints of the main chain.
         symbols: LaTeX names of the main-chain joints.
         theta: The values of the main-chain joints.
         pose: LaTeX name of the tool's pose.
         coordinates: The actuated coordinates.
         actuators: LaTeX names of the actuated coordinates.
-        found: The coordinates of each solution.
+        found: The actuated coordinates of each solution, keyed by the number of the solution slot.
     """
     columns: list[Column] = [("slot", [f"${slot}$" for slot in found])]
     columns += _columns(actuators, coordinates, [*found.values()])
@@ -178,7 +186,7 @@ def solutions_of_pose(
 
 
 def within(coordinate: AnyCoordinate, angle: float) -> float:
-    """Return a round value of a coordinate within its limits."""
+    """Return an example value of a coordinate, within the limits of the coordinate."""
     lower, upper = bounds(coordinate)
     wished = SLIDE if coordinate.unit == "m" else angle
     if lower <= wished <= upper:
@@ -187,7 +195,7 @@ def within(coordinate: AnyCoordinate, angle: float) -> float:
 
 
 def rounded(value: float, unit: str) -> float:
-    """Round a value to a few decimals, in degrees or meters."""
+    """Round an angle (radian) to whole degrees, or a length (meter) to centimeters."""
     return math.radians(round(math.degrees(value))) if unit == "rad" else round(value, 2)
 
 
@@ -205,7 +213,7 @@ def _is_known(inverse: SymbolicFunction, known: Mapping[str, float]) -> bool:
 
 
 def value_at(function: SymbolicFunction, q: FloatArray) -> FloatArray:
-    """Evaluate a function at a configuration."""
+    """Evaluate the output of a symbolic function at a configuration."""
     (kernel,) = lower([function], "example")
     return np.array(kernel(q)).reshape(function.outputs[0].shape)
 

@@ -14,9 +14,9 @@ from ..setting.widths import LINE, width
 from .tables import counts_moving
 
 MAX_WRITTEN = 4
-"""Maximum number of factors in a product that is written out."""
+"""Maximum number of factors of a product that is printed without dots."""
 MAX_IN_ROW = 6
-"""Maximum number of trivial transforms on a line."""
+"""Maximum number of identity transforms on one line of the article."""
 
 
 def screws(page: Page) -> str:

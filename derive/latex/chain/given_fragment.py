@@ -19,9 +19,8 @@ UNITS_OF_TABLES = (
     r"Equations and tables are in meters and radians; angles with the sign $^\circ$ are in degrees."
 )
 MAX_RUNS = 2
-"""Maximum number of joint tables. A robot with joints in more than two conventions gets one table
-of all link transforms.
-"""
+"""Maximum number of joint tables. A robot whose conventions need more joint tables gets one table
+of all link transforms."""
 FEW = 4
 """Maximum number of consecutive symbols that are printed one by one. A longer list of consecutive
 symbols is shortened with dots."""
@@ -65,9 +64,9 @@ def values(page: Page) -> str:
 
 
 def symbols(page: Page) -> str:
-    """Print the table of short symbols.
+    """Print the table of the short symbols in the equations.
 
-    The result is empty if the equations contain neither angles nor named constants.
+    The returned text is empty if the equations contain neither angles nor named constants.
     """
     notation, printer = page.equations.notation, page.equations.printer
     angles = ""
@@ -185,7 +184,7 @@ def cleaned(robot: SerialRobot) -> str:
 
 
 def noted(robot: SerialRobot | Mechanism) -> str:
-    """Print the notes of the robot. Notes about replaced values are omitted."""
+    """Print the notes about a robot, except notes about values that noise removal replaced."""
     said = {robot.cleaning.line, *robot.cleaning.sentences}
     others = [escape(note) for note in robot.notes if note not in said]
     # LaTeX cannot hyphenate names and digits, so wide spaces between words are allowed.

@@ -9,12 +9,12 @@ from ..setting.printer import Printer, number
 from . import tables
 
 _FEW = 2
-"""Maximum number of consecutive symbols that are printed in full. If a sequence is longer, only its
-first and last symbol are printed."""
+"""Maximum number of consecutive symbols that are printed in full. Of a longer sequence of symbols,
+only the first and the last symbol are printed."""
 
 
 def parameter_table(found: Sequence[GeometryParameter], printer: Printer) -> str:
-    """Print the nonzero parameters from base to tool, with one row for each group."""
+    """Print the table of the geometry parameters from base to tool, with one row per group."""
     items = sorted(found, key=_order(found))
     rows = [list(run) for _, run in groupby(items, key=_place)]
     columns: list[tables.Column] = [

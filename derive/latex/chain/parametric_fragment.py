@@ -1,4 +1,4 @@
-r"""Prints the parametric functions."""
+r"""Prints the functions of the geometry parameters p."""
 
 from dataclasses import dataclass
 
@@ -40,7 +40,7 @@ _BY_PART = {
     "compliance": "A compliance's column is the joint's screw times the gravity torque.",
     "tool": "A correction of the tool moves only the tool.",
 }
-"""Text about the columns of each parameter group."""
+"""Sentences about the Jacobian columns of each parameter group."""
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,10 @@ from .tables import Column, tabular
 WHOLE = 6
 """Number of joints of an arm with a square Jacobian."""
 WIDEST = 0.8 * LINE
-"""Maximum width (pt) of a product on a line."""
+"""Maximum width (pt) of a determinant or condition that is printed on one line."""
 PLACES = {"rad": 3, "m": 5}
-"""Decimals of printed degrees and meters. Rounding errors are at most 1e-5 rad and m."""
+"""Numbers of decimals of printed degrees and meters. Rounding errors are at most 1e-5 rad or 1e-5
+m."""
 
 
 _REGULAR = "The Jacobian has full rank in every configuration: the robot has no singularity."
@@ -26,10 +27,10 @@ _REGULAR = "The Jacobian has full rank in every configuration: the robot has no 
 def singularities(page: Page) -> str:
     """Print the singular configurations of an arm.
 
-    For an arm that is singular in every configuration, the fragment states the rank of the
-    Jacobian. For an arm without singularities, the fragment states this in a sentence.
+    For an arm that is singular in every configuration, the text states the rank of the Jacobian.
+    For an arm without singularities, the text states that the Jacobian has full rank.
 
-    The result is empty if no singularity is known.
+    The returned text is empty if no singular configuration is known.
     """
     found = page.singular
     if found.is_regular:
@@ -51,9 +52,9 @@ def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
     constant, factors = found.determinant
     opening = "The determinant of the Jacobian is, up to its sign,"
     free = len(page.robot.moving) - len(found.fixed)
-    # A Jacobian with fewer than six columns is square only if rows of zeros are deleted. The zero
-    # rows depend on the axes and the reference point of the twist. The determinant of the square
-    # matrix depends on the reference point, too.
+    # A Jacobian with fewer than six columns becomes square only if its zero rows are deleted. Which
+    # rows are zero depends on the axes and the reference point of the twist. The determinant of the
+    # square Jacobian also depends on the reference point of the twist.
     rows = "in the axes of one of the links, at one of their origins and without its zero rows, "
     rows = "" if free == WHOLE else rows
     if found.fixed:

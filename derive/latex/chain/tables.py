@@ -1,4 +1,4 @@
-r"""Prints the tables of a robot."""
+r"""Prints the tables about a robot, such as joint, parameter and symbol tables."""
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
@@ -28,9 +28,10 @@ BLOCK_GAP = r"@{\hspace{2.5em}}"
 WIDEST_TABLE = 450.0
 """Text width of the article (pt), which is the maximum width of a table."""
 FRACTION_STRUT = r"\rule[-1.1ex]{0pt}{3.5ex}"
-"""Space above and below a row with a fraction."""
+"""Invisible LaTeX rule that adds space above and below a table row with a fraction."""
 WIDEST = LINE / 2
-"""Minimum width (pt) of a cell with a paragraph."""
+"""Maximum width (pt) of a table cell. The text of a wider cell is broken into lines of this width.
+"""
 MAX_BLOCKS, LOWEST_BLOCK = 3, 4
 """Maximum number of side-by-side blocks of a narrow table, and minimum number of rows in a block.
 """
@@ -39,14 +40,14 @@ MAX_ROWS = 36
 TYPES = {"revolute": "R", "prismatic": "P", "helical": "H", "fixed": "F"}
 NONE = "--"
 ASSUMED = r"\,$^{\ast}$"
-"""Mark for a value that the description assumes."""
+"""LaTeX mark of a value that the description assumes and its source does not state."""
 LEGEND = r"An asterisk marks a value that the description assumes and its source does not state."
 
 
 def joint_tables(
     robot: SerialRobot, notation: Notation, printer: Printer
 ) -> list[tuple[Convention | None, str]]:
-    """Return one table for each run of joints with the same convention.
+    """Return one table for each sequence of consecutive joints with the same convention.
 
     Each table is a tuple ``(convention, LaTeX)``.
     """
@@ -79,20 +80,20 @@ def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) ->
 
 
 def counts_moving(robot: SerialRobot) -> bool:
-    """Whether the article numbers the moving joints without counting fixed joints."""
+    """Whether the moving joints have separate numbers, which do not count the fixed joints."""
     return len(robot.moving) < len(robot.joints) and first_number(robot) == 1
 
 
 def moving_numbers(robot: SerialRobot) -> dict[str, int]:
-    """Return the numbers of the moving joints, keyed by name.
+    """Return the numbers of the moving joints, keyed by joint name.
 
-    The number of a screw axis is the number of its joint.
+    A screw axis has the number of its moving joint.
     """
     return {joint.name: k for k, joint in enumerate(robot.moving, 1)}
 
 
 def variable_field(joint: Joint) -> str:
-    """Return the field with the joint variable, or "" if no field contains it."""
+    """Return the convention parameter that contains the joint variable, or "" if none does."""
     field = joint.convention.variable(joint.kind) if joint.convention else ""
     return field if field in dict(joint.given) else ""
 
@@ -138,7 +139,7 @@ def marked(cell: str, is_assumed: bool) -> str:
 
 
 def legend(cells: str) -> str:
-    """Return an explanation of the asterisk, or "" if the text contains no asterisk."""
+    """Return an explanation of the asterisk for assumed values, or "" without an asterisk."""
     return LEGEND if ASSUMED in cells else ""
 
 
@@ -175,7 +176,7 @@ def _limit(value: sp.Expr) -> str:
 
 
 def value_table(robot: SerialRobot, printer: Printer) -> str:
-    """Return the default parameter values, with units and meanings."""
+    """Return the table of the default parameter values, with units and meanings."""
     columns: list[Column] = [
         ("parameter", [_math(printer, p.symbol) for p in robot.parameters]),
         ("value", [marked(value_cell(p.value), p.assumed) for p in robot.parameters]),
@@ -187,13 +188,16 @@ def value_table(robot: SerialRobot, printer: Printer) -> str:
 
 
 def value_cell(value: sp.Expr) -> str:
-    """Format an exact number. For an irrational number, the text also has a decimal value."""
+    """Format an exact number.
+
+    For an irrational number, the text also contains a decimal approximation.
+    """
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
 
 
 def cleaning_table(cleaning: Cleaning) -> str:
-    """Return the table of file values that were replaced by exact values."""
+    """Return the table of values in the robot file that were replaced by exact values."""
     rows: dict[tuple[str, str], list[CleanedNumber]] = {}
     largest = max((abs(entry.change) for entry in cleaning.numbers if entry.taken == 0), default=0)
     small = rf"up to ${scientific(rounded_up(largest))}$"
@@ -222,7 +226,7 @@ def scientific(text: str) -> str:
 
 
 def symbol_table(notation: Notation, printer: Printer) -> str:
-    """Return the symbols for the cosine and the sine of every angle."""
+    """Return the table of the symbols for the cosine and the sine of every angle."""
     rows = []
     for angle, (accent, index) in sorted(notation.angles.items(), key=_angle_key(notation)):
         c, s = (f"{accent.format(notation.letters[kind])}_{{{index}}}" for kind in ("cos", "sin"))
@@ -244,9 +248,9 @@ def constant_angles(notation: Notation) -> list[sp.Symbol]:
 
 
 def constant_table(notation: Notation, printer: Printer) -> str:
-    """Return the table of named constants.
+    """Return the tables of named constants.
 
-    Constants without a short exact form are listed below as decimals.
+    Constants without a short exact form are in a second table of decimals.
     """
     exact, decimals = [], []
     values = notation.values()
@@ -274,7 +278,7 @@ def _exact(meaning: sp.Expr, printer: Printer) -> str:
 
 
 def long_constants(notation: Notation, printer: Printer) -> list[Equation]:
-    """Return the equations of named constants that are too wide for a table."""
+    """Return the equations of named constants whose exact form is too wide for a table."""
     return [
         (printer.tex(symbol), printer.terms(meaning))
         for symbol, meaning in ((s, notation.meanings[s]) for s in notation.constants)

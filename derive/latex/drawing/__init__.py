@@ -18,7 +18,7 @@ from .parts import DrawnMembers, Scene, scene
 from .view import view, view_of_arm
 
 PREAMBLE = "\\usepackage{tikz}\n\\usetikzlibrary{arrows.meta}"
-"""Packages and styles that a LaTeX document needs for a drawing."""
+"""LaTeX preamble that loads TikZ and its arrow library for a drawing."""
 _STYLES = r"""  [x=1mm,y=1mm,line cap=round,line join=round,
    font=\footnotesize,>={Stealth[length=1.7mm]},
    outline/.style={draw=black!70,fill=black!70},
@@ -59,7 +59,7 @@ _BELOW = 40
 def drawing(
     mechanism: Mechanism, terms: Terms, skeleton: Skeleton, reference: Sequence[float]
 ) -> str:
-    r"""Draw a robot with loops.
+    r"""Draw a robot with loops as a TikZ picture.
 
     Each body is drawn between its joints. Main-chain bodies are drawn with thicker lines than other
     bodies. Actuated joints are red. Each coordinate is drawn with its name and an arrow in its
@@ -72,7 +72,7 @@ def drawing(
         mechanism: The description.
         terms: The parameters of the mechanism, with default values.
         skeleton: Its bodies.
-        reference: The drawn configuration z (radian or meter).
+        reference: Values of the coordinates z in the drawn configuration (radian or meter).
 
     Returns:
         A ``tikzpicture`` that needs ``PREAMBLE``.
@@ -179,7 +179,7 @@ def _label(text: str, letters: float, point: Point, radius: int, style: str) -> 
 def _coordinate(
     k: int, name: str, letter: str = "q", *, symbols: bool = False
 ) -> tuple[str, float]:
-    """Return the LaTeX label of a coordinate and its width in letters."""
+    """Return the LaTeX label of a coordinate, and the width of this label in letters."""
     if name in (letter, f"{letter}{k}", f"{letter}_{k}"):
         return f"${letter}_{{{k}}}$", 2
     text, letters = _name(name, symbols=symbols)
@@ -187,7 +187,7 @@ def _coordinate(
 
 
 def _name(name: str, *, symbols: bool = False) -> tuple[str, float]:
-    """Return the LaTeX text of a name and its approximate width, in letters.
+    """Return the LaTeX text of a name, and the approximate width of this text in letters.
 
     A name such as ``a1`` stays unchanged, unless the article prints it as a symbol with an index.
     """

@@ -17,12 +17,12 @@ def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
     """Compute level lines by marching squares, with larger values on the left of each line.
 
     Args:
-        levels: Values (n, m) at integer coordinates. Border values must be below the argument
-            ``level``.
+        levels: Values (n, m) at integer grid coordinates. The values at the grid border must be
+            below the argument ``level``.
         level: The constant value on each level line. No entry of ``levels`` may equal ``level``.
 
     Returns:
-        Polygons in the coordinates of the grid.
+        The level lines, as closed polygons in grid coordinates.
     """
     above = levels > level
     total = sum(above[i : above.shape[0] - 1 + i, j : above.shape[1] - 1 + j] for i, j in _AROUND)
@@ -46,7 +46,7 @@ def _crossed(above: NDArray[np.bool_], i: int, j: int) -> dict[_Side, _Side]:
         for p, q in zip(corners, corners[1:] + corners[:1], strict=True)
         if above[p] != above[q]
     ]
-    # The level line leaves the cell through a side whose higher corner is on the left.
+    # A level line leaves a grid cell through a side with the larger corner value on the left.
     return {side: sides[k - 1][0] for k, (side, enters) in enumerate(sides) if not enters}
 
 
@@ -65,7 +65,7 @@ def area(loop: Loop) -> float:
 
 
 def simplified(loop: Loop, slack: float) -> Loop:
-    """Remove corners of a polygon.
+    """Remove polygon corners at most ``slack`` away from the simplified polygon.
 
     Source:
         Douglas and Peucker, The Canadian Cartographer 10 (1973), 112-122.

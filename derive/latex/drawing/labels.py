@@ -1,4 +1,4 @@
-"""Places labels in free space around their points."""
+"""Places the labels of a drawing in free space around the labelled points."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -9,16 +9,16 @@ from typing import TypeVar
 from .paper import HEIGHT, WIDTH, Point, at, between, is_inside, rounded
 
 LINE, LETTER = 28, 15.5
-"""Height of a label and mean width of a letter, at footnote size."""
+"""Height of a label and mean width of a letter (0.1 mm), at LaTeX's footnote size."""
 _DIRECTIONS = [
     (rounded(1000 * math.cos(k * math.pi / 12)), rounded(1000 * math.sin(k * math.pi / 12)))
     for k in range(24)
 ]
-"""Candidate directions of a label. The components are in thousandths of a unit vector."""
+"""Candidate directions from a point to its label, as vectors of length 1000."""
 _NEAR, _STEPS = 8, (0, 8, 18, 30, 44, 60, 80, 100)
 """Minimum distance of a label from its point, and the additional distances that are tried."""
 _AFAR = 40
-"""Distance from which a leader line connects a label to its point."""
+"""Minimum additional distance at which a leader line connects a label to its point."""
 _AWAY = 1.2
 """Cost per unit of distance between a label and its point."""
 _GAP = 6
@@ -45,7 +45,7 @@ class Box:
     top: int
 
     def shared(self, other: "Box") -> int:
-        """Return the area in which two boxes overlap."""
+        """Return the overlap area of two boxes."""
         w = min(self.right, other.right) - max(self.left, other.left)
         h = min(self.top, other.top) - max(self.bottom, other.bottom)
         return max(w, 0) * max(h, 0)
@@ -55,7 +55,7 @@ class Box:
         return Box(self.left - by, self.bottom - by, self.right + by, self.top + by)
 
     def length_inside(self, a: Point, b: Point) -> float:
-        """Return the length of a line inside the box."""
+        """Return the length of the part of a line segment that is inside the box."""
         first, last = 0.0, 1.0
         for start, end, low, high in (
             (a[0], b[0], self.left, self.right),
@@ -73,7 +73,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Label:
-    """A label for a point.
+    """A text label for a point of a drawing.
 
     Attributes:
         text: The text of the label in LaTeX.
@@ -96,9 +96,9 @@ class Obstacles:
 
     Attributes:
         lines: Start, end and half width of each line that no label should cross.
-        outlines: Start, end and half width of each body outline. The only labels that may cross a
-            body outline are the numbers of loops.
-        boxes: Areas of labels and symbols that no label must cover.
+        outlines: Start, end and half width of each body outline. Loop numbers cross body outlines
+            at a lower cost than other labels.
+        boxes: Areas of labels and symbols that no other label may cover.
         plates: Filled polygons. A label covers a filled polygon only if no other position is free.
     """
 
@@ -108,20 +108,20 @@ class Obstacles:
     plates: list[Sequence[Point]] = field(default_factory=list)
 
     def disc(self, point: Point, radius: int) -> None:
-        """Add the area of a symbol to the occupied areas."""
+        """Add the area of a symbol to the areas that no label may cover."""
         x, y = point
         self.boxes.append(Box(x - radius, y - radius, x + radius, y + radius))
 
     def path(self, corners: Sequence[Point], half: int) -> None:
-        """Add a polyline to the drawn lines."""
+        """Add a polyline to the lines that no label should cross."""
         self.lines.extend((a, b, half) for a, b in pairwise(corners))
 
     def body(self, corners: Sequence[Point], half: int) -> None:
-        """Add a closed outline of a body."""
+        """Add the outline of a body to the obstacles for labels."""
         self.outlines.extend((a, b, half) for a, b in pairwise(corners))
 
     def cost(self, box: Box, on_plate: float, on_outline: float) -> float:
-        """Return the cost of the objects that a box covers."""
+        """Return the cost of a label that covers the given box."""
         covered = sum(min(box.grown(6).shared(other), 4000) / 4 for other in self.boxes)
         crossed = _CROSSED * _length(box, self.lines) + on_outline * _length(box, self.outlines)
         middle = ((box.left + box.right) // 2, (box.bottom + box.top) // 2)
@@ -139,7 +139,7 @@ def _length(box: Box, lines: Sequence[Line]) -> float:
 
 
 def placed(label: Label, obstacles: Obstacles) -> list[str]:
-    """Place a label at its best free position and return its TikZ code."""
+    """Place a label at the position with the lowest cost, and return the label's TikZ code."""
     positions = [(step, direction) for step in _STEPS for direction in range(len(_DIRECTIONS))]
     best = _least(positions, lambda p: _AWAY * p[0], lambda p: _cost(label, obstacles, *p))
     near, box, anchor = _place(label, *best)
@@ -166,7 +166,7 @@ def _least(positions: Sequence[P], bound: Callable[[P], float], cost: Callable[[
 def _cost(label: Label, obstacles: Obstacles, step: int, direction: int) -> float:
     near, box, _ = _place(label, step, direction)
     leader = _leader_cost(near, label.point, obstacles) if step >= _AFAR else 0.0
-    # Labels are easiest to read beside or above their points.
+    # Labels are easiest to read beside, above or below their points.
     oblique = 3 if direction % 6 else 0
     return obstacles.cost(box, 40, _CROSSED) + _AWAY * step + oblique + leader
 
@@ -197,7 +197,7 @@ LOOP = 20
 """Radius of the circle around a loop number."""
 _GRID = 15
 _OUTSIDE = 150
-"""Penalty for a label of a loop that is not inside the loop."""
+"""Cost of placing a loop number outside its loop."""
 
 
 def loop_number(corners: Sequence[Point], obstacles: Obstacles) -> Point:

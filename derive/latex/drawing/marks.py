@@ -10,7 +10,8 @@ from .paper import Paper, Point, angle, area, at, between, distance, hull, numbe
 from .parts import Bar, DrawnSlide, Hinge, Scene, Solid
 
 TINTS = 6
-"""Number of tints for bodies. If there are more bodies than tints, the tints repeat."""
+"""Number of fill colors (tints) for bodies. If a robot has more bodies than colors, the colors
+repeat."""
 THIN, THICK, RIM = 14, 22, 4
 """Line widths of a body, of a main-chain body, and of an outline."""
 PIN, MAIN_PIN = 10, 12
@@ -25,7 +26,8 @@ COLLAR = 36
 BARREL = 0.55
 """Barrel length of a cylinder, relative to the whole cylinder."""
 FORESHORTENED = 0.35
-"""Projected length below which a direction counts as parallel to the view."""
+"""Projected length of a unit vector below which the vector counts as parallel to the viewing
+direction."""
 GUIDE, RAIL = 45, 110
 """Length of a guide beyond its slider, and length of a ground guide for a slider without limits."""
 HATCH = 11
@@ -37,15 +39,15 @@ AXIS = 80
 
 
 class Marks:
-    """All symbols of one drawing.
+    """The TikZ symbols of one drawing.
 
     Attributes:
-        behind: Ground and base.
-        bodies: Bodies, rods and cylinders.
-        joints: Hinges and sliders.
-        arrows: Motors and the tool frame of the drawing.
+        behind: TikZ code of the ground and the base.
+        bodies: TikZ code of the bodies, rods and cylinders.
+        joints: TikZ code of the hinges and sliders.
+        arrows: TikZ code of the motor arrows and of the base and tool frames.
         obstacles: The areas that the symbols of the drawing cover.
-        anchors: Label point and symbol radius of each joint or body.
+        anchors: Label point and symbol radius of each joint, rod, cylinder or frame, keyed by name.
     """
 
     def __init__(self, scene: Scene, paper: Paper, *, is_planar: bool) -> None:
@@ -76,7 +78,7 @@ class Marks:
     # --- ground ---
 
     def ground_at(self, point: Point, other: Point) -> None:
-        """Draw the ground at a point, perpendicular to a direction."""
+        """Draw the ground at a point, perpendicular to the direction toward another point."""
         length = max(distance(point, other), 1)
         x, y = (other[0] - point[0]) / length, (other[1] - point[1]) / length
         side = rounded(FOOTING * y), rounded(FOOTING * x)
@@ -223,7 +225,7 @@ class Marks:
     # --- joints ---
 
     def _hinges(self) -> None:
-        # If hinges share a point, the actuated hinge is drawn above the others.
+        # If hinges share a point, the actuated hinge is drawn on top of the other hinges.
         for hinge in sorted(self.scene.hinges, key=lambda h: (h.coordinate is not None, h.is_main)):
             self._hinge(hinge)
 
@@ -258,8 +260,8 @@ class Marks:
             return point
         if all(distance(point, other) > 2 * SHAFT for other in others):
             return point
-        # The hinge is shifted along its child body. If the child body is too short, the hinge is
-        # shifted along its parent body.
+        # A hinge near other hinges is shifted along its child body. If the child body is too short,
+        # the hinge is shifted along its parent body.
         for k in (hinge.b, hinge.a):
             along = [
                 rounded(shaft[0] * (x - point[0]) + shaft[1] * (y - point[1]))
@@ -295,7 +297,7 @@ class Marks:
                 f" arc[start angle={begin},end angle={end},radius={number(MOTOR)}];"
             )
             return
-        # The arrow shows only the part of the circle that is nearer to the viewer.
+        # A rotation arrow shows only the part of its circle that is nearer to the viewer.
         away = self._away(hinge, shaft)
         beyond = point[0] + rounded(COLLAR * away[0]), point[1] + rounded(COLLAR * away[1])
         begin, end = (60, 300) if near >= -FORESHORTENED / 100 else (120, -120)

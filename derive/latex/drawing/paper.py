@@ -12,24 +12,27 @@ from ...model.tolerances import LAYOUT_TIE, SAME_POINT
 Point = tuple[int, int]
 """Coordinates on the page, to the right and upwards (0.1 mm)."""
 WIDTH, HEIGHT = 1400, 1100
-"""Maximum picture size, including labels and scale bar."""
+"""Maximum width and height of a picture (0.1 mm), including labels and scale bar."""
 ROOM_ASIDE, ROOM_ABOVE, ROOM_BELOW = 120, 80, 150
 """Margins for labels."""
 
 
 def rounded(value: float) -> int:
-    """Round to the nearest integer. Values within ``LAYOUT_TIE`` of a half are rounded up."""
+    """Round to the nearest integer.
+
+    Values whose fractional part is within ``LAYOUT_TIE`` of 0.5 are rounded up.
+    """
     return math.floor(value + 0.5 + LAYOUT_TIE)
 
 
 @dataclass(frozen=True)
 class Paper:
-    """A projection onto paper, with its scale.
+    """A projection of the robot onto the page, with its scale.
 
     Attributes:
         view: Directions to the right, upwards and towards the eye, as rows of a matrix (3, 3).
         scale: Length in the drawing, in tenths of a millimeter, that represents one meter.
-        corner: The corner of the paper, in view coordinates (meter).
+        corner: The lower left corner of the page, in view coordinates (meter).
     """
 
     view: Array
@@ -38,7 +41,7 @@ class Paper:
 
     @classmethod
     def around(cls, view: Array, points: Sequence[Array]) -> "Paper":
-        """Return the largest scale at which the points fit on paper."""
+        """Return the projection with the largest scale at which the points fit on the page."""
         seen = np.array(points) @ view[:2].T
         low, high = seen.min(axis=0), seen.max(axis=0)
         free = (WIDTH - 2 * ROOM_ASIDE, HEIGHT - ROOM_ABOVE - ROOM_BELOW)
@@ -48,14 +51,14 @@ class Paper:
         return cls(view, scale, (middle - WIDTH / 2 / scale, low[1] - ROOM_BELOW / scale))
 
     def at(self, point: Array) -> Point:
-        """Project a point of the base frame onto paper."""
+        """Project a point in the base frame onto the page."""
         x, y = self.view[:2] @ point
         return rounded(self.scale * (x - self.corner[0])), rounded(
             self.scale * (y - self.corner[1])
         )
 
     def along(self, direction: Array) -> tuple[float, float, float]:
-        """Return the components of a direction, rounded to six digits."""
+        """Return the components of a direction in view coordinates, rounded to six decimals."""
         right, up, near = (rounded(1e6 * float(part)) / 1e6 for part in self.view @ direction)
         return right, up, near
 
@@ -88,7 +91,7 @@ def distance(a: Point, b: Point) -> int:
 
 
 def between(a: Point, b: Point, share: float) -> Point:
-    """Return a point between a and b."""
+    """Return the point at the fraction ``share`` of the way from ``a`` to ``b``."""
     return rounded(a[0] + share * (b[0] - a[0])), rounded(a[1] + share * (b[1] - a[1]))
 
 
@@ -98,9 +101,9 @@ def turn(a: Point, b: Point, c: Point) -> int:
 
 
 def hull(points: Sequence[Point]) -> list[Point]:
-    """Return the convex hull's corners counterclockwise.
+    """Return the corners of the convex hull in counterclockwise order.
 
-    If all points are on a line, the result contains the two end points.
+    If all points are on a line, the convex hull has the two end points as corners.
     """
     ordered = sorted(set(points))
     if len(ordered) < 3:  # noqa: PLR2004

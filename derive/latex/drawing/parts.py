@@ -17,10 +17,10 @@ from ...loops.model.planes import Loop
 
 @dataclass
 class Solid:
-    """Rigidly connected bodies.
+    """A group of rigidly connected bodies, which is drawn as one body.
 
     Attributes:
-        points: The corners of a line or of a convex hull.
+        points: Points that are connected by a line or enclosed by a convex hull.
         is_main: Whether the body belongs to the main chain.
         is_base: Whether the body contains the base.
         is_line: Whether to draw a line through the points instead of their convex hull.
@@ -39,7 +39,7 @@ class Hinge:
     Attributes:
         name: Name of the joint, closure or strut.
         kind: Kind of the drawn joint, which is ``pin``, ``ball`` or ``weld``.
-        at: The point.
+        at: The position of the hinge in the base frame (meter).
         axis: The axis of a pin, directed so that positive joint values are right-handed rotations.
         a: Index of the parent body.
         b: Index of the child body, or -1 for a strut.
@@ -63,7 +63,7 @@ class DrawnSlide:
 
     Attributes:
         name: Name of the joint or closure.
-        start: The point of the guide where the coordinate is zero.
+        start: The position of the slider if the coordinate is zero.
         at: The position of the slider.
         axis: The direction of the guide.
         a: Index of the body with the guide.
@@ -102,15 +102,15 @@ class Scene:
     """All drawn parts of a robot in one configuration.
 
     Attributes:
-        solids: The drawn bodies. The base is first, and rigidly connected bodies are merged.
+        solids: The drawn groups of rigidly connected bodies, starting with the base.
         hinges: The pins, ball joints and welds of the drawing.
         slides: Sliders and telescopes.
         bars: Rods and cylinders.
         loops: The corners of each loop, in the order of the description.
         tool: The tool frame (4, 4).
-        base: The base frame (4, 4), or None if it is not drawn.
-        foot: Ends of the line that connects the ground to a single base joint above the ground, or
-            None.
+        base: The base frame (4, 4), or None if the base frame is not drawn.
+        foot: End points of the line from the ground to a single base joint above the ground, or
+            None without such a line.
     """
 
     solids: Sequence[Solid]
@@ -134,11 +134,12 @@ class Scene:
 
 @dataclass(frozen=True)
 class DrawnMembers:
-    """Properties of the joints and struts, keyed by name.
+    """Properties of the joints, struts and loops that a drawing shows.
 
     Attributes:
-        coordinates: Number (1, 2, ...) of the coordinate that moves a joint or cylinder.
-        main: The joints of the main chain.
+        coordinates: Number (1, 2, ...) of the coordinate that moves a joint or cylinder, keyed by
+            the name of the joint or cylinder.
+        main: Names of the main-chain joints.
         loops: The loops.
     """
 
@@ -152,8 +153,9 @@ def scene(skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) ->
 
     Args:
         skeleton: The bodies of the mechanism, with their drawn shapes.
-        values: The coordinates of the bodies: z, or q of a serial robot (radian or meter).
-        members: Its members.
+        values: The drawn configuration (radian or meter), which is q for a serial robot and z for a
+            robot with loops.
+        members: Properties of the joints, struts and loops of the robot.
     """
     return _Builder(skeleton, values, members).built()
 

@@ -16,14 +16,14 @@ from .contours import Loop, area, contours, simplified
 _CELLS = 90
 """Number of grid cells along the longer side of the region."""
 _MARGIN = 6
-"""Number of empty cells around the first samples."""
+"""Number of empty grid cells around the cells of the first samples."""
 _FIRST = 30_000
-"""Number of samples in the whole coordinate box."""
+"""Number of configurations that are sampled over the whole coordinate ranges."""
 _MORE = 12_000
-"""Number of samples near the boundary in each round."""
+"""Number of configurations that are sampled near the boundary of the region in each round."""
 _NEAR = (0.2, 0.2, 0.1, 0.1, 0.05, 0.05, 0.02, 0.02)
-"""Maximum offset of a new sample from a known sample near the boundary, one value per round. The
-offset is relative to the range of each coordinate."""
+"""Maximum offset of a new sample from a known sample near the boundary in each round, as a fraction
+of each coordinate range."""
 _LEVEL = 5.9
 """Level of the contour line that is the outline of the region. The contoured value of a grid cell
 is the number of reached cells among the cell and its eight neighbors. The outline passes through
@@ -31,11 +31,10 @@ the middle of the outermost cells."""
 _MIN = 12.0
 """Minimum area of a boundary polygon, in cells."""
 _SLACK, _SLACKER = 0.2, 1.15
-"""Tolerance of the simplified outline (cells), and the factor by which each attempt multiplies the
-tolerance.
-"""
+"""Initial tolerance of the simplified outline (cells), and the factor that increases the tolerance
+after each attempt."""
 _CORNERS = 76
-"""Maximum number of corners of all polygons of a region together."""
+"""Maximum total number of corners of the polygons that bound a region."""
 _TRIED = 60
 """Number of sampled configurations for finding the coordinates that move the tool."""
 _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
@@ -43,14 +42,15 @@ _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 
 @dataclass(frozen=True)
 class ToolRegion:
-    """A planar region.
+    """A planar region that the tool reaches.
 
     Attributes:
-        axes: Names of the axes to the right and upwards. The name r stands for the distance from
-            the first joint axis.
+        axes: Names of the horizontal and the vertical axis of the figure, where r is the distance
+            from the first joint axis.
         loops: The boundary polygons. An inner polygon bounds a hole.
         moving: Indices in q of the coordinates that determine the region.
-        upright: Index of the coordinate that rotates the region. -1 for a planar arm.
+        upright: Index of the coordinate that rotates the region about a vertical axis, or -1 for a
+            planar arm.
     """
 
     axes: tuple[str, str]
@@ -64,14 +64,13 @@ class ToolPosition:
     """The position of the tool's origin as a function of the coordinates.
 
     Attributes:
-        at: Positions (m, 3) at configurations (m, n). The rows of configurations at which a loop
-            does not close are NaN.
+        at: Function that returns tool positions (m, 3) for configurations (m, n), with NaN rows
+            where a loop does not close.
         lower: Lowest value of each coordinate (n,).
         upper: Highest value of each coordinate (n,).
         size: The robot's size (meter).
-        upright: A pair: the index of the coordinate that rotates the robot about a vertical axis,
-            and a point on this axis. The value is None if no coordinate rotates the robot about a
-            vertical axis.
+        upright: Index of the coordinate that rotates the robot about a vertical axis, and a point
+            on this axis, or None without such a coordinate.
     """
 
     at: Callable[[Array], Array]
@@ -81,7 +80,7 @@ class ToolPosition:
     upright: tuple[int, Array] | None
 
     def region(self) -> ToolRegion | None:
-        """Return the reached region in a vertical section or in a coordinate plane."""
+        """Return the region that the tool reaches in a vertical section or a coordinate plane."""
         return self._section() or self._plane()
 
     def _section(self) -> ToolRegion | None:
@@ -138,20 +137,20 @@ class ToolPosition:
 def reached(skeleton: Skeleton) -> ToolRegion | None:
     """Return the region that a serial robot's tool reaches within the joint limits.
 
-    If the tool stays in a coordinate plane, the tool's region lies in this plane. Angles without
-    limits cover one revolution. The samples fill the coordinate box evenly. Each coordinate value,
-    as a fraction of its range, is a multiple of the square root of a prime, modulo 1. Further
-    samples near the boundary of the region make its outline accurate. The sizes of the grid cells
-    are not simple fractions of lengths. Therefore, rounding errors that differ between machines do
-    not change the result.
+    If the tool stays in a coordinate plane, the tool's region lies in this plane. Joint angles
+    without limits cover one revolution. The sampled configurations fill the box of coordinate
+    ranges evenly. In sample k, each coordinate value is k times the square root of a prime, modulo
+    1, as a fraction of the coordinate range. Further samples near the boundary of the region make
+    its outline accurate. The size of the grid cells is not a simple fraction of robot lengths, so
+    that machine-dependent rounding errors do not change the region.
 
     Args:
         skeleton: The bodies of a serial robot.
 
     Returns:
         The region, or None if the first axis is not vertical and the tool leaves every coordinate
-        plane. The result is also None if the area is zero, a prismatic joint has no limits, or more
-        than twelve coordinates move the tool.
+        plane. The function also returns None if the area of the region is zero, a prismatic joint
+        has no limits, or more than twelve coordinates move the tool.
     """
     own: dict[int, tuple[bool, float | None, float | None]] = {}
     for body in skeleton.bodies:
@@ -168,12 +167,12 @@ def box(
     """Return the lowest and the highest value of each coordinate (n,).
 
     Args:
-        coordinates: Kind and limits of each coordinate (radian or meter). The kind is True for a
-            length and False for an angle.
+        coordinates: Tuple (whether the coordinate is a length, lower limit, upper limit) for each
+            coordinate, in radian or meter.
 
     Returns:
-        The ranges. The result is None if a prismatic coordinate has no limits or there are more
-        than twelve coordinates.
+        The lowest and highest values, or None if a prismatic coordinate lacks a limit or there are
+        more than twelve coordinates.
     """
     own = []
     for slides, low, high in coordinates:
@@ -225,7 +224,7 @@ class _Arm:
 
 
 def first_axis(chain: Sequence[TreeBody]) -> tuple[BodyJoint, Array, Array]:
-    """Return the first moving joint of a chain, its direction and a point on its axis."""
+    """Return the first moving joint of a chain, its axis direction and a point on its axis."""
     T = np.eye(4)
     for body in chain:
         T = T @ body.placement
@@ -293,7 +292,7 @@ def _closed(q: Array, seen: Callable[[Array], Array]) -> tuple[Array, Array]:
 class _Cells:
     """Grid cells of a plane.
 
-    Each reached cell stores a configuration at which the point lies in the cell.
+    Each reached grid cell stores one configuration that moves the tool into the cell.
     """
 
     def __init__(self, corner: Array, side: float, shape: tuple[int, int], n: int) -> None:

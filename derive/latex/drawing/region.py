@@ -22,7 +22,7 @@ from .reached import ToolPosition, ToolRegion, box, first_axis, is_vertical, pat
 _POSITION = [3, 7, 11]
 """Indices of the position entries in a row-major pose."""
 Ends = tuple[sp.Expr | None, sp.Expr | None]
-"""Limits of a coordinate. None if the coordinate is unbounded."""
+"""Lower and upper limit of a coordinate, where None means no limit."""
 _LARGEST = 550.0
 """Length of the longer side of the region on paper, in tenths of a millimeter."""
 _TICKS = 5
@@ -157,8 +157,8 @@ def reached_by_loops(
 ) -> ToolRegion | None:
     """Return the region that the tool of a robot with loops reaches within the actuator limits.
 
-    Configurations with open loops are excluded. Apart from this exclusion, the region is computed
-    as in ``reached``.
+    Configurations at which a loop does not close are excluded. The other steps are the same as in
+    the function ``reached``.
 
     Args:
         mechanism: The description.
@@ -167,7 +167,7 @@ def reached_by_loops(
         functions: The functions of the robot, which include ``fk`` and ``margin``.
 
     Returns:
-        The region. The result is None if the region is unknown or ``fk`` has no closed form.
+        The region, or None if the region is unknown or ``fk`` has no closed form.
     """
     named = {function.name: function for function in functions}
     ends = [

@@ -19,9 +19,10 @@ def view(
 ) -> tuple[Array, bool]:
     """Return the view directions of the drawing, and whether the drawing is planar.
 
-    If all planar loops have parallel planes, the picture shows this plane. The z axis of the base
-    points upwards if the plane contains it. Planar robots without loops are also drawn in their
-    plane. Robots that are not planar are viewed obliquely from above.
+    If all planar loops have parallel planes, the robot is viewed along the common normal of these
+    planes. The z axis of the base points upwards if it is parallel to the planes. Planar robots
+    without loops are viewed along their parallel joint axes. Robots that are not planar are viewed
+    obliquely from above.
 
     Args:
         mechanism: The description.
@@ -39,9 +40,9 @@ def view(
 
 
 def view_of_arm(skeleton: Skeleton) -> tuple[Array, bool]:
-    """Return the viewing direction of a drawing of a serial robot.
+    """Return the view directions of the drawing of a serial robot, and whether the robot is planar.
 
-    Parallel joint axes are viewed end-on.
+    A planar robot is viewed along its parallel joint axes.
     """
     normal = _normal_of_tree(skeleton, tree_poses(skeleton.bodies, skeleton.q_drawn))
     return (from_aside(), False) if normal is None else (_along(normal), True)

@@ -1,4 +1,4 @@
-r"""Prints the rotations of a platform that carries a wrist, and the joints at each rotation."""
+r"""Prints the inverse kinematics of a platform on legs that is combined with other joints."""
 
 from collections.abc import Callable, Iterable, Sequence
 
@@ -30,7 +30,7 @@ DIGITS = 6
 
 
 def carried(page: LoopPage, chain: CarriedWrist | CarriedArm) -> list[str]:
-    """Print the polynomial of a platform with other joints, and the steps of all joints."""
+    """Print the equations and solution steps of a platform that is combined with other joints."""
     own = chain.carried
     if isinstance(chain, CarriedArm):
         return _arm(page, chain)
@@ -113,7 +113,7 @@ def _arm(page: LoopPage, chain: CarriedArm) -> list[str]:
 def _planes(planes: Sequence[Plane], center: FloatArray | None) -> Iterable[tuple[str, list[str]]]:
     """Return the normal, the offset and the ball joint position of each plane.
 
-    If ``center`` is not None, the positions are relative to ``center``.
+    If ``center`` is not None, the ball joint positions are relative to ``center``.
     """
     for k, plane in enumerate(planes, 1):
         yield f"n_{k}", [_vector(plane.normal)]

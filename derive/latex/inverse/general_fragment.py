@@ -7,15 +7,15 @@ from ...inverse.structure.words import listed
 from ..setting.page import Page, sentence
 
 _ADDED = r"\theta_{\mathrm{tool}}"
-"""Symbol of the sixth angle that is added to a five-joint arm."""
+"""LaTeX symbol of the sixth joint angle that chasles adds to a five-joint arm."""
 
 
 def general_arm(page: Page, general: GeneralInverse) -> str:
-    """Print the loop equation, the elimination and the determinant.
+    """Print the loop equation of an arm, the elimination of its unknowns and the determinant.
 
     Args:
         page: The symbols and expressions of the arm.
-        general: Its inverse.
+        general: The inverse kinematics of the arm.
     """
     choice, count = general.choice, general.function.branches
     order, slides = choice.orders[0], slides_of(page.robot)

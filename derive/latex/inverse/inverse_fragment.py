@@ -1,4 +1,4 @@
-r"""Prints the inverse kinematics."""
+r"""Prints the inverse kinematics of a chain."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
@@ -23,7 +23,7 @@ MINUS = "$-$"
 
 
 def inverse(page: Page) -> str:
-    """Print the solution steps.
+    """Print the solution steps of the inverse kinematics.
 
     If the arm has no solution steps, the fragment states how far the axes are from a solvable
     structure.
@@ -32,11 +32,11 @@ def inverse(page: Page) -> str:
 
 
 def written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) -> str:
-    """Print the structure and the steps of all tasks.
+    """Print the axis structure and the solution steps of all inverse kinematics tasks.
 
     Args:
         page: The symbols of the chain.
-        found: Its inverse.
+        found: The inverse kinematics of the chain.
         actuators: Printed symbols of actuated coordinates, keyed by coordinate name.
     """
     classification = found.classification
@@ -68,15 +68,15 @@ def _together_at_last(found: Inverses) -> str:
 def printed_tasks(
     page: Page, inverses: Inverses, actuators: Mapping[str, sp.Symbol]
 ) -> Mapping[str, PrintedTask]:
-    """Convert the inverses of all tasks to the symbols that the article prints.
+    """Convert the inverse kinematics of all tasks to the symbols that the article prints.
 
-    The step numbers continue from task to task.
+    The solution steps are numbered consecutively across the tasks.
 
     Args:
         page: The symbols and expressions of the chain.
-        inverses: Its inverse.
-        actuators: Printed symbols of actuated coordinates, keyed by name. Solution steps may
-            determine actuated coordinates.
+        inverses: The inverse kinematics of the chain.
+        actuators: Printed symbols of the actuated coordinates that solution steps may determine,
+            keyed by coordinate name.
     """
     found: dict[str, PrintedTask] = {}
     first = 1
@@ -134,12 +134,12 @@ def _steps(page: Page, task: PrintedTask, repeated: int = 0) -> Iterable[str]:
 
 
 def arm_steps(page: Page, inverses: Inverses, first: int) -> tuple[str, PrintedTask]:
-    """Print the steps of an arm in a loop, and return these steps.
+    """Return the text of the solution steps of an arm in a loop, and the steps themselves.
 
     Args:
         page: The symbols of the arm.
-        inverses: The inverse of the arm, whose only task is ``ik``.
-        first: Number of the first step.
+        inverses: The inverse kinematics of the arm, with ``ik`` as its only task.
+        first: Number of the first solution step.
     """
     classification = inverses.classification
     found = classification.found
@@ -208,7 +208,7 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
     """Return the number of initial steps that a task has in common with an earlier task.
 
-    The number is 0 if a later step of the task uses a term that the common steps define.
+    The returned number is 0 if a later step of the task uses a term that the common steps define.
     """
     own, other = _anonymous(page, task), _anonymous(page, earlier)
     same = [a == b for a, b in zip(own, other, strict=False)]

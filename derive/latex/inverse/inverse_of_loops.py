@@ -19,7 +19,8 @@ from .inverse_fragment import written
 def inverse_of_loops(page: LoopPage) -> str:
     """Print the inverse kinematics of the main chain."""
     chain = page.chain
-    # The only task of a robot with loops is the complete pose.
+    # Of the inverse kinematics tasks of the main chain, only the complete pose is printed for a
+    # robot with loops.
     tasks = {name: solved for name, solved in chain.inverse.solved.items() if name == "ik"}
     of_chain = replace(chain.inverse, solved=tasks)
     found = page.inverse
@@ -39,7 +40,7 @@ def inverse_of_loops(page: LoopPage) -> str:
     if found is None or not found.solved:
         return written(chain, of_chain, {})
     if not _has_slides(chain, found):
-        # If the arm itself has no closed form, the nominal arm is printed.
+        # If the arm itself has no closed form, the solution steps of the nominal arm are printed.
         return text(
             written(chain, found, {}).rstrip(), _sides_of_loops(found), _position_task(found)
         )

@@ -20,12 +20,12 @@ KINDS = {
     "side": (r"\varepsilon", r"\eta", r"\iota"),
     "slide": (r"\xi", r"\zeta", r"\Xi"),
 }
-"""Letters for each kind of symbol, such as coefficients, signs and prismatic joints. The letters
-are in order of preference."""
+"""LaTeX letters for each kind of symbol, such as coefficients, signs and prismatic joints, in order
+of preference."""
 
 
 class InverseLetters:
-    """Letters for the symbols of a robot."""
+    """Selects LaTeX letters that the symbols of a robot do not use yet."""
 
     def __init__(self, robot: SerialRobot, notation: Notation) -> None:
         parameters = names.distinct(parameter.name for parameter in robot.parameters)
@@ -33,11 +33,11 @@ class InverseLetters:
         self.taken: Collection[str] = {*heads, *notation.letters.values()}
 
     def of(self, kind: str) -> str:
-        """Return a free letter for a kind of symbol, such as a sign or coefficient."""
+        """Return an unused letter for a kind of symbol, such as a sign or coefficient."""
         return self.free(KINDS[kind])
 
     def free(self, options: Sequence[str]) -> str:
-        """Return the first free letter, or the last letter if none is free."""
+        """Return the first unused letter of ``options``, or the last letter if all are used."""
         free = [letter for letter in options if letter not in self.taken]
         if free:
             return free[0]
@@ -45,20 +45,21 @@ class InverseLetters:
 
 
 BEHIND_VECTORS = 100
-"""Sort key of the coefficients A, B and C of a solution step. In a printed product, this key places
-the coefficients after the vectors."""
+"""Sort key that places the coefficients A, B and C of a solution step after the vectors in a
+printed product."""
 
 
 class InverseSymbols:
     """LaTeX symbols of an inverse kinematics task.
 
     Attributes:
-        notation: The short symbols of the robot. The class adds its new symbols to this notation.
+        notation: The short symbols of the robot, to which ``InverseSymbols`` adds the symbols of
+            the task.
         letters: The letters that the article does not use yet.
-        inputs: The printed symbol of each input.
+        inputs: The printed symbol of each input of the task, keyed by its original symbol.
         signs: Printed symbols of the branch signs (1 or -1) that select a solution.
-        actuators: Printed symbols of actuated coordinates, keyed by name. Solution steps may
-            determine actuated coordinates.
+        actuators: Printed symbols of the actuated coordinates that solution steps may determine,
+            keyed by coordinate name.
     """
 
     def __init__(
@@ -103,16 +104,16 @@ class InverseSymbols:
         return self.notation.symbol(tex, (ENTRY, (letter.letters[0], letter.component)))
 
     def component(self, letter: str, axis: str) -> sp.Symbol:
-        """Return the x, y or z component of a vector."""
+        """Return the printed symbol of the x, y or z component of a vector."""
         return self.notation.symbol(f"{letter}_{{{axis}}}", (LENGTH, (-1, letter, axis)))
 
     def coefficient(self, letter: str, number: int) -> sp.Symbol:
-        """Return the coefficient A, B or C of a solution step."""
+        """Return the printed symbol of the coefficient A, B or C of a solution step."""
         tex = f"{self.letters.of(letter)}_{{{number}}}"
         return self.notation.symbol(tex, (LENGTH, (95, number, BEHIND_VECTORS, letter)))
 
     def sum(self, number: int) -> sp.Symbol:
-        """Return the symbol of an angle sum that a step determines."""
+        """Return the printed symbol of an angle sum that a solution step determines."""
         tex = f"{self.letters.of('sum')}_{{{number}}}"
         return self.notation.symbol(tex, (LENGTH, (94, number)))
 
@@ -121,11 +122,11 @@ class InverseSymbols:
         return self.notation.symbol(self.letters.of("side"), (LENGTH, (-2, 0)))
 
     def value_of(self, joint: int) -> sp.Expr:
-        """Return the value of a joint."""
+        """Return the printed expression for the value of a joint."""
         slides = [axis.joint for axis in self._axes if not axis.turns]
         if not self.actuators and joint == len(self._robot.moving):
-            # The index after the last moving joint denotes the revolute joint that the inverse adds
-            # at the tool.
+            # The index after the last moving joint denotes the revolute joint that the inverse
+            # kinematics adds at the tool.
             return self.notation.symbol(f"q_{{{joint + 1}}}", (LENGTH, (92, joint)))
         if not self.actuators or joint not in slides:
             return self._robot.moving[joint].direction * self.notation.q[joint]
@@ -136,12 +137,11 @@ class InverseSymbols:
     def angle(self, joints: Sequence[str], done: frozenset[int] = frozenset()) -> sp.Expr:
         """Return the signed angle sum of parallel joints.
 
-        An angle is negative if its axis opposes the first axis.
+        A joint angle has a minus sign if the joint axis is opposite to the axis of the first joint.
 
         Args:
             joints: Names of the joints.
-            done: Indices of the prismatic joints that are already solved. The axes of these joints
-                are skipped.
+            done: Indices of the prismatic joints that are already solved, whose axes are skipped.
         """
         if joints[0] in self.actuators:
             return self.actuators[joints[0]]
@@ -157,6 +157,6 @@ class InverseSymbols:
         return -1 if self.angle(joints[:1], done).could_extract_minus_sign() else 1
 
     def axis(self, name: str, done: frozenset[int] = frozenset()) -> Axis:
-        """Return the first axis with this name whose joint is not in ``done``."""
+        """Return the first axis called ``name`` whose joint is not in ``done``."""
         named = [axis for axis in self._axes if axis.name == name]
         return next((axis for axis in named if axis.joint not in done), named[0])

@@ -1,7 +1,8 @@
-"""Converts the terms of an inverse to printed symbols.
+"""Converts the terms of an inverse kinematics task to printed symbols.
 
-Products of terms are written out. Sums that are long or occur repeatedly become shared terms. The
-cosine and sine of a solved angle are printed as c and s with the index of the angle.
+Products of terms are printed in full. Sums that are long or occur repeatedly are printed as terms
+with names. The cosine and sine of a solved angle are printed as c and s with the index of the
+angle.
 """
 
 from collections import Counter
@@ -28,10 +29,10 @@ SHORT = 30.0
 
 
 class InverseTerms(TermNames):
-    """The terms of a task while they are converted to printed symbols.
+    """The terms of an inverse kinematics task during their conversion to printed symbols.
 
     Attributes:
-        changed: Definitions in LaTeX that differ from the original definitions, keyed by the symbol
+        changed: Printed definitions that differ from the original definitions, keyed by the symbol
             of the term.
         preferred: Names of terms that are vector components.
         uses: Number of occurrences of each term.
@@ -48,18 +49,18 @@ class InverseTerms(TermNames):
         self.definitions = []
 
     def is_open(self, term: sp.Expr) -> bool:
-        """Whether an expression is an unnamed term."""
+        """Whether an expression is a term that has no printed name yet."""
         return term in self.terms.definitions and term not in self.known
 
     def seed(self, turn: CosSin, angle: sp.Expr) -> None:
-        """Name the cosine and the sine of a solved angle."""
+        """Give printed symbols to the cosine and the sine of a solved angle."""
         for function, value in ((sp.cos, turn.c), (sp.sin, turn.s)):
             sign, term = value.as_coeff_Mul()
             if self.is_open(term) and not is_trigonometric(self.terms.definitions[term]):
                 self.known[term] = sign * self.trigonometric(function, angle)
 
     def define(self, name: sp.Symbol, value: sp.Expr) -> None:
-        """Store the definition of a symbol under its name."""
+        """Add the definition of a symbol to the definitions to print."""
         self.definitions.append((name, value))
 
     def trigonometric(self, function: type[sp.Function], angle: sp.Expr) -> sp.Expr:
@@ -126,7 +127,8 @@ class InverseTerms(TermNames):
     def value(self, expression: sp.Expr) -> sp.Expr:
         """Convert an expression to printed symbols.
 
-        All terms of the expression must have names.
+        Each term of the expression must already have a printed name or a definition that replaces
+        it.
         """
         self.name_long_factors(expression)
         known = {}
@@ -146,7 +148,7 @@ class InverseTerms(TermNames):
         return shown
 
     def taken(self) -> list[Definition]:
-        """Return the definitions that were added since the previous call."""
+        """Return the definitions that were added since the previous call of ``taken``."""
         taken, self.definitions = self.definitions, []
         return taken
 

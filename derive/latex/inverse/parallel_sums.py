@@ -1,4 +1,4 @@
-"""Combines rotations about parallel axes: c_{23} replaces c_2 c_3 - s_2 s_3."""
+"""Combines rotations about parallel axes, so that c_{23} replaces c_2 c_3 - s_2 s_3."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,8 @@ from ...inverse.subproblems.turns import CosSin
 from ...model.tolerances import EXACT_STRUCTURE
 
 _BILINEAR = {(1, 0, 1, 0): "cc", (0, 1, 0, 1): "ss", (0, 1, 1, 0): "sc", (1, 0, 0, 1): "cs"}
-"""Powers of the cosines and sines of two angles."""
+"""Products of a cosine or sine of each of two angles, keyed by the powers of cos 1, sin 1, cos 2
+and sin 2."""
 
 
 @dataclass(frozen=True)
@@ -22,8 +23,8 @@ class ParallelPair:
     Attributes:
         names: Names of the two joints.
         one: The rotation by the first angle.
-        other: The rotation by the second angle about the first axis. The angle is negated if the
-            axes are opposite.
+        other: The rotation by the second angle, or by the negative second angle if the axes are
+            opposite.
         total: Cosine and sine symbols of the sum of the first and second angle.
     """
 
@@ -59,8 +60,9 @@ def merged(
     Args:
         definitions: The definition of each named term.
         terms: The terms in definition order.
-        pairs: The parallel joints.
-        is_known: Whether a term has a name. Named terms stay unchanged.
+        pairs: The pairs of adjacent joints with parallel axes.
+        is_known: Function that states whether a term has a printed name. Terms with a printed name
+            stay unchanged.
     """
     found: dict[sp.Symbol, sp.Expr] = {}
     for term in terms:

@@ -1,4 +1,7 @@
-"""Prints solution steps. All arm families share the same rules."""
+"""Prints the solution steps of an inverse kinematics task.
+
+All axis structures share the same printing rules.
+"""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -83,9 +86,8 @@ _RELATIONS: Mapping[type, Callable[[Any, str, FractionPrinter], str]] = {
     Direction: _solution_alone,
     LineAndPlane: _solution_alone,
 }
-"""Functions that print an equation with one unknown, keyed by equation type. Each function has the
-arguments equation, LaTeX of the unknown, and printer.
-"""
+"""Functions that print an equation with one unknown, keyed by equation type. The arguments of each
+function are the equation, the LaTeX name of the unknown, and the printer."""
 _JOINT_RELATIONS: Mapping[
     type, Callable[[Any, Sequence[sp.Expr], FractionPrinter], Iterable[str]]
 ] = {LoopOfThree: _loop_of_three, TwoEllipses: _two_ellipses}
@@ -93,7 +95,7 @@ _JOINT_RELATIONS: Mapping[
 
 
 def solved_step(printed: PrintedInverseStep, printer: FractionPrinter) -> str:
-    """Print a step with one unknown."""
+    """Print a solution step with one unknown."""
     name = printer.tex(printed.name)
     related = _RELATIONS[type(printed.equation)](printed.equation, name, printer)
     shared = definitions(printer, printed.definitions)
@@ -110,7 +112,7 @@ def solved_step(printed: PrintedInverseStep, printer: FractionPrinter) -> str:
 
 
 def solved_together(steps: Sequence[PrintedInverseStep], printer: FractionPrinter) -> str:
-    """Print the relation between the unknowns of several steps."""
+    """Print the equation that determines the unknowns of several solution steps together."""
     first = steps[0]
     shared = definitions(printer, first.definitions)
     blocks = ["With", aligned(shared)] if shared else []
@@ -120,7 +122,7 @@ def solved_together(steps: Sequence[PrintedInverseStep], printer: FractionPrinte
 
 
 def definitions(printer: FractionPrinter, found: Iterable[Definition]) -> list[Equation]:
-    """Return the definitions of names as rows of an aligned display."""
+    """Return the definitions of named terms as rows of an aligned LaTeX display."""
     return [(printer.tex(name), _terms(printer, value)) for name, value in found]
 
 

@@ -1,7 +1,7 @@
-"""Converts the solution steps of an inverse to printed symbols.
+"""Converts the solution steps of an inverse kinematics task to printed symbols.
 
-Each solution step has an equation. The module prints the coefficients of the equation. Long
-coefficients get the names A, B and C with the number of the step. The kind of the equation
+Each solution step solves an equation, whose coefficients are converted to printed symbols. Long
+coefficients get the names A, B and C with the number of the step. The type of an equation
 determines how the equation and its solution are printed.
 """
 
@@ -34,26 +34,25 @@ from .inverse_terms import SHORT, InverseTerms
 from .parallel_sums import merged, parallel_pairs
 
 DIRECT = 0.6 * LINE
-"""Maximum width (pt) of the two coefficients inside an atan2."""
+"""Maximum total width (pt) of the two coefficients that are printed inside an atan2."""
 Equation = AngleEquation | LengthEquation | JointEquation
 
 
 @dataclass(frozen=True)
 class PrintedInverseStep:
-    """One solution step of an inverse, with the symbols that the article prints.
+    """One solution step of an inverse kinematics task, with its printed symbols.
 
     Attributes:
         step: The original solution step.
         number: Number of the step in the article.
-        definitions: Definitions of the named terms and coefficients in the solution step. Each term
-            depends only on terms before it.
+        definitions: Definitions of the named terms and coefficients in the solution step, each of
+            which depends only on earlier definitions.
         unknown: The coordinate or sum of coordinates that the step determines.
-        name: Symbol of the coordinate. If the unknown is a sum of coordinates, `name` is a symbol
-            that stands for the sum.
+        name: Symbol of the unknown coordinate, or a symbol that stands for the unknown sum of
+            coordinates.
         sense: The rotation angle of the step is ``sense`` (1 or -1) times ``name``.
         equation: The equation that the step solves, in printed symbols.
-        solution: Terms whose sum is the unknown. The tuple is empty if a quartic determines several
-            unknowns.
+        solution: Terms whose sum is the unknown, or () if a quartic determines several unknowns.
     """
 
     step: InverseStep
@@ -71,9 +70,9 @@ class PrintedVector:
     """A vector in the solution steps.
 
     Attributes:
-        vector: The vector itself.
+        vector: The original vector, before its conversion to printed symbols.
         letter: LaTeX letter of the vector.
-        shown: Components of the vector. The tuple is empty if the vector depends on solution steps.
+        shown: Printed components of the vector, or () if the vector depends on solution steps.
     """
 
     vector: NamedVector
@@ -83,17 +82,17 @@ class PrintedVector:
 
 @dataclass(frozen=True)
 class PrintedTask:
-    """A task of the inverse, with the symbols that the article prints.
+    """An inverse kinematics task, with the symbols that the article prints.
 
     Attributes:
         solved: The task.
-        inputs: The symbols of each input.
-        signs: The sign symbols that select a solution.
+        inputs: Each input of the task, with its printed symbols.
+        signs: The printed symbols of the signs that select a solution.
         vectors: The vectors in the solution steps.
         definitions: Vector components that do not depend on any solution step.
-        steps: The steps.
+        steps: The printed solution steps of the task.
         rest: Coordinates that follow from an angle sum, and their values.
-        free: Coordinates that the task does not determine. Undetermined coordinates are set to 0.
+        free: Coordinates that the task does not determine and that are therefore set to 0.
         locked: Coordinates that the loops keep constant.
         symbols: The printed symbols, keyed by the original symbols of inputs and signs.
     """
@@ -118,16 +117,16 @@ def printed_task(
     first: int,
     actuators: Mapping[str, sp.Symbol],
 ) -> PrintedTask:
-    """Convert the steps of a task to printed symbols.
+    """Convert the solution steps of an inverse kinematics task to printed symbols.
 
     Args:
         robot: The chain.
-        notation: The short symbols of the robot. The function adds new symbols to `notation`.
+        notation: The short symbols of the robot, to which the symbols of the task are added.
         lines: The axes of the chain.
         solved: The task.
         first: Number of the first printed solution step.
-        actuators: Printed symbols of actuated coordinates, keyed by name. Solution steps may
-            determine actuated coordinates.
+        actuators: Printed symbols of the actuated coordinates that solution steps may determine,
+            keyed by coordinate name.
     """
     return _Writer(robot, notation, lines, solved, actuators).printed(first)
 
@@ -152,9 +151,9 @@ class _Writer:
         self._seed_turns()
 
     def printed(self, first: int) -> PrintedTask:
-        """Return the task as the article prints it.
+        """Return the task with the symbols that the article prints.
 
-        The steps are numbered from ``first``.
+        The solution steps are numbered from ``first``.
         """
         wanted = [self._equation(step) for step in self.work.steps]
         entries = [entry for equation in wanted for entry in equation.coefficients]
@@ -195,7 +194,8 @@ class _Writer:
         known = self.terms.known
         for pair in pairs:
             angle = self.symbols.angle(pair.names)
-            # The symbols c_{23} and s_{23} are defined when they first occur.
+            # The symbols for the cosine and sine of an angle sum, such as c_{23}, are defined when
+            # they first occur.
             known[pair.total.c], known[pair.total.s] = sp.cos(angle), sp.sin(angle)
         terms = self.work.terms
         needed = terms.needed(entries)

@@ -1,4 +1,4 @@
-"""Describes the structure of the axes as LaTeX."""
+"""Describes the structure of a chain's joint axes as LaTeX."""
 
 import re
 from collections.abc import Iterable
@@ -10,11 +10,11 @@ from ..setting.names import escape
 from ..setting.page import Page
 
 MAX_MISSED = 3
-"""Number of similar structures listed for an arm without a closed form."""
+"""Maximum number of similar axis structures that are listed for an arm without a closed form."""
 
 
 def missing_structure(classification: Classification) -> str:
-    """List the most similar closed-form structures and the violated conditions."""
+    """List the most similar axis structures with a closed form, and the violated conditions."""
     rows = nearest(classification)[:MAX_MISSED]
     if not rows:
         return f"There is no closed form: {escape(classification.missing)}."
@@ -24,7 +24,7 @@ def missing_structure(classification: Classification) -> str:
 
 
 def structure(page: Page, classification: Classification, found: Attempt) -> str:
-    """Describe the structure and the fixed joints."""
+    """Describe the axis structure of a chain, and the joints that are fixed."""
     conditions = "; ".join(requirement.text for requirement in found.requirements)
     nearly = "" if classification.method == "exact" else "nearly "
     sentences = _undetermined(page, classification, found)

@@ -38,9 +38,9 @@ IDENTITY = "T is the pose that the arm reaches"
 
 @dataclass(frozen=True)
 class _ArmPage(Page):
-    """The symbols of the joints of an arm.
+    """The article data of a serial arm inside a loop.
 
-    T is the pose of the arm's tool relative to its first joint.
+    The symbol T is the pose of the arm's end in the frame of its first joint.
     """
 
     @property
@@ -51,7 +51,7 @@ class _ArmPage(Page):
 
 @dataclass(frozen=True)
 class OwnArm:
-    """An arm from the frame of its first joint to the frame of its last joint.
+    """A serial arm inside a loop, from its first joint frame to its last joint frame.
 
     Attributes:
         arm: The arm without the constant transforms at its base and tool.
@@ -69,7 +69,8 @@ class OwnArm:
     def of(cls, page: LoopPage, arm: LoopArm) -> "OwnArm":
         """Return the arm without constant transforms at its ends.
 
-        The frames of the adjacent bodies include these transforms.
+        The removed transforms are included in the poses of the end frames relative to the adjacent
+        bodies.
         """
         first, *rest = arm.robot.joints
         *inner, last = replace(first, before=()), *rest
@@ -90,7 +91,7 @@ class OwnArm:
 
     @property
     def shape(self) -> tuple[object, ...]:
-        """A key that is equal for arms with equal solution steps."""
+        """A key that is equal for arms with equal joint geometry and thus equal solution steps."""
         return tuple(
             (joint.kind, joint.before, joint.after, joint.pitch, joint.direction)
             for joint in self.arm.robot.joints
@@ -99,14 +100,14 @@ class OwnArm:
 
 @dataclass(frozen=True)
 class PrintedArm:
-    """An arm and its printed steps.
+    """A serial arm inside a loop, with its printed solution steps.
 
     Attributes:
         own: The arm.
         symbols: The symbols of the arm.
-        steps: The text of the steps.
+        steps: The text of the solution steps.
         task: The steps.
-        like: An earlier arm that has the same steps, or None.
+        like: An earlier arm with the same solution steps, or None if there is no such arm.
     """
 
     own: OwnArm
@@ -117,7 +118,10 @@ class PrintedArm:
 
 
 def arms(page: LoopPage) -> list[str]:
-    """Return one paragraph for each arm. The list is empty if no arm solves a loop."""
+    """Return an opening and one paragraph for each serial arm that solves a loop.
+
+    The list is empty if no arm solves a loop.
+    """
     printed = printed_arms(page)
     paragraphs = [_paragraph(page, arm) for arm in printed]
     tasks = [arm.task for arm in printed if arm.like is None]
@@ -125,7 +129,7 @@ def arms(page: LoopPage) -> list[str]:
 
 
 def printed_arms(page: LoopPage) -> list[PrintedArm]:
-    """Return the serial arms by which loops are solved."""
+    """Return the serial arms that solve loops, with their printed solution steps."""
     first = after(page.backward_steps, after(page.forward_steps))
     printed: list[PrintedArm] = []
     for arm in _arms(page.hybrid):
@@ -247,7 +251,7 @@ def _body(page: LoopPage, name: str) -> str:
 
 
 def _target(page: LoopPage, own: OwnArm, symbols: Page) -> str:
-    """Print the pose that the arm reaches."""
+    """Print the pose that a serial arm inside a loop reaches."""
     origin, ends = page.mechanism.base_frame, {"B": own.begin, "E": own.arm.end}
     begin, end = (page.letters.letters[letter] for letter in ends)
     poses = [transforms.transform(*map(frame, (origin, body))) for body in (own.base, own.body)]
@@ -279,7 +283,7 @@ def _signs(page: LoopPage, arm: PrintedArm) -> str:
 
 
 def _at_reference(page: LoopPage, arm: LoopArm) -> tuple[int, ...]:
-    """Return the branch signs of an arm at the reference, or () if they are not unique."""
+    """Return the branch signs of an arm in the reference configuration, or () if not unique."""
     terms, near = page.terms, page.hybrid.at_reference
     work, values, _ = _solved(page, arm)
     if not work.signs:
@@ -297,7 +301,7 @@ def _at_reference(page: LoopPage, arm: LoopArm) -> tuple[int, ...]:
 
 
 def _condition(arm: LoopArm) -> str:
-    """State that an arm with few joints reaches only some poses."""
+    """State that an arm with fewer than six joints reaches only some poses."""
     if len(arm.robot.moving) >= WHOLE:
         return ""
     return "The loop closes only if the arm reaches the orientation and the position of the pose."

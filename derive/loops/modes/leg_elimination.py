@@ -121,9 +121,9 @@ def _right_side(legs: Triad, i: int, norms: dict[int, Named], name: Name) -> sp.
 
 
 def _radius(legs: Triad, i: int, name: Name) -> sp.Expr:
-    """Return the radius of a circle.
+    """Return the radius of the circle of leg ``i``.
 
-    If the radius is an expression that contains symbols, a new symbol replaces the expression.
+    A new symbol replaces a radius that is an expression with symbols.
     """
     L = legs.L[i - 1]
     return L if L.is_Atom or not L.free_symbols else name("l", f"{i}")
@@ -154,7 +154,7 @@ def _polynomial(
 def _distances(
     legs: Triad, sides: list[Complex], base_vectors: list[Complex], name: Name
 ) -> list[Named]:
-    """Return the lengths of the platform sides."""
+    """Return the lengths of the platform sides and, for legs on lines, of the base vectors."""
     vectors = [("|b|", "21", sides[0]), ("|b|", "31", sides[1])]
     vectors.append(("|b|", "32", minus(sides[1], sides[0])))
     others = max(0, len(legs.L) - 1)
@@ -165,8 +165,8 @@ def _distances(
 def _harmonics(legs: Triad) -> int:
     """Return the degree of the polynomial in the cosine and sine of the platform angle.
 
-    The scalar k_i has degree 1. The products of k_i with u_i have degree 1 too. The product of two
-    line normals is independent of the platform angle if both lines lie on one body.
+    Each scalar k_i has degree 1, and so has each product of two vectors u_i or n_i. The product of
+    two line normals is independent of the platform angle if both lines lie on one body.
     """
     kinds: list[LegLine | None] = [*([None] * len(legs.L)), *legs.lines]
 

@@ -1,11 +1,11 @@
 """Planar platforms on legs with three joints. Each leg has a single closure equation.
 
 If the actuator of a leg with three joints is fixed, the leg acts as one body between two passive
-joints. A leg gives one equation for the position p and the rotation R of the platform. A is a fixed
-point, and b is a point of the platform. A leg with two revolute joints is a rod of length L with
-the equation |p + R b - A| = L. With a prismatic joint on the fixed side, b moves on a fixed line
-with the equation n . (p + R b - A) = 0. With a prismatic joint on the platform, A lies on a line
-that is fixed to the platform. The equation is R n . (p + R b - A) = 0.
+joints. A leg gives one equation for the position p and the rotation R of the platform. In the
+equation of a leg, A is a fixed point, and b is a platform point in platform axes. If both passive
+joints of a leg are revolute, the leg is a rod of length L: |p + R b - A| = L. If the passive joint
+at the base is prismatic, b moves on a fixed line: n . (p + R b - A) = 0. If the passive joint at
+the platform is prismatic, A lies on a platform line: R n . (p + R b - A) = 0.
 
 A leg with two passive prismatic joints determines only the platform angle, and is not supported.
 """
@@ -32,12 +32,13 @@ from .rods import joint_frame, joint_values, tool_position
 from .triad import LEGS, LegLine, Triad, leg_residuals
 
 VIRTUAL = ["prismatic", "prismatic", "revolute"]
-"""The types of the main-chain joints, whose values are x, y and phi of the platform."""
+"""Types of the virtual main-chain joints. The joint values are the platform coordinates x, y and
+phi."""
 QUARTER: Complex = (sp.S.Zero, sp.S.One)
 
 
 class ChainAxes(NamedTuple):
-    """The axes x and y of the main chain, in the axes of the root body of the linkage.
+    """Axes x and y of a planar platform's main chain, in the frame of the linkage's root body.
 
     Attributes:
         origin: The origin of the coordinates x and y in the plane.
@@ -55,7 +56,7 @@ class ChainAxes(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """The equation of a leg.
+    """A leg of a planar platform.
 
     The leg is either a rod of given length or a constraint that keeps a point on a line.
     """
@@ -67,7 +68,7 @@ class Leg(NamedTuple):
 
 
 def legs_of(h: SolvedLoops) -> Triad | None:
-    """Return the legs of a planar platform with three legs, or None. Rods come first."""
+    """Return the three legs of a planar platform, rods first, or None for other robots."""
     linkage = _linkage(h)
     axes = None if linkage is None else _axes(h, linkage)
     if linkage is None or axes is None:
@@ -92,7 +93,7 @@ def _virtual(h: SolvedLoops) -> list[Joint]:
 
 
 def _linkage(h: SolvedLoops) -> Linkage | None:
-    """Return the linkage of a platform that a virtual chain x, y, phi connects to the base."""
+    """Return the linkage of a platform on a virtual chain x, y, phi, or None for other robots."""
     mechanism, moving = h.mechanism, _virtual(h)
     if [joint.kind for joint in moving] != VIRTUAL or h.loops.spatial or len(h.loops.planar) != 1:
         return None
@@ -105,7 +106,7 @@ def _linkage(h: SolvedLoops) -> Linkage | None:
 
 
 def _joined(h: SolvedLoops, linkage: Linkage, known: Mapping[str, sp.Expr]) -> Clusters:
-    """Return the groups of bodies that become rigid when some joints are fixed."""
+    """Return the groups of bodies that welds and joints with known values connect rigidly."""
     clusters = Clusters(h.terms, linkage, known, h.forward.reference)
     while clusters.join_known():
         pass
@@ -135,7 +136,7 @@ def _axes(h: SolvedLoops, linkage: Linkage) -> ChainAxes | None:
 
 
 def _seen(point: PhasorSum, body: PlanarPose) -> PhasorSum:
-    """Convert a point of a rigid group to the frame of one of its bodies."""
+    """Convert a point of a rigid group to the frame of a body of the group."""
     return _along(point - body.origin, body)
 
 
@@ -145,7 +146,10 @@ def _along(vector: PhasorSum, body: PlanarPose) -> PhasorSum:
 
 
 def _legs(h: SolvedLoops, clusters: Clusters, axes: ChainAxes) -> list[Leg | None]:
-    """Return the legs. An entry is None if the part between base and platform is not a leg."""
+    """Return the legs.
+
+    The list contains None if a part between base and platform is not a leg.
+    """
     moving = _virtual(h)
     base = clusters.cluster(clusters.linkage.root)
     platform = clusters.cluster(moving[2].link)
@@ -171,7 +175,7 @@ class _Reader:
         self.root, self.body = clusters.linkage.root, _virtual(h)[2].link
 
     def leg(self, middle: Cluster, edges: Sequence[Edge]) -> Leg | None:
-        """Return the equation of a leg with a middle body between two joints."""
+        """Return the leg with a middle group between two joints, or None for an unsupported leg."""
         clusters, base, platform = self.clusters, self.base, self.platform
         near = [edge for edge in edges if clusters.holds(edge, base, middle)]
         far = [edge for edge in edges if clusters.holds(edge, platform, middle)]
@@ -203,9 +207,9 @@ class _Reader:
         return mount.origin + offset, guide.along.times(QUARTER)
 
     def _length(self, middle: Cluster, one: PinEdge, other: PinEdge) -> sp.Expr:
-        """Return the distance between two pins.
+        """Return the distance between the two pins of a leg.
 
-        The distance is negative if the length of a cylinder is negative.
+        The returned distance is negative if the leg is a cylinder with negative length.
         """
         span = self.clusters.span(middle, one, other)
         if any(is_cylinder(edge) and edge.a in middle for edge in self.clusters.linkage.edges):
@@ -214,12 +218,12 @@ class _Reader:
         return self.terms.let(sp.sqrt(arm(self.terms, span).square))
 
     def _apart(self, point: PhasorSum) -> Complex:
-        """Return the coordinates x and y of a fixed point."""
+        """Return the coordinates of a fixed point along the axes x and y of the main chain."""
         seen = _seen(point, self.base[self.root])
         return self._coordinates(seen - PhasorSum.of(self.axes.origin))
 
     def _on(self, point: PhasorSum) -> Complex:
-        """Return x and y of a platform point at phi = 0, from the rotation center of phi."""
+        """Return x and y of a platform point at phi = 0, relative to the rotation center."""
         seen = _seen(point, self.platform[self.body]) - PhasorSum.of(self.axes.pin)
         return self._coordinates(seen.times(self.axes.rotor))
 
@@ -228,11 +232,11 @@ class _Reader:
         return x, self.terms.let(self.axes.side * y)
 
 
-# --- functions for legs that are not rods ---
+# --- functions of planar platforms whose legs are not struts ---
 
 
 def legs(h: SolvedLoops, triad: Triad) -> SymbolicFunction:
-    """Build the function for the residual of each leg equation."""
+    """Build the function ``legs``, which returns the residual of the equation of each leg."""
     residuals = tuple(leg_residuals(h.terms, triad, h.theta))
     return h.function(
         "legs",
@@ -245,7 +249,7 @@ def legs(h: SolvedLoops, triad: Triad) -> SymbolicFunction:
 
 
 def legs_D_chain(h: SolvedLoops, triad: Triad) -> SymbolicFunction:
-    """Build the Jacobian of the leg residuals with respect to the main chain."""
+    """Build the Jacobian of the leg residuals with respect to the main-chain joints."""
     columns = derivative_columns(h.terms, leg_residuals(h.terms, triad, h.theta), h.theta)
     return h.function(
         "legs_D_chain",
@@ -258,9 +262,9 @@ def legs_D_chain(h: SolvedLoops, triad: Triad) -> SymbolicFunction:
 
 
 def relation(h: SolvedLoops, triad: Triad) -> tuple[list[Vector], tuple[sp.Expr, ...]]:
-    """Return the rows of J_x and the entries of J_q.
+    """Return the rows of J_x and the entries of J_q in the velocity relation J_x x' = J_q q'.
 
-    A row contains force and moment about the tool in base axes.
+    Each row of J_x contains a force and the moment of the force about the tool, in base axes.
     """
     values = joint_values(h)
     frames = [pose_of(h.mechanism, h.terms, joint_frame(j), values) for j in _virtual(h)]
@@ -268,7 +272,8 @@ def relation(h: SolvedLoops, triad: Triad) -> tuple[list[Vector], tuple[sp.Expr,
         named(h.terms, (joint.direction * entry for entry in axes[2]))
         for joint, (axes, _) in zip(_virtual(h), frames, strict=True)
     )
-    # The moment refers to the tool and not to the axis of phi.
+    # The derivative of a residual by phi is a moment about the phi axis, but a row of J_x needs the
+    # moment about the tool.
     lever = cross_product(h.terms, axis, subtracted(h.terms, tool_position(h), frames[2][1]))
     residuals = leg_residuals(h.terms, triad, h.theta)
     rows = []

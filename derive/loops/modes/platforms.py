@@ -1,17 +1,17 @@
-"""Free platforms on legs.
+"""Platforms of parallel robots, supported only by legs.
 
 Each leg is a rod between an actuated body and the platform.
 
-The main chain is virtual: x, y and phi, or six coordinates. The length of rod i gives an equation
-between theta and q:
+The main chain consists of virtual joints with the coordinates x, y and phi, or with six
+coordinates. The length l_i of rod i gives an equation between the main-chain coordinates theta and
+the actuated coordinates q:
 
     |b_i(theta) - a_i(q)| - l_i = 0
 
-The time derivatives of these equations give the velocity relation J_x x' = J_q q'. For three planar
-rods, the equations also give all assembly modes.
+The time derivatives of the rod equations give the velocity relation J_x x' = J_q q' with the tool
+twist x'. For three planar rods, the rod equations also give all assembly modes.
 
-Source:
-    Gosselin and Angeles 1990, for both matrices and the three types of singularity.
+Source: Gosselin and Angeles 1990, for the matrices J_x and J_q and the three types of singularity.
 """
 
 import re
@@ -90,8 +90,8 @@ def written_makers(h: SolvedLoops) -> dict[str, WrittenMaker]:
 def is_platform(mechanism: Mechanism) -> bool:
     """Whether only struts support the tool body, and the main chain has no actuator.
 
-    Each strut connects the tool body to the base or to an actuated body. The length of the strut is
-    constant or actuated.
+    Each strut connects the tool body to the base or to an actuated body, and has a constant or
+    actuated length.
     """
     actuated = {c.moves for c in mechanism.coordinates}
     chain = {joint.name for joint in mechanism.main_chain.moving}
@@ -128,7 +128,7 @@ def rods(h: SolvedLoops) -> SymbolicFunction:
 
 
 def rods_D_chain(h: SolvedLoops) -> SymbolicFunction:
-    """Build the Jacobian of the rod residuals with respect to the main chain."""
+    """Build the Jacobian of the rod residuals with respect to the main-chain joints."""
     residuals = _residuals(h, rods_of(h))
     columns = derivative_columns(h.terms, residuals, h.theta)
     return h.function(
@@ -190,7 +190,7 @@ def free_directions(h: SolvedLoops) -> list[int]:
 
 
 def of_open_chain(name: str, h: SolvedLoops) -> SymbolicFunction:
-    """Build a function of the main-chain joints theta."""
+    """Build the version of a serial-robot function that takes the main-chain joint values theta."""
     function = open_chain(h).function(name)
     return SymbolicFunction(
         f"chain_{name}",
@@ -212,11 +212,12 @@ def triad_of(h: SolvedLoops) -> Triad | None:
 
 
 def _rods_in_plane(h: SolvedLoops) -> Triad | None:
-    """Return the rods of a planar platform on struts, or None."""
+    """Return the three rods of a planar platform on struts, or None for other robots."""
     platform = free_platform(h, planar_legs.VIRTUAL)
     if platform is None or not is_right_handed(h.terms, platform.directions):
         return None
-    # A rod with a component along the normal does not trace a circle.
+    # A rod with a component along the plane's normal does not give a circle whose radius is the rod
+    # length.
     if any(h.terms.let(a[2] - b[2]) != 0 for a, b in platform.ends):
         return None
     A, b = (tuple(end[k][:2] for end in platform.ends) for k in (0, 1))
@@ -224,7 +225,7 @@ def _rods_in_plane(h: SolvedLoops) -> Triad | None:
 
 
 def assembly_polynomial(h: SolvedLoops) -> SymbolicFunction:
-    """Build the function for the polynomial of all assembly modes."""
+    """Build the function for the polynomial in the platform angle that gives all assembly modes."""
     triad = triad_of(h)
     assert triad is not None
     entries = triad_polynomial(h.terms, triad)
@@ -239,7 +240,7 @@ def assembly_polynomial(h: SolvedLoops) -> SymbolicFunction:
 
 
 def _assembly(name: str, h: SolvedLoops) -> SymbolicFunction:
-    """Build the function for the platform pose at a zero of the polynomial."""
+    """Build the function for the platform pose at a zero of the assembly polynomial."""
     triad = triad_of(h)
     assert triad is not None
     phi = sp.Symbol("_phi", real=True)

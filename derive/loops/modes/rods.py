@@ -25,16 +25,16 @@ from ..solve.solved_loops import SolvedLoops
 
 @dataclass(frozen=True)
 class Rod:
-    """A strut in the base frame (meter).
+    """A strut of a platform, in the base frame (meter).
 
-    The strut depends on joint values theta and actuator values q.
+    The ends and the length of the strut depend on joint values theta and actuator values q.
 
     Attributes:
         a: The endpoint of the strut on an actuated body or on the base.
         b: The endpoint of the strut on the platform.
-        d: The vector d from the end a to the end b.
-        distance: The length of d.
-        length: The length of the strut.
+        d: The vector from the strut end a to the strut end b.
+        distance: The distance between the strut ends a and b.
+        length: The constant or actuated length of the strut.
     """
 
     a: Vector
@@ -46,11 +46,10 @@ class Rod:
     def actuator_row(
         self, terms: Terms, n: Sequence[sp.Expr], q: Sequence[sp.Symbol]
     ) -> list[sp.Expr]:
-        """Return the row of J_q for this rod.
+        """Return the row of the matrix J_q for this rod, with one entry per actuator.
 
-        The row has one entry for each actuator. Each entry is the sum of two rates that occur if
-        the actuator moves at unit rate. The first is the velocity of end a along the rod. The
-        second is the rate of the strut length.
+        For unit rate of an actuator, the entry is the velocity of end a along the rod plus the rate
+        of the strut length.
 
         Args:
             terms: Receives the terms.
@@ -103,7 +102,7 @@ def pins_in_tool(h: SolvedLoops) -> list[Vector]:
 
 
 def tool_position(h: SolvedLoops) -> Vector:
-    """Return the position of the tool in the base frame at theta (meter)."""
+    """Return the tool position in the base frame (meter) at the main-chain joint values theta."""
     return pose_of(h.mechanism, h.terms, h.mechanism.tool_mounting, joint_values(h))[1]
 
 
@@ -112,10 +111,10 @@ class FreePlatform:
     """Virtual joints of a free platform, and the end points of all struts, at zero joint values.
 
     Attributes:
-        directions: The positive direction of each joint, in the base frame.
-        points: The origin of each joint frame, in the base frame (meter).
-        ends: Coordinates of both ends of each strut along the first three directions, relative to
-            the origin of the last joint. The platform end comes second.
+        directions: The positive direction of each virtual joint, in the base frame.
+        points: The origin of the frame of each virtual joint, in the base frame (meter).
+        ends: Coordinates of both strut ends (platform end second) along the first three directions,
+            relative to the origin of the last joint.
     """
 
     directions: tuple[Vector, ...]
@@ -130,8 +129,8 @@ def free_platform(h: SolvedLoops, kinds: Sequence[str]) -> FreePlatform | None:
 
     Args:
         h: The robot.
-        kinds: The kinds of the moving joints. The numbers of struts and moving joints must be
-            equal.
+        kinds: The kinds of the moving main-chain joints. The platform needs as many struts as
+            moving joints.
     """
     mechanism, terms = h.mechanism, h.terms
     moving = [joint for joint in mechanism.path_to(mechanism.tool_body) if joint.kind != "fixed"]
@@ -155,10 +154,10 @@ def free_platform(h: SolvedLoops, kinds: Sequence[str]) -> FreePlatform | None:
 
 
 def joint_values(h: SolvedLoops) -> dict[str, sp.Expr]:
-    """Return joint values by name.
+    """Return symbolic values of joints and cylinders by name.
 
-    The values of chain joints depend on theta. The values of actuated joints and cylinders depend
-    on q.
+    The values of main-chain joints are theta, and the values of actuated joints and cylinders are
+    proportional to q.
     """
     coordinates = zip(h.mechanism.coordinates, h.q, strict=True)
     values = {c.moves: c.ratio * symbol for c, symbol in coordinates}
@@ -166,12 +165,12 @@ def joint_values(h: SolvedLoops) -> dict[str, sp.Expr]:
 
 
 def from_base(h: SolvedLoops, strut: Strut) -> tuple[Frame, Frame]:
-    """Return the ends of a rod. The platform end comes second."""
+    """Return the frames at both ends of a rod, with the platform end second."""
     chain = {joint.name for joint in h.robot.moving}
     at_end = any(joint.name in chain for joint in h.mechanism.path_to(strut.b.body))
     return (strut.a, strut.b) if at_end else (strut.b, strut.a)
 
 
 def joint_frame(joint: Joint) -> Frame:
-    """Return the frame of a joint before its motion."""
+    """Return the fixed frame of a joint on its parent body, without the joint's motion."""
     return Frame(joint.parent, joint.before)

@@ -1,15 +1,16 @@
 """Numerical model of a platform on six rods in Study (soma) coordinates.
 
-The platform has the position p. The platform rotation maps a vector b to e b / e with the
-quaternion e. The quaternions e and g = p e represent this pose and satisfy e.g = 0. L and R are the
-matrices of quaternion products from the left and right. The equation of a rod with length l from a
-to b has two forms:
+The platform has the position p, and its rotation maps a vector b to e b / e with the quaternion e.
+The quaternions e and g = p e represent the platform pose and satisfy e.g = 0. The matrices L(v) and
+R(v) multiply a quaternion by a vector v from the left and from the right. The equation of a rod
+with length l from the fixed point a to the platform point b has two forms:
 
     |g + e b - a e|^2 = l^2 e.e,   g.g + 2 g.M e + e.S e = 0.
 
-In the second form, M = R(b) - L(a), S = c + 2 L(a) R(b), and c = |a|^2 + |b|^2 - l^2.
+In the second form of the rod equation, M = R(b) - L(a), S = c + 2 L(a) R(b), and c = |a|^2 + |b|^2
+- l^2.
 
-All numbers may be complex. Scalar products have no complex conjugation.
+Poses and rod data may be complex, and scalar products do not conjugate their factors.
 
 Source:
     Wampler 1996, Forward displacement analysis of general six-in-parallel SPS (Stewart) platform
@@ -32,9 +33,9 @@ class SixRods:
     """Six rods from fixed points to platform points. All lengths have the same unit.
 
     Attributes:
-        a: (6, 3) rod ends on the fixed side.
-        b: (6, 3) rod ends on the platform, in platform axes.
-        c: (6,) |a|^2 + |b|^2 - l^2, with the rod lengths l.
+        a: Array (6, 3) of the rod ends on the fixed side.
+        b: Array (6, 3) of the rod ends on the platform, in platform axes.
+        c: Array (6,) of |a|^2 + |b|^2 - l^2 with the rod lengths l.
     """
 
     a: Array
@@ -64,8 +65,8 @@ def _matrices(v: Array, side: int) -> Array:
 def quadrics(rods: SixRods) -> Array:
     """Return symmetric matrices H (7, 8, 8) of the equations x.H x = 0 with x = (e, g).
 
-    The equation of the last rod is subtracted from the others, which removes g.g. The seventh
-    equation is ``e . g = 0``.
+    The equation of the last rod is subtracted from the other five rod equations, which removes
+    their term g.g. The seventh equation is ``e . g = 0``.
     """
     L, R = left(rods.a), right(rods.b)
     H = np.zeros((7, SOMA, SOMA), np.complex128)
@@ -79,12 +80,15 @@ def quadrics(rods: SixRods) -> Array:
 
 
 def finite(x: Array) -> Array:
-    """Return |e.e| for poses of unit norm; the value is 0 for a pose at infinity."""
+    """Return |e.e| for poses (e, g) of unit norm, which is 0 for a pose at infinity."""
     return np.asarray(np.abs((x[:, :4] ** 2).sum(1)))
 
 
 def residuals(rods: SixRods, x: Array) -> Array:
-    """Return the residuals (n, 7) of the equations at poses x (n, 8), in the number type of x."""
+    """Return the residuals (n, 7) of the rod equations and of e.g = 0 at poses x (n, 8).
+
+    The residuals have the number type of x.
+    """
     e, g = x[:, :4], x[:, 4:]
     L, R = left(rods.a), right(rods.b)
     values = []

@@ -2,25 +2,25 @@
 
 Rods of lengths L_i connect known points A_i to pins b_i of the platform. The platform pose is (x,
 y, phi). The vector w is the first rod, from A_1 to its pin, and R is the rotation by phi. For i = 2
-and 3, the vector u_i = R (b_i - b_1) - (A_i - A_1) leads from the first rod to rod i. The rod
-lengths give three quadratic equations in w and phi.
+and 3, the vector of rod i is w + u_i with u_i = R (b_i - b_1) - (A_i - A_1). The rod lengths give
+three quadratic equations in w and phi.
 
     |w|^2 = L_1^2,   |w + u_i|^2 = L_i^2.
 
-Subtracting the first equation from the other two gives two linear equations in w.
+Subtracting |w|^2 = L_1^2 from the other two rod equations gives two linear equations in w.
 
     w . u_i = k_i,   k_i = (L_i^2 - L_1^2 - |u_i|^2) / 2
 
 The two linear equations have the solution w = J (k_3 u_2 - k_2 u_3) / (u_2 x u_3). The matrix J
-rotates a vector by 90 degrees counterclockwise. With this w, the equation |w|^2 = L_1^2 becomes a
-polynomial equation for phi.
+rotates a vector by 90 degrees counterclockwise. Inserting the solution w into |w|^2 = L_1^2 gives a
+polynomial equation for the platform angle phi.
 
     k_2^2 |u_3|^2 - 2 k_2 k_3 u_2 . u_3 + k_3^2 |u_2|^2 = L_1^2 (u_2 x u_3)^2
 
-Every factor of this equation has degree 1 in cos(phi) and sin(phi). The factors |u_i|^2 and u_2 .
-u_3 have degree 1 too, because R preserves lengths and scalar products. Each term has at most three
-factors of degree 1, so the polynomial has degree 3 in cos(phi) and sin(phi). In exp(i phi), the
-polynomial has degree 6, so there are at most six assembly modes.
+Every factor of the polynomial equation has degree 1 in cos(phi) and sin(phi). The products |u_i|^2,
+u_2 . u_3 and u_2 x u_3 have degree 1 too, because rotations preserve scalar and cross products.
+Each term has at most three factors of degree 1, so the polynomial has degree 3 in cos(phi) and
+sin(phi). In exp(i phi), the polynomial has degree 6, so there are at most six assembly modes.
 
 A leg with a prismatic joint gives a line instead of a circle: n_i . (w + u_i) = 0. The unit normal
 n_i of the line is constant or rotates with the platform. For a leg with a prismatic joint, n_i
@@ -30,9 +30,9 @@ joint, the equation for phi contains no rod lengths.
 
     k_2 (n_3 x n_1) + k_3 (n_1 x n_2) = 0
 
-Source:
-    Gosselin, Sefrioui and Richard 1992; Hunt 1983; Merlet, Direct kinematics of planar parallel
-    manipulators, 1996. The elimination in this module shows why the degree is 3.
+Source: Gosselin, Sefrioui and Richard 1992; Hunt 1983; Merlet, Direct kinematics of planar parallel
+manipulators, 1996. The elimination in this module shows why the polynomial has degree 3 in cos(phi)
+and sin(phi).
 """
 
 from collections.abc import Callable, Sequence
@@ -74,9 +74,9 @@ class Triad:
     Attributes:
         A: Fixed points (x, y), meter. Each fixed point is a rod end, a point of a fixed line, or a
             point through which a line of the platform passes.
-        b: Points in platform axes, meter.
+        b: One platform point (x, y) of each leg, in platform axes, meter.
         L: The rod lengths, meter.
-        lines: The lines.
+        lines: The line of each leg that is not a rod.
     """
 
     A: tuple[Complex, ...]
@@ -87,18 +87,18 @@ class Triad:
 
 @dataclass(frozen=True)
 class Elimination:
-    """Equations in the article that eliminate the position of the platform.
+    """Equations that eliminate the platform position, as printed in the LaTeX article.
 
     Attributes:
-        u: Components of u_2 and u_3 with their symbols.
-        norms: The norms of u_2 and u_3, as functions of their components.
+        u: Symbols and values of the components of the vectors u_2 and u_3.
+        norms: The norms of the vectors u_2 and u_3, as functions of the vector components.
         k: The right-hand sides of the two linear equations in w, as functions of the lengths.
-        w: Symbols of the components of the first rod.
-        position: x and y of the platform in terms of w.
-        scale: A squared length. The polynomial in the platform angle is divided by `scale`^3.
-        linear: The left-hand sides of the two linear equations.
+        w: Symbols of the components of w, the vector of the first rod.
+        position: Coordinates x and y of the platform in terms of w.
+        scale: Squared length, whose cube divides the polynomial in the platform angle.
+        linear: The left-hand sides of the two linear equations in w.
         solution: The vector w that solves the two linear equations.
-        polynomial: Both sides of the equation for phi.
+        polynomial: Both sides of the polynomial equation for the platform angle phi.
     """
 
     u: tuple[tuple[Named, ...], ...]
@@ -119,15 +119,15 @@ def elimination(
     phi: sp.Expr,
     name: Callable[[str, str], sp.Symbol],
 ) -> Elimination:
-    """Return the equations of the triad in given symbols.
+    """Return the equations of three planar rods, in the symbols that ``name`` returns.
 
     Args:
         A: Three fixed points (x, y), meter.
         b: Three pins in platform axes, meter.
         L: Three rod lengths, meter.
         phi: The platform's angle.
-        name: Returns the symbol of a letter (``w``, ``u``, ``|u|``, ``k``, ``l`` or ``J``) and an
-            index.
+        name: Function that returns the symbol of a letter (``w``, ``u``, ``|u|``, ``k``, ``l`` or
+            ``J``) with an index.
     """
     turn = sp.cos(phi), sp.sin(phi)
     sides = [minus(other, b[0]) for other in b[1:]]
@@ -162,20 +162,20 @@ def elimination(
 
 
 def triad_polynomial(terms: Terms, triad: Triad) -> tuple[sp.Expr, ...]:
-    """Return the trigonometric polynomial whose zeros are the platform angles of all modes.
+    """Return the trigonometric polynomial with the platform angles of all assembly modes as zeros.
 
     a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3. Squared lengths are divided by a
-    mean square length, so the coefficients are about 1. The mean length is taken over the rods and
-    the platform sides. If leg ends move on lines, the mean also includes the distances between
-    given points on the lines. The polynomial is zero at all angles if the three rods can stay
-    parallel.
+    mean square length, so the polynomial coefficients are about 1. The mean square length includes
+    the rods and the platform sides. If leg ends move on lines, the mean square length also includes
+    the distances from A_1 to the base points A_i of these legs. The polynomial is zero at all
+    angles if the three rods can stay parallel.
 
     Args:
         terms: Receives the terms.
         triad: The legs.
 
     Returns:
-        a_0, a_1, b_1, a_2, b_2, a_3, b_3, named.
+        The coefficients a_0, a_1, b_1, a_2, b_2, a_3, b_3 as named terms.
     """
     factors = _Factors(terms, triad)
     scale = terms.let(factors.length_squared ** sp.Rational(-factors.degree, 2))
@@ -188,16 +188,16 @@ def triad_polynomial(terms: Terms, triad: Triad) -> tuple[sp.Expr, ...]:
 
 
 def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
-    """Return the position of the platform at an angle that is a zero of the polynomial.
+    """Return the position of the platform at an angle that is a zero of the assembly polynomial.
 
-    If the centers coincide, the position is NaN.
-
-    Let u be the longer of u_2 and u_3. The component of the first rod along u is k / |u|. The
-    component of the first rod orthogonal to u follows from the rod length. Both components of the
-    first rod are accurate even if u_2 and u_3 are parallel. The third circle determines the sign of
-    the orthogonal component. If the three centers are collinear, both signs are solutions. If leg
-    ends move on lines, u is the normal of the last line. If there are three lines, the two lines
-    that are closest to perpendicular determine the position.
+    If the centers of the three circles coincide, the position is NaN. Let u be the longer of u_2
+    and u_3, and w . u = k its linear equation for the first rod w. The component of the first rod
+    along u is k / |u|. The component of the first rod orthogonal to u follows from the rod length.
+    Both components of the first rod are accurate even if u_2 and u_3 are parallel. The third circle
+    determines the sign of the component orthogonal to u. If the centers of the three circles are
+    collinear, both signs of the orthogonal component are solutions. If leg ends move on lines, u is
+    the normal of the last line. If there are three lines, the two lines that are closest to
+    perpendicular determine the position.
 
     Args:
         terms: Receives the terms.
@@ -206,8 +206,8 @@ def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Comple
         s: Sine of the platform angle.
 
     Returns:
-        x and y as named terms. At an angle that is not a zero of the polynomial, the position is
-        near the intersections of the first two circles.
+        Coordinates x and y of the platform as named terms. At an angle that is not a zero of the
+        polynomial, the position is near the intersections of the first two circles.
     """
     return _Factors(terms, triad).position(c, s, sp.S.One)
 
@@ -221,7 +221,7 @@ def triad_mirror(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
 
 
 def leg_residuals(terms: Terms, triad: Triad, theta: Sequence[sp.Expr]) -> list[sp.Expr]:
-    """Return the residual (meter) of the circle or line of each leg at x, y, phi."""
+    """Return the residual (meter) of the circle or line equation of each leg at pose x, y, phi."""
     x, y, phi = theta
     turn = terms.cos_sin(phi)
     rods = len(triad.L)
@@ -238,10 +238,10 @@ def leg_residuals(terms: Terms, triad: Triad, theta: Sequence[sp.Expr]) -> list[
 
 
 class _Factors:
-    """The factors of the polynomial of a triad.
+    """The factors of the assembly polynomial of three planar legs.
 
-    A vector R t - f is stored as the pair (t, f). The vector t rotates with the platform, and the
-    vector f is constant.
+    A vector R t - f with the platform rotation R is stored as the pair (t, f) of constant vectors.
+    The vector t is given in platform axes, and f in base axes.
     """
 
     def __init__(self, terms: Terms, triad: Triad) -> None:
@@ -277,11 +277,11 @@ class _Factors:
 
     @property
     def degree(self) -> int:
-        """Return the degree of the polynomial if lengths are variables."""
+        """Return the degree of the assembly polynomial as a polynomial in the lengths."""
         return 2 * self.rods if self.rods else 1
 
     def of_circle(self) -> list[Harmonics]:
-        """Return the polynomial's terms if the first leg keeps its platform joint on a circle."""
+        """Return the summands of the assembly polynomial if the first leg is a rod."""
         terms, (k2, k3), (s2, s3) = self.terms, self.half_constants, self.squares
         k2k2, k2k3, k3k3 = (_times(terms, *pair) for pair in ((k2, k2), (k2, k3), (k3, k3)))
         return [
@@ -292,7 +292,7 @@ class _Factors:
         ]
 
     def of_lines(self) -> list[Harmonics]:
-        """Return the summands of the polynomial for three lines."""
+        """Return the summands of the assembly polynomial if all three legs keep points on lines."""
         assert self.first is not None
         (k2, k3), (n2, n3) = self.half_constants, self.w
         return [
@@ -323,7 +323,7 @@ class _Factors:
     def _on_circle(
         self, w: Sequence[Complex], n: Sequence[sp.Expr], k: Sequence[sp.Expr], side: sp.Expr
     ) -> Complex:
-        """Return the first rod from its length and its component along a vector."""
+        """Return the vector of the first rod from its length and its component along a vector."""
         terms = self.terms
         longer = sp.Ge(n[0], n[1]) if len(self.rises) == len(w) else sp.false
         n1 = self._chosen(longer, *n)
@@ -340,7 +340,7 @@ class _Factors:
     def _crossing(
         self, c: sp.Expr, s: sp.Expr, w: Sequence[Complex], k: Sequence[sp.Expr]
     ) -> Complex:
-        """Return the intersection of two of the three lines.
+        """Return the intersection of two of the three leg lines.
 
         Of the three pairs of lines, the function selects the pair whose normals have the largest
         cross product (in magnitude).
@@ -372,12 +372,12 @@ class _Factors:
         return i < len(self.rises)
 
     def _at(self, pair: tuple[Complex, Complex], turn: Complex) -> Complex:
-        """Return a vector after the rotation of the platform."""
+        """Return the vector R t - f of a pair (t, f) for a platform rotation R."""
         return self._named(minus(self._named(product(pair[0], turn)), pair[1]))
 
     def _area(self, w: tuple[Complex, Complex], v: tuple[Complex, Complex]) -> Harmonics:
-        # Let J be the rotation by 90 degrees. The cross product w x v is (J w) . v, and J commutes
-        # with R.
+        # With the rotation J by 90 degrees, the cross product w x v is (J w) . v, and J commutes
+        # with the platform rotation.
         return self._product(_quarter_turned(w[0]), _quarter_turned(w[1]), *v)
 
     def _chosen(self, condition: sp.Expr, one: sp.Expr, other: sp.Expr) -> sp.Expr:
@@ -390,7 +390,10 @@ class _Factors:
         return (self.terms.let(constant), ZERO), self._named(first)
 
     def _product(self, b: Complex, a: Complex, d: Complex, e: Complex) -> Harmonics:
-        """(R b - a) . (R d - e) = b . d + a . e - Re(exp(i phi) (b conj(e) + d conj(a)))."""
+        """Return the scalar product of R b - a and R d - e.
+
+        The scalar product is b . d + a . e - Re(exp(i phi) (b conj(e) + d conj(a))).
+        """
         be, da = product(b, conjugate(e)), product(d, conjugate(a))
         return self._linear(dot(b, d) + dot(a, e), (-be[0] - da[0], -be[1] - da[1]))
 
@@ -410,7 +413,10 @@ def _scaled(f: Harmonics, factor: sp.Expr) -> Harmonics:
 
 
 def _times(terms: Terms, f: Harmonics, g: Harmonics) -> Harmonics:
-    """For each harmonic, Re(a) Re(b) = Re(a b + a conj(b)) / 2."""
+    """Return the product of two trigonometric polynomials.
+
+    For each pair of harmonics a and b, Re(a) Re(b) = Re(a b + a conj(b)) / 2.
+    """
     sums = [[ZERO, ZERO] for _ in range(len(f) + len(g) - 1)]
     for j, a in enumerate(f):
         for k, b in enumerate(g):

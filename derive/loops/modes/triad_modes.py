@@ -10,7 +10,8 @@ from .triad import Triad
 
 SLOTS, CHAIN = 6, 3
 OPERATIONS = 12_000
-"""Approximate number of operations: 6,000 for the roots of the polynomial, and 1,000 per mode."""
+"""Approximate number of operations of ``modes``. The roots of the polynomial need 6,000 operations,
+and each mode needs 1,000."""
 CALLS = (
     "assembly_polynomial",
     "assembly_position",
@@ -34,12 +35,12 @@ def modes(h: SolvedLoops, triad: Triad) -> NativeSolverFunction:
 
 
 def written_modes(q: Argument, size: float, legs: str = "rods") -> NativeSolverFunction:
-    """Return the function ``modes`` of a triad.
+    """Return the function ``modes`` of a planar platform, from its size and its leg residuals.
 
     Args:
         q: The actuated coordinates.
         size: The size of the platform (meter), which scales tolerances of lengths.
-        legs: Name of the function for the leg residuals.
+        legs: Name of the function that returns the leg residuals.
     """
     return NativeSolverFunction(
         "modes",

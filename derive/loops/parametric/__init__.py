@@ -1,1 +1,1 @@
-"""Functions of q and p for loops with variable geometry."""
+"""Functions of coordinates q and geometry parameters p, for robots with loops."""

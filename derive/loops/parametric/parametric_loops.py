@@ -1,15 +1,16 @@
 """Parametric functions of a robot with loops.
 
-The geometry is an additional input of these functions. The loop equations are c(w, p) = 0 with the
-variables w = (q, u). The vector u contains the values of passive joints and cylinders. Newton's
-method in C solves for u. The iteration starts at the configuration of the nominal robot at q. Let
-J_u, J_q and J_p be the Jacobians of the tool. The implicit function theorem gives the total
-Jacobian J of the tool with respect to q, or to p.
+Parametric functions have the geometry parameters p as an additional input. The loop equations are
+c(w, p) = 0 with the variables w = (q, u). The vector u contains the values of passive joints and
+cylinders. Newton's method in C solves the loop equations for u. The Newton iteration starts at the
+configuration of the nominal robot with coordinates q. Let J_u, J_q and J_p be the Jacobians of the
+tool with respect to u, q and p. The implicit function theorem gives the total Jacobian J of the
+tool with respect to q, or to p.
 
     L = J_u c_u^-1,    J = J_q - L c_q  for q,    J = J_p - L c_p  for p.
 
-The computation of L requires the solution of six linear systems, regardless of the number of
-parameters.
+The computation of L = J_u c_u^-1 requires the solution of six linear systems, regardless of the
+number of parameters.
 
 Source:
     J. M. Hollerbach, W. Khalil, M. Gautier, Model identification, Springer Handbook of Robotics,
@@ -41,11 +42,11 @@ from ..model.motions import BASE, ElementaryMotion, Reached, bodies, gradient
 from ..solve.solved_loops import SolvedLoops
 
 SYSTEM = "loops_p"
-"""Name of the closure equations in the C code."""
+"""Name of the system of closure equations in the C code."""
 START = "configuration"
-"""The function that returns the start of Newton's method."""
+"""Name of the function that returns the initial values of Newton's method."""
 PARTS = "parts_p"
-"""The function that returns the frames and lengths of a robot file."""
+"""Name of the function that returns the frames and lengths of a robot file."""
 OPERATIONS = 4000
 """Approximate number of operations of three Newton steps with six unknowns."""
 
@@ -85,7 +86,7 @@ class ParametricLoops:
 
     @cached_property
     def units(self) -> list[str]:
-        """The unit of each equation, m or 1."""
+        """The unit of each loop equation, m or 1."""
         return [row.unit for row in self._rows]
 
     @cached_property
@@ -102,7 +103,7 @@ class ParametricLoops:
         return {function.name: function for function in found}
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """Return parametric functions by name, in the order of ``PARAMETRIC``."""
+        """Return the parametric functions with given names, in the order of ``PARAMETRIC``."""
         return {name: self._parametric(name) for name in PARAMETRIC if name in names}
 
     def called(self, name: str) -> list[str]:
@@ -208,7 +209,7 @@ class ParametricLoops:
         )
 
     def _twist(self, motion: ElementaryMotion) -> tuple[sp.Expr, ...]:
-        """Return the mixed twist of the tool for a motion at unit speed."""
+        """Return the mixed twist of the tool if one elementary motion has unit speed."""
         if motion.point is None:
             return (*motion.axis, *ORIGIN)
         lever = subtracted(self.terms, self._end.pose[1], motion.point)
@@ -241,7 +242,7 @@ class ParametricLoops:
             identity = f"V = {name}(q, p) pd with constant q"
             result = self._result(self.arguments["p"].size, "derivative by p")
         # Only the call of the loop solver has q as an input. All statements after the solver call
-        # use w, which is NaN if the loops do not close.
+        # use the solved variables w, which are NaN if the loops do not close.
         q = self.arguments["q"]
         q = replace(q, symbols=coordinates("_given", q.size))
         return SymbolicFunction(
@@ -278,7 +279,7 @@ class ParametricLoops:
         return (*calls, self._called("tool_p", "T"), by_p, turned)
 
     def _called(self, name: str, array: str) -> Call:
-        """Return the expression that calls a function of w and p."""
+        """Return the call of a function of w and p, whose result is stored in an array."""
         shape = self.inner[name].outputs[0].shape
         return Call("", name, ("w", "p"), (self._table(array, *shape),), 0)
 
@@ -304,8 +305,8 @@ def file_parts(
     All coordinates and variables are 0.
 
     A robot file contains no body frames, so the frame of a body is the frame of its parent joint.
-    The constant transform after a joint is therefore included in all placements on the child body
-    of the joint.
+    Placements on the child body of a joint include the constant transform after the joint, because
+    a robot file has no body frames.
 
     Args:
         mechanism: The description.
@@ -347,6 +348,6 @@ def file_parts(
 
 
 def masses_of_links(mechanism: Mechanism) -> list[PointMass]:
-    """Return the masses on links, without the masses on sections of struts."""
+    """Return the point masses on links, without the masses on sections of struts."""
     masses = mechanism.load.masses if mechanism.load else ()
     return [mass for mass in masses if mass.link in mechanism.joint_of]

@@ -11,7 +11,7 @@ from ..model.phasors import ZERO, Complex, PhasorSum, conjugate, dot, product
 
 @dataclass(frozen=True)
 class Arm:
-    """A vector on a body. The rotation angle of the vector is stored separately.
+    """A planar vector on a body, stored as its components at angle zero and its rotation angle.
 
     Attributes:
         vector: Components of the vector at angle zero, as named terms.

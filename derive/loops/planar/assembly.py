@@ -1,10 +1,11 @@
-"""Solves planar loops in closed form. Steps join bodies until all form one rigid group.
+"""Solves planar loops in closed form.
+
+Solution steps join bodies until all bodies form one rigid group.
 
 At first, each body of a linkage is a separate group. Bodies with a known joint or a weld between
-them are joined first. Then bodies are joined by the first step in ``STEPS`` that is possible.
-These two operations alternate until all bodies are joined. The
-mechanism is then a sequence of Assur groups of class II. The known joints are the actuated joints
-or the main-chain joints.
+them are joined first. The first possible step in ``STEPS`` then joins further bodies. Both kinds of
+joining alternate until all bodies are joined. If all bodies are joined, the mechanism is a sequence
+of Assur groups of class II. The known joints are the actuated joints or the main-chain joints.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -34,8 +35,8 @@ STEPS: tuple[type[PlanarStep], ...] = (
     TwoPinsAndSlide,
     ThreePins,
 )
-"""The classes of planar solution steps, in the order in which they are tried. The first steps need
-no square root."""
+"""The classes of planar solution steps, in the order in which they are tried. The steps at the
+start of the list need no square root."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,10 @@ class Assembly:
 
     Attributes:
         steps: The solution steps in order.
-        values: The values of joints, swing angles and cylinders that are solved. Angles are sums of
-            solved angles and coordinates. The angles may exceed a full turn.
-        loops: Rates of all solved angles.
-        relations: Sums of rotated vectors that are zero.
+        values: Solved values of joints, swing angles and cylinders by name. An angle is a sum of
+            solved angles and coordinates, and may exceed a full turn.
+        loops: Rates of all solved angles, keyed by the symbol of the angle.
+        relations: Loop equations, each a sum of rotated vectors that is zero.
         open: Names of the joints that remain unsolved.
     """
 
@@ -71,11 +72,13 @@ def assemble(
         terms: Receives the terms.
         linkage: Bodies and joints.
         known: Known values of joints, swing angles or cylinders by name (radian, meter).
-        reference: The configuration that selects the branch.
-        branch: The branch. The default is the branch that contains the reference configuration.
+        reference: The reference configuration, which selects the branch if ``branch`` is None.
+        branch: The branch to solve. The default is the branch that contains the reference
+            configuration.
 
     Raises:
-        DescriptionError: A loop does not close at the reference, or its branch is ambiguous there.
+        DescriptionError: A loop does not close at the reference configuration, or the branch of a
+            loop is ambiguous at the reference configuration.
     """
     clusters = Clusters(terms, linkage, known, reference, branch)
     while _join(clusters):
@@ -92,15 +95,16 @@ def assemblies(
 ) -> Iterator[Assembly]:
     """Yield the assemblies on all branches.
 
-    The branch of the last step varies fastest. Two branches share the expressions of all steps
-    before the first step at which their signs differ.
+    From one assembly to the next, the branch sign of the last solution step varies fastest. Two
+    branches share the expressions of all steps before the first step at which their signs differ.
 
     Args:
         terms: Receives the terms.
         linkage: Bodies and joints.
         known: Known values of joints, swing angles or cylinders by name (radian, meter).
         reference: The configuration of the first branch.
-        elsewhere: Configurations at which every branch is closed.
+        elsewhere: Configurations at which the closure of every branch other than the reference
+            branch is tested.
     """
     first = Branch((), reference.sides)
     waiting = [(Clusters(terms, linkage, known, reference, first), first)]
@@ -116,9 +120,9 @@ def assemblies(
 
 
 def _join(clusters: Clusters) -> bool:
-    """Join rigid groups with the first loop step that can join any of them.
+    """Join rigid groups with a weld, a known joint or the first possible solution step.
 
-    Returns False if no step can join rigid groups.
+    The function returns False if no rigid groups can be joined.
     """
     return clusters.join_known() or any(kind.join(clusters) for kind in STEPS)
 
@@ -135,7 +139,7 @@ def _assembly(clusters: Clusters) -> Assembly:
 
 
 def _fits(clusters: Clusters, elsewhere: Sequence[AtReference]) -> bool:
-    """Whether all redundant joints close their loops, and no two pins coincide."""
+    """Whether all redundant joints close their loops, and the two base pins of no dyad coincide."""
     is_open = any(
         closure_error > OFF_BRANCH for closure_error in clusters.closure_errors(elsewhere)
     )

@@ -30,8 +30,8 @@ Turned = tuple[sp.Expr, Complex]
 Cluster = dict[str, PlanarPose]
 """The bodies of a rigid group with their poses in the axes of the group."""
 RING = 3
-"""Number of rigid groups that one solution step joins. The groups form a ring: each group is
-connected to the other two."""
+"""Number of rigid groups in a ring. One solution step joins a ring, in which each group is
+connected to the other two groups."""
 
 
 class PlanarStep(LoopStep):
@@ -49,8 +49,8 @@ class PlanarStep(LoopStep):
             Whether rigid groups were joined.
 
         Raises:
-            DescriptionError: The loop does not close at the reference, or its branch is ambiguous
-                there.
+            DescriptionError: The loop does not close at the reference configuration, or the branch
+                of the loop is ambiguous at the reference configuration.
         """
 
 
@@ -60,11 +60,11 @@ class Guide:
 
     Attributes:
         angle: The rotation angle of the group that slides on the guide, without the constant part.
-        rotor: The constant part of the rotation.
+        rotor: The constant part of the rotation of the sliding group.
         at: The point of the guide at which the travel is 0.
         at_other: The point of the sliding group that coincides with ``at`` at travel 0, in the axes
             of the sliding group.
-        along: The direction of travel.
+        along: The direction in which the sliding group travels.
     """
 
     angle: sp.Expr
@@ -74,7 +74,7 @@ class Guide:
     along: PhasorSum
 
     def mounted(self, travel: sp.Expr) -> PlanarPose:
-        """Return the pose of the sliding bodies for a known travel."""
+        """Return the pose of the sliding group for a known travel."""
         at = self.at + self.along.times((travel, ZERO))
         origin = at - self.at_other.times(self.rotor).turned(self.angle)
         return PlanarPose(self.angle, self.rotor, origin)
@@ -87,12 +87,13 @@ class Clusters:
         terms: Receives the terms.
         linkage: Bodies and joints.
         known: Known values of joints, swing angles or cylinders by name (radian, meter).
-        reference: The configuration that selects the branch.
-        branch: The branch. None selects the branch that contains the reference configuration.
-        all: The clusters.
+        reference: The reference configuration, which selects the branch if ``branch`` is None.
+        branch: The branch to solve, or None for the branch that contains the reference
+            configuration.
+        all: The rigid groups.
         steps: The solution steps that are already found.
-        loops: Rates of all solved angles.
-        relations: Sums of rotated vectors that are zero.
+        loops: Rates of all solved angles, keyed by the symbol of the angle.
+        relations: Loop equations, each a sum of rotated vectors that is zero.
         travels: Solved displacements of prismatic joints and cylinders, keyed by name.
         bases: Vectors between the two base pins of each solved dyad.
     """
@@ -150,9 +151,10 @@ class Clusters:
         return sorted(clusters, key=lambda c: (self.linkage.root not in c, -len(c)))
 
     def rings(self, slides: int) -> Iterator[tuple[Edge, ...]]:
-        """Yield rings of three rigid groups that contain a given number of prismatic joints.
+        """Yield rings of three rigid groups.
 
-        The other joints of the ring are pins.
+        Each ring contains the given number of prismatic joints, and the other joints of the ring
+        are pins.
         """
         for edges in combinations(self.between(), RING):
             count = sum(isinstance(edge, SlideEdge) for edge in edges)
@@ -253,13 +255,13 @@ class Clusters:
         return False
 
     def solved(self, c: sp.Expr, s: sp.Expr, rate: LoopRate) -> sp.Symbol:
-        """Return the symbol of a solved angle, and record the rate of the angle."""
+        """Return the symbol of an angle with known cosine and sine, and record its rate."""
         angle = self.terms.solved_angle(c, s)
         self.loops.setdefault(angle, rate)
         return angle
 
     def while_long(self, square: sp.Expr, parts: Sequence[Cluster]) -> sp.Expr:
-        """Return the radicand, or -1 if the length of a cylinder is negative.
+        """Return the radicand ``square``, or -1 if the known length of a cylinder is not positive.
 
         Args:
             square: The radicand of a square root.
@@ -283,14 +285,15 @@ class Clusters:
     # --- branches ---
 
     def sign(self, at_reference: int, edges: Sequence[Edge]) -> sp.Expr:
-        """Return the sign of the branch for a step.
+        """Return the branch sign of a solution step.
 
         Args:
-            at_reference: The sign at the reference, or 0 if ambiguous.
+            at_reference: The branch sign at the reference configuration, or 0 if the sign is
+                ambiguous.
             edges: The joints that the step solves.
 
         Raises:
-            DescriptionError: The sign at the reference is ambiguous.
+            DescriptionError: The branch sign at the reference configuration is ambiguous.
         """
         joined = tuple(edge.name for edge in edges)
         if self.branch is not None:
@@ -307,10 +310,11 @@ class Clusters:
         return at_reference
 
     def figure(self, at_reference: int, edges: Sequence[Edge]) -> int:
-        """Return the assembly mode of a dyad: 1 for a parallelogram, -1 for a crossed one.
+        """Return the assembly mode of a dyad: 1 for a parallelogram, -1 if it is crossed.
 
         Args:
-            at_reference: 1 for the parallelogram, -1 for the crossed one, or 0 if ambiguous.
+            at_reference: Assembly mode at the reference configuration: 1 for the parallelogram, -1
+                for the crossed parallelogram, or 0 if the mode is ambiguous.
             edges: The joints that the step solves.
 
         Raises:
@@ -323,9 +327,9 @@ class Clusters:
     def distance(
         self, edges: Sequence[Edge], turns: Mapping[int, float], travel: float = 0.0
     ) -> float:
-        """Return the distance between joint values and their reference values.
+        """Return the Euclidean distance between joint values and their reference values.
 
-        Travels of slides are divided by the size of the mechanism.
+        For this distance, travels of slides are divided by the size of the mechanism.
 
         Args:
             edges: The joints.
@@ -348,7 +352,7 @@ class Clusters:
         return math.sqrt(total)
 
     def _hints(self, names: Sequence[str]) -> dict[str, float]:
-        """Return the reference values of joints."""
+        """Return known reference values of the named joints, keyed by joint name."""
         stated, assumed = self.reference.given, self.reference.assumed
         for known in (stated, assumed | stated):
             for hints in (known, described_joints(self.linkage.edges, self.reference, known)):
@@ -358,7 +362,7 @@ class Clusters:
         return {}
 
     def nearer(self, distances: Mapping[int, float]) -> int:
-        """Return the sign with the smaller distance, or 0 if both distances are nearly equal."""
+        """Return the branch sign with the smaller distance, or 0 for nearly equal distances."""
         if abs(distances[1] - distances[-1]) < BRANCHES_APART:
             return 0
         return min(distances, key=distances.__getitem__)
@@ -383,7 +387,8 @@ class Clusters:
         """Whether the two base pins of a dyad coincide at every closed configuration.
 
         Args:
-            everywhere: The configurations. Open configurations are ignored.
+            everywhere: The tested configurations. Configurations at which a loop does not close are
+                ignored.
         """
         lengths = [[abs(at.vector(base)) / at.size for at in everywhere] for base in self.bases]
         closed = ([part for part in of if not math.isnan(part)] for of in lengths)

@@ -2,7 +2,7 @@
 
 Values that the description omits are included.
 
-The values of the tree joints determine the poses of the bodies. These poses determine the values
+The values of the tree joints determine the poses of the bodies. The body poses determine the values
 that the description omits: the joint values in closures, and the swing angles of struts.
 """
 
@@ -28,7 +28,7 @@ def described_joints(
 
     Args:
         edges: The joints of a linkage: tree joints first, then closures and struts.
-        reference: The reference.
+        reference: The reference configuration.
         given: Known values of joints, swing angles and cylinders by name.
     """
     bodies = _Bodies(edges, reference, given)
@@ -39,7 +39,7 @@ def described_joints(
 
 
 class _Bodies:
-    """The poses of bodies that are known so far."""
+    """The body poses that are already known."""
 
     def __init__(
         self, edges: Sequence[Edge], reference: AtReference, given: Mapping[str, float]
@@ -49,7 +49,10 @@ class _Bodies:
         self._poses: dict[str, _Pose] = {}
 
     def place(self, edge: Edge) -> None:
-        """Place the second body of a joint. An unconnected body starts a new group."""
+        """Compute the pose of the second body of a joint.
+
+        If the joint value is unknown, the second body starts a new group of bodies.
+        """
         a = self._poses.setdefault(edge.a, _Pose(edge.a, 0.0, 0j))
         if edge.b in self._poses:
             return
@@ -69,7 +72,7 @@ class _Bodies:
         self._poses[edge.b] = _Pose(a.first, angle, origin)
 
     def value(self, edge: Edge) -> float | None:
-        """Return the value of a joint, or None if its bodies are in different groups."""
+        """Return the value of a joint, or None for a weld or for bodies in different groups."""
         a, b = self._poses[edge.a], self._poses[edge.b]
         if a.first != b.first or isinstance(edge, WeldEdge):
             return None

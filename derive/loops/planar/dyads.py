@@ -20,10 +20,10 @@ SIDES = {1: "left", -1: "right"}
 class Dyad:
     """A ring of three rigid groups and three pins.
 
-    The arms with vectors V and W meet at a pin.
+    A pin connects the two arms, whose vectors are V and W.
 
     Attributes:
-        clusters: The rigid groups: the base, X and Y.
+        clusters: The base group and the two arm groups X and Y.
         pins: The pins between base and X, between X and Y, and between base and Y.
         V: Vector on X, from the pin between base and X to the pin between X and Y.
         W: Vector on Y, from the pin between base and Y to the pin between X and Y.
@@ -58,7 +58,8 @@ def join_dyad(
     """Join the rigid groups of a dyad after their rotations are solved.
 
     Returns:
-        The names of the pins, the name of the reference body, and the loop equation.
+        The pin names, the name of the body in whose axes the loop equation is written, and the loop
+        equation.
     """
     base, X, Y = dyad.clusters
     to_X, _, to_Y = dyad.pins
@@ -77,7 +78,7 @@ def join_dyad(
 def side_of(clusters: Clusters, dyad: Dyad) -> int:
     """Return the side of the base on which the middle pin lies at the reference configuration.
 
-    The result is 0 if the side is ambiguous, or if ``clusters`` specifies a branch.
+    The returned side is 0 if the side is ambiguous, or if ``clusters`` specifies a branch.
     """
     if clusters.branch is not None:
         return 0
@@ -94,7 +95,10 @@ def side_of(clusters: Clusters, dyad: Dyad) -> int:
 
 
 def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
-    """Return an intersection of two circles about the ends of the vector d, or None."""
+    """Return an intersection of two circles about the ends of the vector d.
+
+    The function returns None if the circles do not intersect.
+    """
     p = (abs(d) ** 2 + v**2 - w**2) / 2
     square = abs(d) ** 2 * v**2 - p**2
     if not square >= 0 or d == 0:
@@ -103,9 +107,9 @@ def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
 
 
 def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
-    """Return the rotation from ``here`` to ``there``, or None.
+    """Return the rotation from ``here`` to ``there``, or None if the rotation is not exact.
 
-    The result is None unless both vectors have a single term and their lengths are equal.
+    The rotation is exact if both vectors have a single term and equal lengths.
     """
     if len(here.terms) != 1 or len(there.terms) != 1:
         return None
@@ -128,9 +132,9 @@ def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
 
 
 def _margin(clusters: Clusters, dyad: Dyad) -> float:
-    """Return sin^2 of the angle between the arms.
+    """Return sin^2 of the angle between the arms of a dyad.
 
-    The value is negative if the arms cannot meet.
+    The returned number is negative if the arms cannot meet.
     """
     v, w, d = (abs(clusters.reference.vector(vector)) for vector in (dyad.V, dyad.W, dyad.D))
     if not v * w:
@@ -172,7 +176,7 @@ def _less(
 ) -> dict[sp.Expr, complex]:
     """Subtract ``factor`` times ``relation`` from ``total``.
 
-    Drop coefficients that are rounding errors.
+    Drop coefficients of the difference that are rounding errors.
     """
     size = max(map(abs, total.values()))
     rest = {

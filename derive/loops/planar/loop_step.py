@@ -1,10 +1,12 @@
-"""Steps that solve loops. Each class solves, differentiates and explains one kind of step.
+"""Solution steps of kinematic loops.
+
+Each step class solves, differentiates and explains one kind of step.
 
 A step determines some joints of a loop from known joints. The class of a step finds the bodies or
-struts to which the step applies, and solves for their joints. An instance stores the vectors of one
-solution. The equations of a step are SymPy expressions in its quantities (``quantity``). An
-article prints the expressions with the symbols of the robot. A test evaluates the expressions
-numerically.
+struts to which the step applies, and solves for their joints. An instance of a step class stores
+the vectors of one solution. The equations of a step are SymPy expressions in symbols that
+``quantity`` returns. The LaTeX article prints the equations of a step with the symbols of the
+robot. Tests evaluate the equations of a step numerically.
 """
 
 from abc import ABC, abstractmethod
@@ -22,7 +24,7 @@ PLANE, SPACE = "xy", "xyz"
 """Axis letters of planar and of spatial vectors."""
 Quantities = tuple[sp.Symbol, ...]
 Weighted = tuple[tuple[sp.Expr, sp.Expr], ...]
-"""A pair (quantity, factor)."""
+"""Pairs (quantity, factor) of a weighted sum."""
 
 
 def quantity(letter: str, axis: str = "") -> sp.Symbol:
@@ -78,10 +80,11 @@ class RateEquation:
     """A linear equation for the time derivatives of the unknowns of a step.
 
     Attributes:
-        left: Pairs (unknown, weight).
-        right: Pairs (quantity, weight). The quantity may be an expression.
+        left: Terms of the left side, as pairs (unknown, weight).
+        right: Terms of the right side, as pairs (quantity or expression, weight).
         projected: Two vectors. The left side is the scalar product of the first vector with the
-            derivative of the second. The tuple is empty if the left side is printed as a sum.
+            time derivative of the second vector. An empty tuple means that the left side is printed
+            as a sum.
     """
 
     left: Weighted
@@ -98,12 +101,14 @@ class StepEquations:
         lengths: Letters of the vectors whose lengths occur in the equations.
         scalars: Named terms for known scalars, such as a squared length, keyed by the symbol of the
             scalar.
-        unknowns: Symbols of the solved slider displacements, and of the solved position components.
-        results: Definitions in order. A definition uses only earlier quantities.
+        unknowns: Named terms for solved slider displacements and solved position components, keyed
+            by symbol.
+        results: Definitions of quantities as pairs (symbol, expression), each of which uses only
+            earlier quantities.
         angles: The solved angles.
-        margin: The distance of the step from its dead point. None if the loop closes for all
+        margin: The distance of the step from its dead point, or None if the loop closes for all
             coordinates.
-        rates: Rate equations of unknowns and angles.
+        rates: Linear equations for the time derivatives of the unknowns and angles.
     """
 
     vectors: Mapping[str, tuple[sp.Expr, ...]] = field(default_factory=dict)
@@ -118,7 +123,7 @@ class StepEquations:
 
 @dataclass(frozen=True, kw_only=True)
 class LoopStep(ABC):
-    """A solved group of bodies or struts.
+    """A solution step, which solves a group of bodies or struts.
 
     Attributes:
         joints: Names of the pins, slides and struts of the group.
@@ -127,19 +132,18 @@ class LoopStep(ABC):
         turned: The angle by which the axes of the equations are rotated relative to the axes of the
             body ``axes``.
         solved: The solved angles, as named terms.
-        margin: The margin is zero at a dead point and negative if the loop cannot be closed. The
-            value is None if the loop can always be closed.
-        root: A term that is NaN if the step cannot close the loop. The sign of the term is
-            arbitrary.
-        sign: The sign of the branch, or zero for a unique solution.
+        margin: A term that is zero at a dead point and negative if the loop cannot close, or None
+            if the loop can always close.
+        root: A term of arbitrary sign that is NaN if the step cannot close the loop.
+        sign: The branch sign of the step, or zero if the step has a unique solution.
         title: Name of the solution method.
         branches: Names of the branches, keyed by sign. Each name states on which side of the
             mechanism's mirror line the solved bodies lie.
         opening: Text that precedes the printed equations if these equations are not expressed in
             the axes of a body.
         reason: A sentence that is printed if the step has no equations.
-        dead_point: Text that describes the configurations with margin 0. Letters of quantities are
-            in braces.
+        dead_point: Text that describes the dead points of the step, with letters of quantities in
+            braces.
     """
 
     joints: tuple[str, ...]
@@ -165,14 +169,14 @@ class LoopStep(ABC):
     def remark(self) -> str:
         """A sentence about the sign of the root in this step, or empty text.
 
-        The sentence may contain quantity names in braces. In the article, each of these names is
-        replaced by the letter of the quantity.
+        The LaTeX article replaces each quantity name in braces in the sentence by the letter of the
+        quantity.
         """
         return ""
 
     @property
     def continues(self) -> bool:
-        """Whether the article prints the step as a part of the preceding step."""
+        """Whether the LaTeX article prints the step as a part of the preceding step."""
         return False
 
     @property
@@ -182,13 +186,13 @@ class LoopStep(ABC):
 
     @property
     def is_choice(self) -> bool:
-        """Whether there is a second branch."""
+        """Whether the step has a second branch."""
         return self.sign != 0
 
     def name(self, mechanism: Mechanism) -> str:
         """Return the names of the closures and struts that belong to the step.
 
-        If the step closes none, return the names of all joints of the step.
+        If the step contains no closure and no strut, return the names of all joints of the step.
         """
         swings = {strut.swing_name: strut.name for strut in mechanism.struts}
         names = [swings.get(name, name.split(".")[0]) for name in self.joints]

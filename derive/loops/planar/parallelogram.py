@@ -1,9 +1,9 @@
-"""Solves parallelograms: three bodies and three pins.
+"""Solves parallelograms of three rigid groups and three pins.
 
-The base vector is the sum of two vectors with the lengths of the arms. A parallelogram has two
-assembly modes, which are computed without a square root. In the parallelogram mode, each arm stays
-parallel to one of these two vectors. In the crossed mode, the vector C of an arm is mirrored about
-the base D:
+The base vector of a parallelogram is the sum of two vectors with the lengths of the arms. A
+parallelogram has two assembly modes, which are computed without a square root. In the parallelogram
+mode, each arm stays parallel to one of the two vectors whose sum is the base vector. In the crossed
+mode, the vector C of an arm is mirrored about the base D:
 
     C* = D conj(C) / conj(D), where conj is the complex conjugate.
 """
@@ -32,8 +32,9 @@ from .loop_step import (
 
 SIDES_OF_THE_BASE = 2
 FIGURES = {1: "parallel", -1: "crossed"}
-"""Names of the two assembly modes. In the parallel mode, the arms are parallel to these two
-vectors. In the crossed mode, the arms are mirrored about the base."""
+"""Names of the two assembly modes of a parallelogram. In the parallel mode, the arms are parallel
+to the two vectors whose sum is the base vector. In the crossed mode, the arms are mirrored about
+the base vector."""
 
 
 @dataclass(frozen=True)
@@ -41,10 +42,11 @@ class Sides:
     """The base vector of a parallelogram as the sum of two vectors with the lengths of the arms.
 
     Attributes:
-        dyad: The ring.
+        dyad: The ring of three rigid groups and three pins.
         first: The vector that is parallel to the arm vector V in the parallelogram mode.
         turns: The rotations of the two arms in the parallelogram mode.
-        crossed: The rotations in the crossed mode of a rhombus, or None for unequal sides.
+        crossed: The rotations of the two arms in the crossed mode of a rhombus, or None for unequal
+            sides.
         base: The base vector.
     """
 
@@ -71,8 +73,8 @@ class Parallelogram(PlanarStep):
         """Join the first ring of three pins that forms a parallelogram or a crossed parallelogram.
 
         Raises:
-            DescriptionError: The parallelogram is stretched at the reference, where both modes
-                coincide.
+            DescriptionError: The parallelogram is stretched at the reference configuration, so both
+                assembly modes coincide.
         """
         for pins in clusters.rings(slides=0):
             sides = _sides(clusters, dyad_of(clusters, pins))
@@ -133,7 +135,8 @@ def _mirrored(clusters: Clusters, sides: Sides) -> CrossedParallelogram:
     terms, dyad = clusters.terms, sides.dyad
     x, y = D = sides.base.coordinates(terms)
     square = terms.let(terms.let(x * x) + terms.let(y * y))
-    # The rotation angle psi satisfies e^(i psi) = D / conj(D).
+    # For the base vector D, the rotation angle psi of the mirror image satisfies e^(i psi) = D /
+    # conj(D).
     c = terms.let(terms.let((x - y) * (x + y)) / square)
     s = terms.let(terms.let(2 * x * y) / square)
     psi = clusters.solved(c, s, _rate_of_mirror(D, square))
@@ -146,7 +149,7 @@ def _mirrored(clusters: Clusters, sides: Sides) -> CrossedParallelogram:
 
 
 def _sides(clusters: Clusters, dyad: Dyad) -> Sides | None:
-    """Return two vectors whose sum is the base vector, or None if there are no such vectors."""
+    """Return the sides of a dyad that is a parallelogram, or None for other dyads."""
     if not may_be_parallelogram(clusters, dyad):
         return None
     D = dyad.D.reduced(clusters.relations, lambda total: len(total.terms))
@@ -165,7 +168,7 @@ def _sides(clusters: Clusters, dyad: Dyad) -> Sides | None:
 
 
 def _figure(clusters: Clusters, sides: Sides) -> int:
-    """Return the assembly mode at the reference: 1 parallelogram, -1 crossed, 0 ambiguous."""
+    """Return the mode at the reference: 1 for a parallelogram, -1 if crossed, 0 if ambiguous."""
     if clusters.branch is not None:
         return 0
     c, d = (clusters.reference.vector(total) for total in (sides.first, sides.base))
@@ -175,8 +178,8 @@ def _figure(clusters: Clusters, sides: Sides) -> int:
 def _mirror(arm: PhasorSum, turn: Turned, mirrored: sp.Expr) -> Turned:
     """Return the rotation from an arm to its mirror image about the base.
 
-    Let C = e^(i alpha) r V and V = v e^(i beta). Then e^(i psi) conj(C) = e^(i (psi - alpha - 2
-    beta)) conj(r v) / v V.
+    Let V = v e^(i beta) be the arm vector, and C = e^(i alpha) r V the rotated arm vector. The
+    mirror image e^(i psi) conj(C) equals e^(i (psi - alpha - 2 beta)) conj(r v) / v V.
     """
     ((beta, v),) = arm.terms.items()
     alpha, rotor = turn

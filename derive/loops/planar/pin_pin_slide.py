@@ -1,4 +1,4 @@
-"""A ring of three bodies with two pins and a slide: a circle intersects a line.
+"""Solves rings of three bodies with two pins and a slide by intersecting a circle with a line.
 
 Source:
     Assur groups of class II (dyads RRP, RPR and PRR, and the triangle of a cylinder); Myszka,
@@ -43,13 +43,13 @@ class CircleAndLine:
         direction: Unit vector along the line.
         r: The vector between both pins on the third body.
         travel: Travel along the line (meter).
-        vector: The vector from the first pin to the second pin.
+        vector: The vector from the first pin to the second pin, in the frame of the line.
         margin: cos^2 of the angle between the line and the vector from the first to the second pin.
             The margin is zero at a dead point, and negative if the circle and the line do not
             intersect.
         root: Signed position of the second pin on the line. The position 0 is the foot of the
-            perpendicular from the first pin to the line. The value is NaN if the circle and the
-            line do not intersect.
+            perpendicular from the first pin to the line. The root is NaN if the circle and the line
+            do not intersect.
     """
 
     offset: Complex
@@ -71,15 +71,16 @@ def circle_and_line(
 ) -> CircleAndLine:
     """Solve ``|offset + t direction| = |r|`` for the travel t.
 
-    With n = direction x offset and m = direction . offset: t = -m + sign sqrt((|r| - n)(|r| + n)).
+    With n = direction x offset and m = direction . offset, the travel is t = -m + sign sqrt((|r| -
+    n)(|r| + n)).
 
     Args:
-        terms: Names of all terms.
-        offset: The vector between the pins at zero travel.
+        terms: Receives the terms.
+        offset: The vector from the first to the second pin at zero travel.
         direction: Unit vector along the slide.
         r: The vector between the pins on the third body.
         sign: 1 for the larger travel, -1 for the smaller travel.
-        gate: Makes the radicand negative if the arm length is invalid.
+        gate: Function of the radicand that returns a negative number if the arm length is invalid.
     """
     n = terms.let(sp.expand(cross(direction, offset)))
     m = terms.let(sp.expand(dot(direction, offset)))
@@ -93,7 +94,10 @@ def circle_and_line(
 
 
 def rate_of_third(line: CircleAndLine) -> LoopRate:
-    """Return the rate phi' of the third body: |r|^2 phi' = u x u' - r x r'."""
+    """Return the function for the rate phi' of the third body.
+
+    With the vector u between the two pins, |r|^2 phi' = u x u' - r x r'.
+    """
 
     def rate(tangent: Tangent) -> sp.Expr:
         let = tangent.terms.let
@@ -117,7 +121,8 @@ class TwoPinsAndSlide(PlanarStep):
     """A slide whose two bodies are connected to a third body by pins.
 
     Attributes:
-        line: The line along which a pin slides, and the circle on which the third body carries it.
+        line: The line along which a pin slides, and the circle on which the third body carries this
+            pin.
         is_length: Whether the displacement of the slide is the length of a cylinder between known
             points. A cylinder between known points has a single length.
     """
@@ -188,7 +193,7 @@ class TwoPinsAndSlide(PlanarStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Return the equations for the travel t, and for the rotation that maps A to C."""
+        """Return the equations for the travel t and the third-body rotation that maps A to C."""
         D, A, B, C = (components(letter) for letter in "DABC")
         a = length_of("A")
         n, m, t = map(quantity, "nmt")

@@ -30,31 +30,29 @@ pytestmark = needs("gcc")
 
 
 PREFIX = "ur5e"
-"""Name of the robot whose sources contain the functions."""
+"""Name of the robot whose C sources contain the tested functions."""
 FASTEST = COMPILER or "gcc"
 """The compiler is Clang if available, because Clang compiles batches four times faster than GCC."""
 ROWS = 9
-"""Number of inputs per function: more than one full SIMD vector of eight."""
+"""Number of input rows per function, which exceeds one SIMD vector of eight doubles."""
 MANY = ("every_kind_8", "every_kind_16")
-"""Functions whose batches take long to compile for the oldest processors.
+"""Functions whose batch code takes long to compile for the oldest processors.
 
-The test of the code for the oldest processors omits the batches of these functions. Their batches
-are tested with the instruction sets of newer processors.
+The batch code of these functions is tested only with the instruction sets of newer processors.
 """
 COUNTS = {"ik": 8, **{f"every_kind_{2**n}": 2**n for n in range(5)}}
 AVX2, AVX512 = {"avx2", "fma"}, {"avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
 INSTRUCTION_SETS = {"plain": set(), "avx2": AVX2, "avx512": AVX512}
-"""Processor features needed by each version of the C code for a single pose."""
+"""Processor features that the C code needs for each instruction set."""
 every_isa = pytest.mark.parametrize("isa", INSTRUCTION_SETS)
 FILLED = {"every_kind_8": ("plain", "avx2"), "every_kind_16": ("plain", "avx512")}
-"""Instruction sets to test for functions with many branches. Their branches fill two SIMD vectors.
-"""
+"""Instruction sets to test for functions whose branches fill two SIMD vectors."""
 EVERY_ISA = [(name, isa) for name in COUNTS for isa in FILLED.get(name, INSTRUCTION_SETS)]
 
 
 @cache
 def branched_function(name):
-    """Derive the inverse of the arm, or a function that contains every type of expression."""
+    """Derive ``ik`` of an arm, or a branched function that contains every type of expression."""
     return branched.arm() if name == "ik" else branched.every_kind(COUNTS[name].bit_length() - 1)
 
 
@@ -94,7 +92,7 @@ def compiled(folder, isa, *flags, program=FASTEST, batches=True):
 
 
 def run_compiler(folder, isa, program, *flags, batches=True):
-    """Compile the scalar code and, by default, the batch code for a processor.
+    """Compile the scalar code and, by default, the batch code for one instruction set.
 
     A compiler warning counts as an error.
     """
@@ -114,7 +112,7 @@ def pointer(array):
 
 
 def one(library, function, inputs):
-    """Compute one pose, and check that nothing is written beyond the outputs."""
+    """Call a C function for one input, and assert that it writes nothing beyond its outputs."""
     results = [np.full(item.size + 1, -77.0) for item in function.outputs]
     buffers = [np.array(x, float).ravel() for x in inputs]
     library[f"{PREFIX}_{function.name}"](*map(pointer, (*buffers, *results)))
@@ -123,7 +121,7 @@ def one(library, function, inputs):
 
 
 def batch(library, function, inputs):
-    """Compute many poses with inputs as rows."""
+    """Call the batch version of a C function with one input per row."""
     n = len(inputs[0])
     buffers = [np.ascontiguousarray(x, float).reshape(n, -1) for x in inputs]
     results = [np.full((n, *item.shape), -77.0) for item in function.outputs]
@@ -133,7 +131,7 @@ def batch(library, function, inputs):
 
 
 def evaluated(expression):
-    """Convert an expression to a function of a dictionary of numbers."""
+    """Convert a SymPy expression to a function that takes a dictionary of symbol values."""
     names = sorted(expression.free_symbols, key=str)
     call = sp.lambdify(names, expression, "mpmath", dummify=True)
     return lambda values: call(*(values[name] for name in names))
@@ -275,7 +273,7 @@ def test_other_compiler_flags_give_exact_results(flags, sources, arm_sources):
 
 @pytest.mark.parametrize(("program", "isa"), [("g++", "plain"), ("g++", "avx512")])
 def test_other_compilers_give_exact_results(program, isa, sources, arm_sources):
-    """Batches and other functions only have to compile without a warning."""
+    """Batch code and functions other than `ik` only have to compile without a warning."""
     path_of(program)
     assert_exact(compiled(arm_sources, isa, program=program, batches=False))
     run_compiler(sources, isa, program, "-fsyntax-only")
@@ -303,8 +301,8 @@ def test_wrong_label_count_is_rejected(loadable, tmp_path):
 
 
 LANES = {"baseline": (0, set()), "avx2": (1, AVX2), "avx512": (2, AVX512)}
-"""For each instruction set: its number in the C code, and the processor features that the
-instruction set needs."""
+"""Number of each instruction set in the C code, and the processor features that this instruction
+set needs."""
 CALLS = """\
 #define CHASLES_ISA {}
 #include "chasles_lanes.h"
@@ -321,9 +319,9 @@ void supplement(size_t n, const double *a, const double *y, double *value) {{
 
 @pytest.fixture(scope="module", params=LANES)
 def on_lanes(request, tmp_path_factory):
-    """Compile C code for one instruction set.
+    """Compile C code with SIMD vectors for one instruction set.
 
-    Returns a function that applies a C function to arrays.
+    The fixture returns a function that applies a compiled C function to arrays.
     """
     number, needed = LANES[request.param]
     require_features(needed)

@@ -25,15 +25,15 @@ COMPILERS = {
 }
 """Compiler commands.
 
-GCC's optimizer reports the same warnings for C and C++. So only the syntax of the C++ code is
-checked.
+The C++ command checks only the syntax, because GCC's optimizer reports the same warnings for C and
+C++.
 """
 
 
 NAMES = ("iiwa14", "jaco2", "well_manipulator", "stewart_gough")
-"""A redundant arm, an arm with an iterative inverse, a robot with spatial loops, and a platform.
+"""Tested robots: a redundant arm, one with an iterative inverse, one with loops, and a platform.
 
-test_one_unit compiles the C of all robots with each compiler.
+The file test_one_unit compiles the C code of all robots with each compiler.
 """
 
 
@@ -76,7 +76,7 @@ def test_object_exports_only_documented_symbols(name, tmp_path):
     wanted |= {f"{name}_{f.name}_nearest" for f in functions if f.role.is_inverse}
     assert exported == wanted
     assert missing <= LIBM | BUILTIN
-    # The loader fills in the addresses of the tables.
+    # The only data symbols are tables that contain addresses, which the loader fills in.
     assert set(state) <= {f"{name}_ik_tables", f"{name}_modes_tables"}
 
 

@@ -19,7 +19,7 @@ DOUBLES = ctypes.POINTER(ctypes.c_double)
 
 @pytest.fixture
 def folder(tmp_path):
-    """Return a folder with the generated robots."""
+    """Return a temporary folder that contains a link to the generated robots."""
     (tmp_path / "generated").symlink_to(GENERATED)
     return tmp_path
 

@@ -12,8 +12,8 @@ from chasles.derive.terms.branches import patterns
 from tests.support.derivations import FULL, derivation, kernels
 
 TOLERANCE = 2e-12
-"""Tolerance relative to the largest entry of an output: cosines differ in the last place, and loops
-near dead points increase the difference."""
+"""Tolerance relative to the largest entry of an output. Cosines differ in the last digit, and loops
+near dead points amplify this difference."""
 POSES = 4
 POINTER = ctypes.POINTER(ctypes.c_double)
 

@@ -12,9 +12,9 @@ from chasles.derive.emit.c.written import CIRCLE
 
 DEGREE, SAMPLES, MAX_ROOTS, TRIALS = 8, 64, 32, 50
 NOISE = 4e-15
-"""Error of the coefficients relative to the largest one."""
+"""Error of the polynomial coefficients, relative to the largest coefficient."""
 SAME, IN_CLUSTER = 1e-6, 1e-3
-"""Maximum error of a simple root, and of the center of a cluster (radian)."""
+"""Maximum error (radian) of a simple root, and of a root in a cluster."""
 SOURCE = f"""#include "{CIRCLE[0]}"
 int roots(const double *a, const double *b, double noise, double *angles);
 int roots(const double *a, const double *b, double noise, double *angles)
@@ -35,9 +35,9 @@ DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
 
 @pytest.fixture(scope="module")
 def solve(tmp_path_factory):
-    """Return a function that builds a polynomial from its roots, and finds the real roots.
+    """Return a function that builds a trigonometric polynomial from roots and finds its real roots.
 
-    The arguments of the function are the real roots and one root of each complex pair.
+    The arguments of the returned function are the real roots and one root of each complex pair.
     """
     folder = tmp_path_factory.mktemp("roots")
     for name in CIRCLE:

@@ -1,4 +1,4 @@
-"""Newton's iteration along a path whose first step leaves the domain of the equations."""
+"""Tests Newton's iteration along a path whose first step leaves the domain of the equations."""
 
 import ctypes
 

@@ -1,4 +1,4 @@
-"""Every C operation on all kinds of numbers, in scalar and vector code."""
+"""Tests every C operation on all kinds of numbers, in scalar and vector code."""
 
 import ctypes
 import itertools
@@ -139,9 +139,9 @@ def sources(tmp_path_factory):
 
 
 def compiled(folder, chosen_set, *flags, program=(GCC,)):
-    """Compile the code for one instruction set.
+    """Compile the generated code for one instruction set.
 
-    Each operation is rounded separately, so that the results are comparable.
+    The compiler does not fuse operations, so that results of all instruction sets are comparable.
     """
     require_processor(chosen_set)
     target = folder / f"{chosen_set}{len(flags)}{Path(program[0]).name}.so"
@@ -172,7 +172,10 @@ def numbers():
 
 @pytest.fixture(scope="module")
 def scalar(sources, numbers):
-    """Return the values of single calls, which do not depend on the instruction set."""
+    """Return a function that applies an operation to all test numbers by single calls.
+
+    Results of single calls do not depend on the instruction set.
+    """
     library = compiled(sources, "baseline")
     return cache(lambda name: single(library, name, *numbers))
 
@@ -182,7 +185,7 @@ def pointer(array):
 
 
 def single(library, name, a, b):
-    """Call a function once for each element, and return the values."""
+    """Call a C function once for each pair of numbers, and return the values."""
     call = library[f"{ROBOT.name}_{name}"]
     values = np.empty_like(a)
     arrays = [
@@ -202,7 +205,7 @@ def batch(library, name, a, b):
 
 
 def assert_same(got, expected):
-    """Assert equal bits.
+    """Assert that two arrays have equal bits.
 
     All NaN values count as equal.
     """
@@ -221,7 +224,7 @@ def assert_alike(name, got, expected):
 
 
 def assert_near(got, expected):
-    """Assert the accuracy documented for libmvec, and the signs of zeros."""
+    """Assert the accuracy that libmvec documents, and equal signs of zeros."""
     finite = np.isfinite(expected) & (expected != 0)
     assert_same(got[~finite], expected[~finite])
     units = np.abs(got[finite] - expected[finite]) / np.spacing(np.abs(expected[finite]))
@@ -335,7 +338,7 @@ KINDS = (
 
 @cache
 def exact_angles(kind):
-    """Return points and their angles with fifty digits."""
+    """Return the coordinates y and x of points, and their angles with fifty digits."""
     ys, xs = points(kind)
     with mpmath.workdps(50):
         pairs = zip(ys.tolist(), xs.tolist(), strict=True)

@@ -23,7 +23,7 @@ SPREAD = 0.05
 
 
 def native(robot, functions, flags=()):
-    """Load functions of one input array through ctypes.
+    """Compile C functions with one input array, and load them through ctypes.
 
     The compiler drops functions that are not exported, which saves most of the compile time.
     """
@@ -56,8 +56,10 @@ def entry_point(library, robot, function):
 
 
 def test_inverse_in_c_returns_the_solutions_of_python():
-    """The code is compiled for AVX2. Another test, test_nearest_in_c, compiles for the processor of
-    the machine."""
+    """The test compiles the C code for AVX2.
+
+    The tests in test_nearest_in_c compile C code for the processor of the machine.
+    """
     require_features({"avx2"})
     robot = chasles.load("puma560")
     (ik,) = native(robot, ["ik"], AVX2)

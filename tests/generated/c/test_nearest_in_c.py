@@ -16,12 +16,12 @@ EXPORTED = '__attribute__((visibility("default"), externally_visible))'
 
 
 def nearest_in_c(name, flags):
-    """Load the C function, which returns the slot, q, the residual and the margin."""
+    """Load the C function `ik_nearest` of a shipped robot."""
     return robot_nearest_in_c(chasles.load(name), flags)
 
 
 def robot_nearest_in_c(robot, flags):
-    """Load the C function of a robot, which returns the slot, q, the residual and the margin."""
+    """Load the C function `ik_nearest`, which returns solution slot, q, residual and margin."""
     name, files = robot.name, robot.manifest.sources()
     main = f'#include "{name}.c"\n{EXPORTED} int (*entry)() = {name}_ik_nearest;\n'
     source = Source(

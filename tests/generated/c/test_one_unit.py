@@ -10,7 +10,7 @@ from tests.support.tools import path_of
 
 CHECK = ["-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
 MINGW = "x86_64-w64-mingw32-gcc"
-"""C compiler for Windows; the continuous integration does not install this compiler."""
+"""C compiler for Windows, which the continuous integration does not install."""
 C, CPP = ["-std=c99"], ["-std=c++11", "-x", "c++"]
 
 

@@ -47,9 +47,10 @@ int main(void)
 """
 N = 20
 SAME = 1e-12
-"""Relative tolerance of values: both processors fuse multiplications and additions differently."""
+"""Relative tolerance of values, because the two processors fuse multiplications and additions
+differently."""
 SAME_SOLUTION = 1e-7
-"""Tolerance of solutions [rad or m]; near double roots, rounding is amplified."""
+"""Tolerance of inverse solutions [rad or m], which amplify rounding errors near double roots."""
 
 pytestmark = pytest.mark.skipif(
     not (which(COMPILER) and which(EMULATOR)), reason=f"no {COMPILER} or no {EMULATOR}"
@@ -67,7 +68,7 @@ def built(manifest, folder: Path) -> Path:
 
 
 def evaluated(command, manifest, name, *inputs):
-    """Evaluate a function at rows of inputs. Returns an array for each output."""
+    """Evaluate a function of a compiled program at N inputs, and return one array per output."""
     names = [function.name for function in manifest.functions]
     function = manifest.functions[names.index(name)]
     index = np.int32(names.index(name)).tobytes()

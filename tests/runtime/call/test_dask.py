@@ -24,7 +24,7 @@ def lazy(values, *chunks):
 
 
 def check(result, expected, chunks=None):
-    """Check that dtype and shape are known before computation, and that the values are right."""
+    """Check that a lazy result knows its dtype and shape, and that its values are right."""
     assert isinstance(result, array.Array)
     assert result.shape == expected.shape
     assert result.dtype == np.float64

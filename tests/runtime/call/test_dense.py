@@ -1,6 +1,6 @@
-"""Dense batches bypass the ufunc.
+"""Batches of dense arrays bypass the NumPy ufunc.
 
-The results, shapes and errors are the same as with the ufunc.
+Results, shapes and errors of dense batches are the same as with the ufunc.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ import chasles
 
 @pytest.fixture(params=["lanes", "plain"])
 def function(request, robot):
-    """Return a function with vector code, then a function with scalar code."""
+    """Return a robot function with vector code or with scalar code, depending on the parameter."""
     return chasles.load("ur5e").fk if request.param == "lanes" else robot.fk
 
 
@@ -58,6 +58,6 @@ def test_read_only_and_subclassed_inputs_are_accepted(function):
     np.testing.assert_array_equal(function(q), expected)
 
     class Mine(np.ndarray):
-        """An array type that belongs to a different package."""
+        """Imitates an array type of another package."""
 
     np.testing.assert_array_equal(np.asarray(function(q.view(Mine))), expected)

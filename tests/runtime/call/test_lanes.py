@@ -10,21 +10,23 @@ from chasles.contract import read_manifest
 from tests.support.derivations import NAMES as SERIAL
 
 ROUNDING = 16
-"""Tolerance in units in the last place (ULP) of the largest entry of all rows. The scale is at
-least 1, because loop residuals are differences of lengths of about 1."""
+"""Tolerance in units in the last place (ULP) of the largest entry of all rows, or of 1 if all
+entries are smaller. Small loop residuals are differences of lengths of about 1."""
 LARGE = (4 << 20) // 8 + 1
 """A result with at least this number of doubles is written by streaming stores."""
 LENGTHS = [*range(18), 23, 24, 25, 31, 32, 33, 40]
 """Batch sizes near multiples of the number of SIMD lanes."""
 POSE_BY_POSE = {"modes"}
-"""Functions that take milliseconds per pose and have no vector code; few batch sizes are tested."""
+"""Functions that are tested with few batch sizes, because they have no vector code and take
+milliseconds per pose."""
 FEW = 8
 
 LOOPS = ["well_manipulator", "delta", "planar_3rrr"]
 """Robots with loops: one with triangles that contain cylinders, one with spherical joints, and one
 with a platform on three legs."""
 NEAR = 0.02
-"""The loops of these robots close within this distance (radian or meter) from the reference."""
+"""The loops of the robots in ``LOOPS`` close within this distance (radian or meter) from the
+reference."""
 NAMES = [*SERIAL, *LOOPS]
 ROBOTS = {name: chasles.load(name) for name in NAMES}
 
@@ -44,14 +46,14 @@ FORWARD = [
     for name, item in FUNCTIONS
     if name in SERIAL and item != "swivel" and not ROBOTS[name].functions[item].solutions
 ]
-"""Functions whose only input is a vector of coordinates. The swivel angle is excluded, because a
-nearly stretched elbow amplifies rounding errors."""
+"""Functions of serial robots whose first input is a vector of coordinates. The swivel angle is
+excluded, because a nearly stretched elbow amplifies rounding errors."""
 
 
 def each(pairs):
     """Return a decorator that runs a test for all (robot, function) pairs.
 
-    Each robot is one test case.
+    A robot and all its functions form one test case.
     """
 
     def decorate(test):
@@ -74,13 +76,14 @@ def each(pairs):
 
 every_function = each(FUNCTIONS)
 KINDS = ("lynxmotion", "panda", "well_manipulator")
-"""Robots for large batches: arms with five and seven joints, and a boom with cylinders."""
+"""Robots that are tested with large batches: arms with five and seven joints, and a boom with
+cylinders."""
 every_function_in_lanes = each(
     [(name, item) for name, item in FUNCTIONS if name in KINDS and item not in POSE_BY_POSE]
 )
 centers = {}
-"""Pairs (function, coordinates), keyed by `id(function)`. At these coordinates, the loops of the
-robot close. The coordinates are keyed by argument name."""
+"""Pairs of a function and coordinates at which the loops of the robot close, keyed by
+`id(function)`. The coordinates of a function are keyed by argument name."""
 
 
 def find(name, item):
@@ -94,9 +97,9 @@ def find(name, item):
 
 
 def make_inputs(function, *batch, seed=1, scale=np.pi):
-    """Return random joint angles and joint rates.
+    """Return random coordinates and joint rates as inputs of a function.
 
-    Each rate is between -2 and 2.
+    Each joint rate is between -2 and 2.
     """
     rng = np.random.default_rng(seed)
     _, places = centers.get(id(function), (function, {}))
@@ -110,7 +113,7 @@ def make_inputs(function, *batch, seed=1, scale=np.pi):
 
 
 def call(function, *inputs, **keywords):
-    """Return the results as a list, without the fields that Python computes."""
+    """Call a robot function, and list its results without the fields that Python computes."""
     result = function(*inputs, **keywords)
     return list(result[: len(function.outputs)]) if isinstance(result, tuple) else [result]
 
@@ -123,7 +126,7 @@ def assert_same(got, expected):
 def assert_close(got, expected):
     """Assert that results agree up to rounding errors.
 
-    Non-finite values must be in the same entries.
+    Both results must have non-finite values in the same entries.
     """
     for a, b in zip(got, expected, strict=True):
         finite = np.isfinite(b)
@@ -134,10 +137,10 @@ def assert_close(got, expected):
 
 
 def alone(function, *row):
-    """Return the results of a single call.
+    """Return the results of a function for one row of inputs.
 
-    If a loop cannot close, a single call raises an error. In this case, the results of a batch of
-    one row are returned.
+    If a single call raises an error because a loop cannot close, the results come from a batch of
+    one row.
     """
     try:
         return call(function, *row)
@@ -163,8 +166,8 @@ def test_batch_of_every_length_equals_single_calls(name, item):
     single = loop(function, *inputs)
     assert_close(whole, single)
     for n in LENGTHS[:FEW] if item in POSE_BY_POSE else LENGTHS:
-        # Each batch contains the last n rows. If n changes, the same row is computed in a different
-        # lane, but its result must not change.
+        # Each batch contains the last n rows, so the SIMD lane of a row depends on n. The result of
+        # a row must not depend on its lane.
         got = call(function, *(x[len(x) - n :] for x in inputs))
         assert [x.shape for x in got] == [(n, *out.shape) for out in function.outputs]
         assert_same(got, [x[len(x) - n :] for x in (single if n == 1 else whole)])
@@ -192,7 +195,7 @@ def test_non_finite_row_does_not_affect_other_rows(name, item):
     clean = make_inputs(function, count)
     expected = call(function, *clean)
     for row in range(count):
-        # Each non-finite value occurs in each argument.
+        # The test inserts NaN, inf and -inf into every argument of the function.
         bad = (np.nan, np.inf, -np.inf)[(row + row // 3) % 3]
         argument = row % len(clean)
         spoiled = [x.copy() for x in clean]

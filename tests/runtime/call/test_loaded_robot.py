@@ -325,7 +325,7 @@ EXTRAS = {
         *("distributed", "coal", "ompl"),
     },
 }
-"""Packages besides NumPy that each package of the runtime may import."""
+"""Optional packages that each subpackage of the runtime may import in addition to NumPy."""
 
 
 def test_runtime_imports_numpy_and_the_standard_library_only():

@@ -13,8 +13,8 @@ import chasles
 
 N = 270_000
 BLOCK = N * 16 * 8
-"""Size in bytes of N pose matrices (35 MB). For a block of this size, malloc requests memory from
-the operating system."""
+"""Size in bytes of N pose matrices (35 MB), for which malloc requests memory from the operating
+system."""
 MAX = 256 << 20
 
 handler_of = np._core.multiarray.get_handler_name

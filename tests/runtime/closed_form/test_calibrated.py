@@ -23,14 +23,15 @@ from tests.support.generators.geometric_errors import displaced
 from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 TRUE = 1e-8
-"""A solution with a larger pose error (meter, or rotation matrix entry) is wrong."""
+"""Maximum pose error (meter, or rotation matrix entry) of a correct solution."""
 
 
 @pytest.fixture(scope="module")
 def case(displaced_robot, displaced_arm):
     """Return a calibrated arm and its forward kinematics from Pinocchio.
 
-    The campaign `displaced` tests all arms and error sizes. test_displaced tests fixed joints.
+    The test campaign `displaced` covers all arms and error sizes. The file test_displaced tests
+    fixed joints.
     """
     return displaced_arm, pinocchio_fk(displaced_robot)
 
@@ -46,7 +47,7 @@ def found(arm, solutions, q):
 
 
 def right_angles(n, count, seed=1):
-    """Return configurations near multiples of 90 degrees, half of them exactly there."""
+    """Return configurations, half of them near and half exactly at multiples of 90 degrees."""
     rng = np.random.default_rng(seed)
     q = rng.integers(-2, 3, (count, n)) * np.pi / 2
     size = 10 ** rng.uniform(-9, -3, (count // 2, 1))
@@ -168,7 +169,7 @@ def test_nominal_convergence_rate_falls_with_deviation():
 
 
 def test_nominal_inverse_with_other_configurations_is_discarded():
-    """Newton's method from the nominal arm recovers all samples."""
+    """Newton's method from solutions of the nominal arm recovers all sampled configurations."""
     robot = displaced(random_arm(164), 1.4e-4, 164)
     assert classify(robot, Terms({})).near
     assert inverses(robot, Terms({})).polished is None

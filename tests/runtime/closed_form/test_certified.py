@@ -47,7 +47,7 @@ COMPLETE, INCOMPLETE = 1, 2
 
 @pytest.fixture(scope="module")
 def library(displaced_arm, tmp_path_factory):
-    """Derive the functions in ``CERTIFIED`` for the arm."""
+    """Compile the C functions in ``CERTIFIED`` for the displaced arm."""
     folder, name = tmp_path_factory.mktemp("certified"), displaced_arm.name
     source, library = folder / "certified.c", folder / "certified.so"
     code = CERTIFIED.replace("NAME", name)
@@ -59,7 +59,7 @@ def library(displaced_arm, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def are_all(library):
-    """Return a function that counts the elimination orders with a given verdict.
+    """Return a function that counts the elimination orders with a given certificate verdict.
 
     The C function `chasles_polish_are_all` returns the verdict for each elimination order.
     """

@@ -1,4 +1,4 @@
-"""``ik_position_direction`` takes a direction of any length. A zero direction gives NaN."""
+"""``ik_position_direction`` accepts directions of any length, and returns NaN for length 0."""
 
 import numpy as np
 import pytest

@@ -18,10 +18,10 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
 TRUE = 1e-8
-"""A solution with a larger pose error (meter, or rotation matrix entry) is wrong."""
+"""Maximum pose error (meter, or rotation matrix entry) of a correct solution."""
 POSES = 1000
 MANY = (1642, 8294, 18743, 23186, 28494, 49618, 51143, 58974, 59465)
-"""Configurations near the wrist singularity whose poses have over twelve solutions.
+"""Indices of configurations near the wrist singularity whose poses have over twelve solutions.
 
 The configurations are selected from 60,000 samples.
 """
@@ -58,8 +58,9 @@ def test_solutions_without_nominal_counterpart_are_found(arm, robot):
 
 
 def test_nominal_residual_of_reachable_poses_is_bounded(arm):
-    """The bound also holds near singularities, so a larger residual proves that a pose is out of
-    reach.
+    """The bound on nominal residuals also holds near singularities.
+
+    A pose with a larger nominal residual is out of reach.
     """
     q = near_wrist(POSES, 4)
     stretched = -np.arctan2(0.302, 0.07)

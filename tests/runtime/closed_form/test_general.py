@@ -18,11 +18,12 @@ from tests.support.derivations import description
 
 DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
 NAMES = ("jaco2", "crx10")
-"""A robot that is installed with the package, and an arm that this test derives."""
+"""Names of an arm that is installed with the package, and of an arm that the test derives."""
 NARROW = "-march=x86-64"
 """Compiler flag for narrower SIMD vectors than in the installed kernels."""
 CLOSED = 5e-14
-"""Largest pose error (meter, radian) after Newton's method, away from singularities."""
+"""Largest pose error (meter or radian) of solutions after Newton's method, away from singularities.
+"""
 SAME = 1e-6
 """Maximum angle (radian) between two solutions that count as equal."""
 
@@ -76,8 +77,9 @@ def test_ik_recovers_generating_configuration(robot):
 
 
 def test_nearly_coincident_solutions_are_found(robot):
-    # If axes intersect, some solutions differ by only 1e-5 rad in the suppressed joint. The roots
-    # of these solutions may become complex, and Newton steps may be too short.
+    # If axes intersect, some solutions differ by only 1e-5 rad in the joint angle that the
+    # determinant's roots give. The roots of nearly coincident solutions may become complex, and
+    # Newton steps may be too short.
     q = configurations(robot, 4000, 3)
     assert included(robot.ik(robot.fk(q)), q).all()
 

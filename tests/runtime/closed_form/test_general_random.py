@@ -1,4 +1,4 @@
-"""The inverse of random arms, some with intersecting or parallel axes.
+"""Tests the inverse of random arms, some of which have intersecting or parallel axes.
 
 The inverse of each five-joint arm finds the known solutions of reachable poses. Some six-joint arms
 have prismatic joints.
@@ -17,9 +17,10 @@ from tests.support.generators.random_arms import random_arm
 from tests.support.generators.synthetic import robot_of
 
 ARM = 16, "xx/x/x/"
-"""Seed and axes of an arm with seven joints; the campaign `general` tests other arms."""
+"""Seed and axis relations of a random arm with seven joints. The test campaign `general` covers
+other arms."""
 CHAIN = "R/R/R/R/R"
-"""An arm with five skew axes."""
+"""Axis structure of an arm with five skew axes."""
 COLLINEAR = {
     "wrist": [(0.3, 0.1, 70), (0.1, 0.4, 20), (0.1, 0.3, -80), (0.2, 0.1, 60), (0.1, 0, 0)],
     "base": [(0.3, 0, 0), (0.1, 0.4, 90), (0.1, 0.3, 0), (0.2, 0.1, 90), (0.1, 0, -90)],
@@ -127,8 +128,8 @@ joints = [
   { name = "j6", type = "prismatic", xyz = [0.1, 0, 0], axis = [1, 0, 0] },
 ]
 """
-"""An arm whose equations for a prismatic joint and an adjacent joint are singular at multiples of
-90 degrees."""
+"""Robot file of an arm whose equations for a prismatic joint and an adjacent joint are singular at
+multiples of 90 degrees."""
 
 
 def test_arm_with_last_prismatic_joint_solves_right_angles(tmp_path):

@@ -1,4 +1,4 @@
-"""Paths of poses on one branch, and robots without an inverse."""
+"""Tests `ik_path` on one branch, and error messages of robots without an inverse."""
 
 import itertools
 
@@ -53,7 +53,8 @@ def test_path_continues_through_singularity_without_jump(arm):
     q = line([0.0, 0.5, 0.0, 0.0], [0.5, -0.5, 0.0, 0.0], 201)
     path = arm.ik_path(arm.fk(q), q[0])
     assert path.complete
-    # The branches meet at the stretched arm. The path may follow either branch, but must not jump.
+    # The branches meet where the arm is stretched. Beyond this pose, the path may follow either
+    # branch, but must not jump.
     assert path.max_step.max() < 0.05
     np.testing.assert_allclose(np.abs(path.q[:, 1]), np.abs(q[:, 1]), atol=1e-7)
     assert path.min_margin_index == 100
@@ -203,7 +204,8 @@ def test_missing_inverse_error_states_reason(tmp_path, cache, monkeypatch):
         arm.loops_close  # noqa: B018
     with pytest.raises(AttributeError, match="'id'") as error:
         arm.id  # noqa: B018
-    # Python needs both attributes of the error to suggest the most similar name in dir(arm).
+    # Python needs the attributes ``name`` and ``obj`` of an AttributeError to suggest the most
+    # similar name in dir(arm).
     assert (error.value.name, error.value.obj) == ("id", arm)
     assert arm.redundancy == ()
     assert not hasattr(arm, "ik")

@@ -31,8 +31,8 @@ NEAR_WRIST = (
     np.pi * np.array([-0.5, 0.5, 1, -0.5, 1, 0]),
     np.array([-2.49425114, 0.00785660, 2.98636075, 1.45100495, 0.00447197, -2.49826848]),
 )
-"""Configurations near the wrist singularity of this arm; the smallest singular value of the
-Jacobian is 0.007 to 0.009."""
+"""Configurations of the offset-wrist arm near its wrist singularity, where the smallest singular
+value of the Jacobian is 0.007 to 0.009."""
 
 
 def wrapped(angles):
@@ -53,7 +53,7 @@ def test_copies_of_nearly_singular_solutions_leave_their_slots(displaced_arm):
 
 
 def test_exact_pose_with_few_digits_is_solved_exactly(tmp_path):
-    """The pose is exact although its entries have few digits."""
+    """The tested pose is exact although its entries have few digits."""
     arm = compiled(read(description("gen3")), tmp_path / "gen3", FUNCTIONS, ["c"])
     q = np.array([1, 1, 0, 0, 1, -1, 1]) * (np.pi / 2)
     T = arm.fk(q)

@@ -19,10 +19,11 @@ dask = OptionalPackage("dask")
 
 
 SPOILT = 1e-7
-"""Error of the shoulder angle in radians, at poses higher than HIGH."""
+"""Error in radians of the shoulder angle that the inverse returns for poses with a z coordinate
+above HIGH."""
 HIGH = 0.2
 
-# The two singularities of the Panda nearly coincide.
+# At this configuration, the Panda is near two singularities at once.
 PANDA = [
     -0.677318948519789,
     0.012915840615937757,
@@ -49,7 +50,7 @@ def arm(tmp_path_factory):
 
 @pytest.fixture
 def q():
-    """Return coordinates (60, 4)."""
+    """Return SCARA coordinates (60, 4), of which the first 20 reach z coordinates above HIGH."""
     rng = np.random.default_rng(2)
     q = rng.uniform([-3, 0.2, -0.4, -3], [3, 2.4, HIGH, 3], (60, 4))
     q[:20, 2] += 0.6
@@ -124,11 +125,12 @@ def test_refinement_works_with_dask_arrays(arm, q):
 def test_unreachable_poses_stay_invalid_and_unchanged(arm, q):
     T = arm.fk(q)
     T[:5, :2, 3] *= 0.75 / np.linalg.norm(T[:5, :2, 3], axis=-1, keepdims=True)
-    # For poses closer to the boundary of the workspace, the result depends on rounding.
+    # For poses closer to the boundary of the workspace, rounding decides whether a solution is
+    # valid.
     beyond = np.array([1e-7, 3e-9, 1e-6])[:, None]
     T[5:8, :2, 3] *= (0.7 + beyond) / np.linalg.norm(T[5:8, :2, 3], axis=-1, keepdims=True)
     T[8, 0, 3] = np.nan
-    # This arm cannot reach the tilted tool pose.
+    # A SCARA arm cannot reach a tilted tool pose.
     T[9] = T[9] @ [
         [1, 0, 0, 0],
         [0, np.cos(1e-6), -1e-6, 0],
@@ -203,7 +205,7 @@ def test_only_wrist_singularity_fixes_a_joint():
 
 
 def spoilt_slots(robot, q, *given):
-    """Perturb all solution slots, and return the refined solutions."""
+    """Perturb and refine all solutions, and return the refinement and both sets of solutions."""
     T = robot.fk(q)
     solutions = robot.ik(T, fixed=fixed_values(robot, given))
     refinement = refinement_for(robot)

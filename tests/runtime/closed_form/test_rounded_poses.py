@@ -29,11 +29,11 @@ ARMS = {
 POSES = 40
 FREEDOMS = 6
 CLEAR = 1e-3
-"""Minimum margin of every solution slot."""
+"""Minimum absolute margin of all solution slots of a tested pose."""
 SAME_POSE = 1e-14
 """Tolerance of the entries of a projected pose, compared with the oracle."""
 REACHED = 1e-12
-"""Residual of a solution relative to the requested rigid pose."""
+"""Maximum residual of a solution relative to the requested rigid pose."""
 SOLVED = 1e-9
 """Below this residual, a solution slot or an iteration counts as solved."""
 
@@ -119,7 +119,7 @@ def test_rounded_poses_are_solved_like_nearest_rigid_poses(name, rounded):
 
 
 RIGHT_ANGLES = {"ur5e": 12, "puma560": 0, "scara": 0, "lynxmotion": 0, "stanford": 0}
-"""For each arm: maximum number of missed poses among 1000 rounded poses. The joint angles are
+"""Maximum number of missed poses among 1000 rounded poses of each arm. The joint angles are
 multiples of 90 degrees, where singularities can coincide."""
 
 

@@ -37,7 +37,7 @@ def stretched(bend):
 
 
 def size_and_slope(iteration, T, q):
-    """Return half the squared errors (N,) at q (N, 6), and their gradients (N, 6)."""
+    """Return half the squared pose errors (N,) at q (N, 6), and their gradients (N, 6)."""
     pose, J = iteration.fk_jacobian_mixed(q)
     _, error, _ = iteration.task(pose, J, T)
     return (error**2).sum(-1) / 2, -np.einsum("Nij,Ni->Nj", J, error)
@@ -77,7 +77,10 @@ def test_descent_from_saddle_reaches_both_solutions(ur5e, bend):
 
 @pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6])
 def test_descent_starts_exist_only_inside_reach_boundary(ur5e, distance):
-    """The error has a minimum outside the reach of the arm, and a saddle inside."""
+    """For a target beyond reach, the stretched arm is a minimum of the pose error.
+
+    For a reachable target, the stretched arm is a saddle point of the pose error.
+    """
     q = stretched(0.0)
     T, J = ur5e.fk_jacobian_mixed(q)
     inward = np.linalg.svd(J)[0][:, :, -1]

@@ -18,8 +18,8 @@ joints = [
   { name = "j4", xyz = [0.147, 0, 0], axis = [0, 1, 0] },
 ]
 """
-"""A turntable arm with three parallel axes. At j1 = 90 degrees, the rail moves in the plane of the
-parallel axes."""
+"""Robot file of a turntable arm on a rail, with three parallel joint axes. At j1 = 90 degrees, the
+rail moves in the plane of the parallel axes."""
 
 FAR_FROM_STARTS = (
     324,

@@ -21,8 +21,8 @@ from tests.support.scaled import scaled
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "hessian_mixed", "ik")
 SIZES = {"scara": sp.Rational(1, 10**6), "stanford": sp.Integer(1000)}
-"""Scale factors for the lengths of two arms with prismatic joints. One arm has four joints, the
-other has six.
+"""Scale factors for the lengths of two arms with prismatic joints: one with four joints, and one
+with six.
 
 The scaled scara is about one micrometer long. The scaled stanford arm is about one kilometer long.
 """

@@ -27,7 +27,7 @@ def arm(tmp_path_factory):
 
 @pytest.fixture
 def q():
-    """Coordinates (N, 4) within one turn, with the elbow to the left."""
+    """Return SCARA coordinates (N, 4) within one turn, with the elbow to the left."""
     rng = np.random.default_rng(7)
     return rng.uniform([-3, 0.1, -0.5, -3], [3, 2.4, 0.5, 3], (N, 4))
 
@@ -251,7 +251,7 @@ def test_at_selects_single_pose_of_batch(arm, q):
 def windings(value, lower, upper):
     """Find all values in [lower, upper] that differ from a value by full turns.
 
-    Tries each number of turns.
+    The function tries each number of full turns from -5 to 5.
     """
     turned = value + 2 * np.pi * np.arange(-5, 6)
     return turned[(turned >= lower) & (turned <= upper)]
@@ -292,8 +292,8 @@ def test_within_limits_enumerates_all_windings(arm, q):
 
 def test_every_winding_gets_its_own_slot(arm):
     solutions = arm.ik(scara.fk([0.5, 0.7, 0.0, 0.0])).within_limits()
-    # The shoulder has a range of 13 rad. Each branch has three solution slots, and their shoulder
-    # values differ by full turns. The lowest value is first.
+    # The shoulder has a range of 13 rad. Each branch has three solution slots, whose shoulder
+    # values differ by full turns, with the lowest value first.
     assert solutions.q.shape == (6, 4)
     np.testing.assert_allclose(solutions.q[:3, 0], [0.5 - 4 * np.pi, 0.5 - 2 * np.pi, 0.5])
     np.testing.assert_array_equal(solutions.valid[:3], [False, True, True])

@@ -1,4 +1,4 @@
-"""Partial-pose tasks: their errors, Jacobian rows, and refinement near singularities.
+"""Tests errors, Jacobian rows, and refinement near singularities of partial-pose tasks.
 
 Errors and Jacobians are compared with ``bench/cases/tasks.py`` and finite differences. The tests
 compute poses as products of exponentials of the joint screws.
@@ -24,9 +24,9 @@ OFFERED = [
     ("lynxmotion", "ik_position_direction"),
     ("bricklaying_planar", "ik_planar"),
 ]
-"""All tasks that constrain only some components of a pose."""
+"""Pairs of a robot and an inverse function whose task constrains only some components of a pose."""
 SPOILT = 1e-7
-"""Difference (radian) between start coordinates and the solution."""
+"""Maximum difference (radian) between perturbed start coordinates and a solution."""
 NEAR_RIGHT_ANGLES = 51898, "ik_position_direction"
 """Random seed of an arm, and name of its inverse kinematics function. Without refinement, this
 function misses poses with joint angles near multiples of 90 degrees.
@@ -62,7 +62,7 @@ def test_task_jacobian_is_derivative_of_task_error(robot, task):
 
 
 def distance(task, T, target):
-    """Return the residuals as the generated code defines them.
+    """Return task residuals as the generated code defines them.
 
     If the task includes angles, a residual is the larger of the position distance and the chord 2
     sin(angle / 2).

@@ -1,4 +1,4 @@
-"""As-built robots with loops agree with another loop solver."""
+"""Robots with loops and as-built dimensions agree with another loop solver."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ DESIGN = read(ROBOTS / "board_installer.toml")
 
 
 def tilted(mechanism, name):
-    """Tilt the axis of a joint by 0.1 degrees out of the plane."""
+    """Return a copy of a mechanism with one joint axis tilted by 0.1 degrees out of the plane."""
     joints = tuple(
         replace(joint, before=(*joint.before, Rotation("x", sp.pi / 1800)))
         if joint.name == name
@@ -38,9 +38,9 @@ def drawn(seed):
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """Return the as-built robot and its description.
+    """Return an as-built robot and its numeric loop model.
 
-    The campaign `as_built` tests errors of one length or axis, and of all lengths and axes.
+    The test campaign `as_built` covers errors of one length or axis, and of all lengths and axes.
     """
     robot = drawn(94)
     folder = tmp_path_factory.mktemp("built")
@@ -105,7 +105,7 @@ def test_requirements_note_nominal_loop_lengths():
 def test_loops_with_tilted_joint_use_refined_nominal_inverse():
     """The solution steps for spatial loops also solve loops with a tilted joint.
 
-    Newton's method refines the nominal inverse.
+    Newton's method refines the solutions of the nominal inverse.
     """
     hybrid = solved(replace(tilted(DESIGN, "shoulder"), closure="least squares"))
     assert not hybrid.forward.open

@@ -24,7 +24,7 @@ NAMES = (
     "jacobian_mixed",
 )
 ITERATED = ("five_bar",)
-"""Mechanisms with a coordinate outside the main chain."""
+"""Names of mechanisms with a coordinate outside the main chain."""
 STEP = 1e-6
 DRAWN = {
     "five_bar": lambda: out_of_plane(on_links(five_bar()), np.random.default_rng(4)),

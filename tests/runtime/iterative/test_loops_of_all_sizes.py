@@ -1,7 +1,7 @@
 """Mechanisms of millimeter and 100 meter size behave like mechanisms of decimeter size.
 
-The tests scale all lengths of a robot. Computed angles must not change, and computed lengths must
-change by the same factor.
+The tests scale all lengths of a robot. Scaling must not change computed angles, and must multiply
+computed lengths by the same factor.
 """
 
 import re

@@ -39,8 +39,8 @@ bar_pin = -76
 upper_swing = 76
 lower_swing = 76
 """
-"""A bar on three parallel cranks forms the test mechanism. One loop equation of this mechanism is
-redundant."""
+"""Joints and rods that the tests add to a robot: a bar on three parallel cranks, with one redundant
+loop equation."""
 NAMES = ("stewart_gough", "redundant")
 
 
@@ -89,7 +89,7 @@ def coordinates(robot, n, wide=1.0, seed=0):
 def difference(function, x, step=1e-6):
     """Differentiate a function of rows x (N, n) by central differences.
 
-    The result has the shape (..., n).
+    The array of derivatives has the shape (..., n).
     """
     slopes = [(function(x + h) - function(x - h)) / (2 * step) for h in step * np.eye(x.shape[-1])]
     return np.stack(slopes, axis=-1)

@@ -192,7 +192,7 @@ def test_nearby_seed_converges_to_nearby_solution(robot):
     step = 1e-3 * np.random.default_rng(1).uniform(-1, 1, q.shape)
     found = robot.ik_numeric(robot.fk(q), q + step)
     assert found.valid.all()
-    # Only a few poses near singularities need a restart.
+    # Only a few poses near singularities need a restart of the iteration.
     assert (found.restarts == 0).mean() >= 0.95
     moved = np.abs(found.q - q).max(axis=1)
     assert np.median(moved) <= (0.01 if robot.n > 6 else 1e-6)

@@ -65,8 +65,8 @@ motor = 0
 fork = {swing}
 pivot = {rise}
 """
-"""A planar arm whose elbow is driven by a crank through a rod. The rod has a ball joint and a
-universal joint."""
+"""Robot file of a planar arm whose elbow is driven by a crank through a rod. The rod has a ball
+joint and a universal joint."""
 
 
 def drawn_arm(seed, off, wrist):
@@ -112,7 +112,7 @@ def drawn_arm(seed, off, wrist):
 
 
 def judged(robot, mechanism, reach):
-    """Assert that configurations are recovered and solutions are correct."""
+    """Assert that ``ik`` recovers random configurations, and that all its solutions are correct."""
     q = robot.reference.q + reach * np.random.default_rng(0).uniform(-1, 1, (POSES, robot.n))
     q = q[robot.loops_close(q)]
     assert len(q) > POSES / 2

@@ -34,17 +34,18 @@ from tests.support.tools import needs
 
 pytestmark = needs("gcc")
 SMALL, LARGE = "scara", "panda"
-"""The first robot compiles fast, and has vector code, branches and both joint types."""
+"""The robot SMALL compiles fast, and has vector code, branches and both joint types."""
 SHAPES = ("acceleration_mixed", "ik")
-"""Functions with several inputs and one result, and functions with branches and several results.
+"""Tested functions: one with several inputs and one result, and one with branches and several
+results.
 
-The campaign ``memory`` runs all functions.
+The test campaign ``memory`` runs all functions.
 """
 SUFFIXES = ("", "_branch", "_rows", "_batch")
 """Suffixes of the C functions that belong to one generated function."""
 UNUSED = "-Wno-unused-function"
-"""Compiler option for vector code. It turns off the warning about unused functions, because no test
-calls some functions of this code."""
+"""Compiler option that turns off the warning about unused functions, because no test calls some
+functions of the vector code."""
 FUNCTION = re.compile(r"^(?:static )?void (\w+)\(.*?^}\n", re.MULTILINE | re.DOTALL)
 
 
@@ -70,7 +71,7 @@ def part(name, functions, folder):
 def error_of(sanitizer):
     """Compile and run an empty program with the sanitizer.
 
-    Returns the error message, or None if the program runs.
+    The function returns the error message, or None if the empty program runs.
     """
     with TemporaryDirectory() as folder:
         Path(folder, "empty.c").write_text("int main(void) { return 0; }\n")
@@ -90,7 +91,7 @@ def require(sanitizer):
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """Compile a program for all instruction sets."""
+    """Return a function that compiles a test program of a robot for all instruction sets."""
 
     @cache
     def of(name, *flags, compiler=GCC):
@@ -114,7 +115,7 @@ def test_generated_code_stays_in_bounds_without_undefined_behaviour(chosen, buil
 
 @pytest.mark.parametrize("chosen", SETS)
 def test_vector_code_touches_only_its_rows(chosen, built):
-    """The data lie between protected pages, because sanitizers miss masked and streaming stores."""
+    """Protected pages surround the data, because sanitizers miss masked and streaming stores."""
     require_features(SETS[chosen])
     program, functions = built(SMALL, "-O1", compiler=COMPILER or GCC)
     assert run(program, "pages", sets=SETS[chosen]) == 2 * functions * CASES
@@ -152,7 +153,8 @@ CALLED = {
 }
 """Functions that the driver calls in each test mode for serial robots."""
 SOLVED = {"tool": 5 * 24, "link": 5 * 24, "box": 400}
-"""Cases for each mode: poses and tasks, with and without start values, and steps along a path."""
+"""Number of test cases for each mode: poses and tasks, with and without start values, and steps
+along a path."""
 
 
 def screws_for(name):

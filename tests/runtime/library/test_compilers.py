@@ -16,11 +16,11 @@ SAME = 1e-12
 """Tolerance of forward kinematics, relative to the largest entry. Results differ slightly, because
 each compiler fuses and reorders operations differently."""
 SAME_SOLUTION = 1e-7
-"""Tolerance of solutions [rad or m]; near double roots, rounding is amplified."""
+"""Tolerance of inverse solutions [rad or m], which amplify rounding errors near double roots."""
 
 SOLUTIONS_OF_GEN3 = 456
-"""Number of solutions that code compiled by gcc finds for 64 poses of the Kinova Gen3. The number
-is the same with and without vector code."""
+"""Number of solutions that gcc-compiled code finds for 64 poses of the Kinova Gen3, with and
+without vector code."""
 
 
 def configurations(robot, rng, n=N):

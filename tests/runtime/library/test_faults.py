@@ -1,6 +1,6 @@
 """Faults during compilation leave one error and no partial file.
 
-After the fault, a second call of the interrupted command succeeds.
+After a fault during compilation, a second call of the interrupted command succeeds.
 """
 
 import os

@@ -20,7 +20,7 @@ DEG, MM = np.pi / 180, 1e-3
 
 @pytest.fixture(scope="module")
 def shipped():
-    """Robots as installed, keyed by name."""
+    """Return installed robots, keyed by name."""
     names = ("well_manipulator", "panda", "ur5e", "board_installer", "delta")
     return {name: chasles.load(name) for name in names}
 
@@ -79,7 +79,7 @@ def test_well_manipulator_follows_paper_with_fixed_theta2(well, capfd):
     np.testing.assert_allclose(theta[:, 1], theta2[valid], atol=1e-10)
     np.testing.assert_allclose(theta[:, 0], theta1[valid], atol=1e-10)
     assert np.abs(theta[:, [3, 5]]).max() == 0
-    # From 27 s to 37 s, the motion is also tracked by joint rates, with the cylinder fixed.
+    # From 27 s to 37 s, `track` also follows the motion, with theta2, l_HI and l_MN fixed.
     part = (t >= 27) & (t <= 37)
     track = well.track(T[part], q[part[valid]][0], 0.1, fixed=["theta2", "l_HI", "l_MN"])
     locked = [1, 3, 5]

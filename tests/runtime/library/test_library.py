@@ -23,7 +23,7 @@ Q = np.array([0.3, -1.2])
 
 @pytest.fixture(autouse=True)
 def fast(cache, monkeypatch):
-    """Compiler flags for fast compilation."""
+    """Set compiler flags for fast compilation."""
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
 
 

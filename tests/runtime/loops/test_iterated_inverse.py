@@ -15,7 +15,7 @@ POSES, SAME = 3, 1e-8
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory):
-    """Return a robot, its oracle, and closed configurations (N, n_z)."""
+    """Return a robot, its numeric loop model, and configurations (N, n_z) with closed loops."""
     mechanism = agile_eye()
     robot = compiled(mechanism, tmp_path_factory.mktemp("agile_eye"), FUNCTIONS, ["c"])
     model = Model(mechanism)
@@ -69,7 +69,7 @@ def test_agile_eye_reaches_every_pose_with_eight_closed_slots(tmp_path):
     slots = robot.ik(model.tip(z)[0])
     assert slots.valid.sum() == 1
     assert slots.other_mode.sum() == 7
-    # The first leg is the main chain.
+    # The first leg of the Agile Eye is the main chain.
     first = apart(slots.q[:, :1], z[0, model.actuated][:1]) < SAME
     assert first.sum() == 4
     assert all(closes_at(model, z[0, model.chain], q) for q in slots.q[first])

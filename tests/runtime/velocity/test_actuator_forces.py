@@ -12,8 +12,8 @@ from chasles.errors import InputValueError, ShapeError
 STATES = 2000
 WITH_LOOPS = [name for name in chasles.robots() if chasles.load(name).loops]
 RIGHT = 1e-12
-"""Largest difference between the power of the actuator forces and the power of the wrench. The
-difference is divided by the sum of the absolute values of all power terms."""
+"""Largest difference between actuator power and wrench power, divided by the sum of the absolute
+values of all power terms."""
 
 
 @pytest.mark.parametrize("representation", ["mixed", "body", "space"])

@@ -30,7 +30,7 @@ def determinant(pose, length=1.0):
 
 
 def stretch(pose):
-    """Return the distance (..., 3) between each leg's reach and the nearest limit of the reach."""
+    """Return the difference (..., 3) between each leg's extension and its nearest limit."""
     reach = reaches(pose)
     return np.minimum(abs(reach - LONG), abs(reach - SHORT))
 

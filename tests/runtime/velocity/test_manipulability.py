@@ -18,9 +18,10 @@ def ur5e():
 
 
 def test_planar_arm_manipulability_matches_textbook_formula():
-    """The measure w = a1 a2 |sin q2| is largest at an elbow angle of 90 degrees.
+    """The manipulability w = a1 a2 |sin q2| is largest at an elbow angle of 90 degrees.
 
-    Source: Yoshikawa 1985, section 4. The link lengths are a1 and a2.
+    Source: Yoshikawa 1985, section 4. In this formula, a1 and a2 are the link lengths, and q2 is
+    the elbow angle.
     """
     scara = chasles.load("scara")
     q = inside(scara, 200)
@@ -70,7 +71,8 @@ def test_manipulability_gradient_matches_differences(name, components):
     q = inside(robot, 200)
     found = robot.manipulability_gradient(q, components=components)
     measure = robot.manipulability(q, components=components)
-    # The derivatives are high-order differences at configurations away from kinks of the measure.
+    # The expected derivatives are high-order differences at configurations away from kinks of the
+    # manipulability measure.
     away = measure.min_singular_value > 0.05
     h = 1e-3 * np.where([c.kind == "revolute" for c in robot.coordinates], 1.0, 0.1)
     for k in range(robot.n):
@@ -94,7 +96,7 @@ def test_velocity_and_force_ellipsoids_match_jacobian(ur5e):
     for components in ("linear", "angular"):
         found = ur5e.velocity_ellipsoid(q, components=components)
         assert found.axes.shape == (50, 3, 3)
-        # Unit joint rates move the tip inside the manipulability ellipsoid.
+        # Joint rates of norm 1 give tip velocities inside the manipulability ellipsoid.
         moved = np.einsum("Nij,Nj->Ni", J[:, ROWS[components]], qd)
         along = np.einsum("Nij,Ni->Nj", found.axes, moved) / found.lengths
         assert (np.linalg.norm(along, axis=-1) <= 1 + 1e-9).all()

@@ -23,7 +23,7 @@ def twists(angle, count=40):
 
 
 def exact_exp(twist):
-    """Return the matrix exponential at 30-digit precision or better."""
+    """Return the matrix exponential of a twist, computed at 40-digit precision and rounded."""
     with mpmath.workdps(40):
         v = [mpmath.mpf(float(x)) for x in twist]
         x, y, z = v[3:]

@@ -100,7 +100,10 @@ def test_velocity_page_examples_run_as_documented():
 
 
 def test_correct_joint_saturates_if_two_are_at_limits(panda):
-    """Only joint 7 must saturate. Fixing joint 1 first would give a wrong result."""
+    """Of two joints at their limits, only joint 7 must saturate.
+
+    Stopping joint 1 first would give wrong joint rates.
+    """
     q = np.array([panda.lower[0], 0.5305, 1.092, -1.9043, -2.1145, 2.7025, panda.lower[6]])
     V = np.array([0.0731, -0.0319, 0.3186, 0.1264, -0.2971, -0.0264])
     found = panda.joint_rates(q, V)

@@ -35,13 +35,13 @@ def arm():
 def lost(arm, q):
     """Return the left singular vector of the body Jacobian for the smallest singular value.
 
-    At a singularity, the arm cannot perform this tool twist.
+    At a singularity, the arm cannot perform the tool twist that this singular vector describes.
     """
     return np.linalg.svd(arm.jacobian_body(q))[0][:, -1]
 
 
 def through(arm, q, twist, m=STEPS + 1):
-    """Return a screw motion through the pose of q, and its start configuration."""
+    """Return poses of a screw motion through the pose of q, and a start configuration."""
     poses = arm.fk(q) @ se3.exp(np.linspace(-1, 1, m)[:, None] * twist)
     return poses, arm.ik(poses[0]).within_limits().nearest(q)
 
@@ -153,7 +153,10 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
 
 
 def costs(robot, q, target, rate, dt, length):
-    """Return the pose error after a step, and the smallest error that SciPy finds."""
+    """Return the cost of a tracking step, and the smallest cost that SciPy finds.
+
+    The third result is the number of joints at their rate limits.
+    """
     T, J = robot.fk_jacobian_mixed(q)
     track = robot.track([T, target], q, dt, rate_limits=rate, characteristic_length=length)
     assert_sound(robot, track, dt, rate)

@@ -19,7 +19,7 @@ def test_tracking_page_examples_print_documented_output(capsys):
 
 
 def kept(text):
-    """Return the words of a summary.
+    """Return the words of a tracking summary that do not depend on the machine.
 
     Numbers and the text after "Held" depend on the machine and are left out.
     """
