@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from chasles.contract import requires
 
 _COLORS = "cividis"
-"""Color map that is safe for color-blind readers and in print."""
+"""Color map that remains distinguishable in print and for color-blind readers."""
 _EMPTY = "#ffffff00"
 _COLOR_BLIND = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#000000")
 """Colors that color-blind readers (Okabe and Ito, 2008) can distinguish, also in print."""
 _STYLES = ("-", "--", ":")
-# Figures are 4.2 inches wide, and views are stacked.
+# Workspace figures are 4.2 inches wide, with their views stacked vertically.
 
 
 def plot_workspace(found: Any, ax: Any = None) -> Any:
-    """Plot the fraction of configurations in each column of cells along the view direction."""
+    """Plot the fraction of configurations in each column of grid cells along the view direction."""
     thin = int(np.argmin(found.grid.shape))
     if ax is not None:
         _view(found, thin, ax)
@@ -49,7 +49,10 @@ def _view(found: Any, normal: int, ax: Any, most: float | None = None) -> Any:
 
 
 def _image(ax: Any, grid: Any, normal: int, values: Any, **style: Any) -> Any:
-    """Draw the cells of a grid as an image in the view along an axis. Masked cells stay empty."""
+    """Draw the cells of a grid as an image, seen along an axis.
+
+    Masked cells stay empty.
+    """
     with requires("chasles[study]"):
         from matplotlib import colormaps  # noqa: PLC0415
 
@@ -77,7 +80,10 @@ def _shares(hits: NDArray[np.uint64]) -> Any:
 
 
 def plot_trajectory(found: Any, ax: Any = None) -> Any:
-    """Plot coordinates, rates and accelerations over time, [rad] and [m] on the same axes."""
+    """Plot coordinates, rates and accelerations over time.
+
+    Values in [rad] and in [m] share the same axes.
+    """
     with requires("chasles[study]"):
         import matplotlib.pyplot as plt  # noqa: PLC0415
 
@@ -105,7 +111,7 @@ def plot_trajectory(found: Any, ax: Any = None) -> Any:
 def plot_success(found: Any, ax: Any = None) -> Any:
     """Plot success rates against the number of samples, with one line per maximum step.
 
-    Error bars show the 95 % intervals.
+    Error bars show the 95 % confidence intervals of the success rates.
     """
     axes = _axes(ax, (4.4, 3.2))
     for k, step in enumerate(sorted({row.max_step for row in found.rows})):
@@ -130,7 +136,7 @@ def plot_success(found: Any, ax: Any = None) -> Any:
 
 
 def plot_plan(found: Any, ax: Any = None) -> Any:
-    """Plot the coordinates of a path, or the path itself for two coordinates."""
+    """Plot the coordinates along a path, or the path in the plane if it has two coordinates."""
     axes = _axes(ax, (4.4, 3.2))
     fractions = np.linspace(0, 1, 200)
     points = found.at(fractions)
@@ -147,7 +153,7 @@ def plot_plan(found: Any, ax: Any = None) -> Any:
 
 
 def plot_roadmap(found: Any, ax: Any = None) -> Any:
-    """Plot the points and the edges of a roadmap in its first two coordinates."""
+    """Plot the points and edges of a roadmap, projected onto its first two coordinates."""
     axes = _axes(ax, (4.4, 3.6))
     gaps = np.full((len(found.edges), 1, 2), np.nan)
     lines = np.concatenate([found.q[found.edges][..., :2], gaps], axis=1).reshape(-1, 2)
@@ -161,7 +167,7 @@ def plot_roadmap(found: Any, ax: Any = None) -> Any:
 
 
 def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
-    """Plot a planar region, its border, the circles of the legs, and singular positions."""
+    """Plot the border of a planar region, the limit circles of each leg, and singular positions."""
     with requires("chasles[study]"):
         from matplotlib.patches import Circle  # noqa: PLC0415
 
@@ -202,11 +208,11 @@ def plot_singularities(found: Any, ax: Any = None) -> Any:
 def plot_section(found: Any, ax: Any = None) -> Any:
     """Plot the boundary of a workspace section.
 
-    Distances on the far side of the first axis are negative.
+    In a section through the first joint axis, distances on the far side of this axis are negative.
     """
     axes = _axes(ax, (4.2, 4.2))
     curves = [arc.points() for arc in found.section.arcs]
-    if found.offset:  # The section plane does not contain the axis.
+    if found.offset:  # The section plane does not contain the first joint axis.
         curves = found.meridian.curves()
     for curve in curves:
         axes.plot(*curve.T, color=_COLOR_BLIND[0], linewidth=1.4)
@@ -237,9 +243,10 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
 
 
 def plot_reach(found: Any, ax: Any = None) -> Any:
-    """Plot the fraction of reached orientations, and how many poses each limit excludes.
+    """Plot the fraction of reached orientations, and the number of poses that each limit excludes.
 
-    Each view shows the mean of this fraction over the reached cells along the view direction.
+    Each view shows the mean fraction of reached orientations over the reached grid cells along the
+    view direction.
     """
     with requires("chasles[study]"):
         import matplotlib.pyplot as plt  # noqa: PLC0415
@@ -263,7 +270,7 @@ def plot_reach(found: Any, ax: Any = None) -> Any:
 
 
 def plot_orientations(found: Any, ax: Any = None) -> Any:
-    """Plot the fraction of angles that are possible in each cell of a plane."""
+    """Plot the fraction of tool angles that a planar platform reaches in each grid cell."""
     axes = _axes(ax, (4.2, 3.6))
     possible = np.ma.masked_equal(100 * found.fraction, 0)
     image = _image(axes, found.grid, 2, possible, vmin=0, vmax=100)
@@ -272,7 +279,7 @@ def plot_orientations(found: Any, ax: Any = None) -> Any:
 
 
 def plot_total(found: Any, ax: Any = None) -> Any:
-    """Plot the border of the region in which every angle of a range is possible."""
+    """Plot the border of the region in which a planar platform reaches every angle of a range."""
     axes = _axes(ax, (4.2, 4.2))
     for arc in found.total.arcs:
         axes.plot(*arc.points().T, color=_COLOR_BLIND[0], linewidth=1.6)
@@ -282,7 +289,7 @@ def plot_total(found: Any, ax: Any = None) -> Any:
 
 
 def _axes(ax: Any, size: tuple[float, float]) -> Any:
-    """Return the passed axes, or the axes of a new figure with a size [inch]."""
+    """Return the passed matplotlib axes, or the axes of a new figure with a size [inch]."""
     with requires("chasles[study]"):
         import matplotlib.pyplot as plt  # noqa: PLC0415
 
@@ -290,7 +297,7 @@ def _axes(ax: Any, size: tuple[float, float]) -> Any:
 
 
 def _plane(axes: Any, x: str = "x [m]", y: str = "y [m]") -> Any:
-    """Label the axes of a plane, with the same scale in both directions."""
+    """Label the axes of a plane plot, and set the same scale in both directions."""
     axes.set_aspect("equal")
     axes.set_xlabel(x)
     axes.set_ylabel(y)

@@ -1,7 +1,7 @@
 r"""Prints the list of works that an article cites.
 
-Fragments cite works by author and year, so that they fit into any article. The list contains the
-works that the other fragments cite.
+LaTeX fragments cite works by author and year, so that the fragments fit into any article. The list
+of works contains those that the other fragments cite.
 """
 
 from collections.abc import Iterable, Mapping
@@ -71,7 +71,7 @@ WORKS: Mapping[str, str] = {
         r" 1996."
     ),
 }
-"""The cited works, keyed by citation text, in the order of the list."""
+"""Entries of the list of references in printed order, keyed by the text that cites the work."""
 _LAYOUT = (
     r"\setlength{\leftmargin}{1.5em}\setlength{\itemindent}{-1.5em}"
     r"\setlength{\itemsep}{0pt}\setlength{\parsep}{1pt}"
@@ -81,7 +81,7 @@ _UNBROKEN = r"\samepage\small"
 
 
 def references(fragments: Iterable[str]) -> str:
-    """Return the list of cited publications, or an empty text."""
+    """Return the list of publications that the fragments cite, or an empty text."""
     text = "\n".join(fragments)
     cited = [entry for words, entry in WORKS.items() if words in text]
     if not cited:

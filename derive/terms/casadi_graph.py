@@ -1,8 +1,8 @@
 """Converts SymPy terms of a derivation to a CasADi graph.
 
-Supported are +, *, integer and half powers, sin, cos, tan, atan, atan2, Abs, sign, Min, Max, and
-Piecewise with comparisons. Parameters are replaced by default values. Exact numbers are evaluated
-with 40 digits and then rounded once to floats.
+The conversion supports +, *, integer and half powers, sin, cos, tan, atan, atan2, Abs, sign, Min,
+Max, and Piecewise with comparisons. Parameters are replaced by their default values. Exact numbers
+are evaluated with 40 digits and then rounded once to floats.
 """
 
 import operator
@@ -33,12 +33,12 @@ class LoweringError(DescriptionError):
 def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Function]:
     """Convert functions to CasADi.
 
-    The CasADi functions have the names ``<prefix>_<name>``. Outputs are dense and row-major.
+    The CasADi functions have the names ``<prefix>_<name>`` and dense, row-major outputs.
 
-    The outputs of calls become additional inputs.
+    The outputs of solver calls become additional inputs of the CasADi function.
 
-    A function with branch signs becomes a function ``<prefix>_<name>_branch`` that computes a
-    single branch. The last input ``choice`` of this function contains the signs.
+    A function with branch signs becomes ``<prefix>_<name>_branch``, which computes a single branch
+    and whose last input ``choice`` contains the signs.
 
     Args:
         functions: The functions to convert. A term that occurs in several functions without branch
@@ -58,9 +58,10 @@ def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Functio
 
 
 def values_at(function: ca.Function, arguments: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the results (m, k) of a one-argument function at m arguments (m, n).
+    """Return the outputs (m, k) of a CasADi function with one input at m input vectors (m, n).
 
-    CasADi reads and writes the arrays directly, which is ten times faster than its own matrices.
+    CasADi reads and writes the NumPy arrays directly, which is ten times faster than the use of
+    CasADi matrices.
     """
     arguments = np.ascontiguousarray(arguments)
     results = np.empty((len(arguments), function.numel_out(0)))
@@ -77,7 +78,7 @@ def combined(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
     """Join functions with one output each to a single CasADi function, for optimal control.
 
     The joined function has the arguments of all functions. Each output has the name of its
-    function, such as ``fk``. Dimensions after the first are flattened.
+    function, such as ``fk``. All dimensions of an output after the first are flattened.
     """
     visitor = _Visitor(functions[0].terms)
     arguments = {argument.name: argument for f in functions for argument in f.arguments}
@@ -205,7 +206,10 @@ class _Visitor:
         return reduce(operator.mul, signs) * self._angle(sp.Mul(*rest), x)
 
     def _choice(self, expression: sp.Piecewise) -> ca.SX:
-        """Return the value of the first true condition; a NaN in other values has no effect."""
+        """Return the value of the first true condition.
+
+        A NaN in the other values has no effect.
+        """
         *cases, (value, last) = expression.args
         if last != sp.true:
             raise LoweringError(f"no value if no condition is true: {expression}")

@@ -62,7 +62,7 @@ def _between_0_and_1(number: int, phase: int) -> sp.Expr:
 
 
 def coordinates_in(terms: Terms, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
-    """Return the coordinates that occur in expressions and in their terms, sorted by name."""
+    """Return the coordinates in expressions and in their terms' definitions, sorted by name."""
     meanings = [terms.definitions[symbol] for symbol in terms.needed(entries)]
     used = {symbol for e in (*entries, *meanings) for symbol in e.free_symbols}
     found = {s for s in used if s not in terms.definitions and not terms.is_constant(s)}
@@ -76,5 +76,5 @@ def vanishes(terms: Terms, value: sp.Expr) -> bool:
         generic = GenericPoint(terms, [*coordinates_in(terms, [value]), *terms.parameters])
         return bool(abs(generic.value(value)) < ZERO_COMPONENT)
 
-    # Cached, because all branches of loops test the same lengths.
+    # The answer is cached, because all branches of loops test the same lengths.
     return terms.memoize(("vanishes", value), is_zero)

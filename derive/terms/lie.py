@@ -43,7 +43,9 @@ Matrix: TypeAlias = ImmutableDenseMatrix
 
 
 def hat_so3(omega: Matrix) -> Matrix:
-    """Return the skew-symmetric matrix of a vector: `hat_so3(a) b` is the cross product a x b.
+    """Return the skew-symmetric matrix of a vector.
+
+    `hat_so3(a) b` is the cross product a x b.
 
     Args:
         omega: (3, 1) vector.
@@ -52,7 +54,7 @@ def hat_so3(omega: Matrix) -> Matrix:
         (3, 3) element of so(3), in the frame and unit of `omega`.
 
     Raises:
-        ValueError: The shape is not (3, 1).
+        ValueError: The shape of `omega` is not (3, 1).
 
     Source: Murray, Li and Sastry, chapter 2, section 2.
     """
@@ -73,14 +75,14 @@ def swap_twist_order(twists: Matrix) -> Matrix:
         (6, n) matrix with the upper and lower three rows exchanged.
 
     Raises:
-        ValueError: The number of rows is not six.
+        ValueError: The number of rows of `twists` is not six.
     """
     twists = checked(twists, (6, twists.cols), "twists")
     return twist(twists[3:, :], twists[:3, :])
 
 
 def pose(R: Matrix, p: Matrix) -> Matrix:
-    """Pose [[R, p], [0, 1]] of a rotation and a translation.
+    """Return the pose [[R, p], [0, 1]] of a rotation and a translation.
 
     Args:
         R: (3, 3) rotation of frame b in frame a.
@@ -90,13 +92,13 @@ def pose(R: Matrix, p: Matrix) -> Matrix:
         (4, 4) pose `T_a_b`.
 
     Raises:
-        ValueError: A shape is wrong.
+        ValueError: The shape of `R` or `p` is wrong.
     """
     return stack(checked(R, (3, 3), "R"), checked(p, (3, 1), "p"), 1)
 
 
 def rotation(T: Matrix) -> Matrix:
-    """Rotation of a pose.
+    """Return the rotation of a pose.
 
     Args:
         T: (4, 4) pose `T_a_b`.
@@ -126,7 +128,7 @@ def translation(T: Matrix) -> Matrix:
 
 
 def inverse_se3(T: Matrix) -> Matrix:
-    """Inverse [[R', -R' p], [0, 1]] of a pose: `inverse_se3(T_a_b) = T_b_a`.
+    """Return the inverse [[R', -R' p], [0, 1]] of a pose, with `inverse_se3(T_a_b) = T_b_a`.
 
     Args:
         T: (4, 4) pose `T_a_b`.
@@ -147,7 +149,7 @@ def adjoint(T: Matrix) -> Matrix:
     """Return the adjoint Ad = [[R, hat(p) R], [0, R]] from twists of frame b to frame a.
 
     `T hat(x) T^-1 = hat(Ad x)`, and the adjoint of a product of poses is the product of the
-    adjoints. The inverse is `adjoint(inverse_se3(T))`.
+    adjoints. The inverse of the adjoint matrix is `adjoint(inverse_se3(T))`.
 
     Args:
         T: (4, 4) pose `T_a_b`.
@@ -178,7 +180,8 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
         (6, 1) twist (v, omega) of unit speed, in the frame of `direction`.
 
     Raises:
-        ValueError: A shape is wrong, or the length of a numerical `direction` is not 1.
+        ValueError: The shape of `direction` or `point` is wrong, or the length of a numerical
+            `direction` is not 1.
 
     Source: Murray, Li and Sastry, chapter 2, section 3.
     """
@@ -207,7 +210,7 @@ def norm(a: Matrix) -> Expr:
 
 
 def is_zero(e: Expr) -> bool:
-    """Whether a number is exactly zero; False for symbols if SymPy cannot decide."""
+    """Whether an expression is exactly zero, or False for symbols if SymPy cannot decide."""
     if e.is_zero is not None:
         return bool(e.is_zero)
     if not e.is_number:
@@ -232,7 +235,7 @@ def require_unit(a: Matrix, name: str) -> None:
 def checked(M: Matrix, shape: tuple[int, int], name: str) -> Matrix:
     """Return M as an immutable matrix of a given shape.
 
-    If one number is a Float, all become Floats.
+    If one number of M is a Float, all numbers of M become Floats.
     """
     if M.shape != shape:
         msg = f"{name} has shape {M.shape}: expected {shape}"

@@ -1,4 +1,4 @@
-"""The role of a function, with labels of its branches."""
+"""The roles of functions, and the labels of their solution branches."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,5 +35,5 @@ def branch_label(choices: Sequence[tuple[str, str]]) -> str:
 
 
 def side_of(sign: int) -> str:
-    """Return "+" or "-", the default name of the side with the given sign."""
+    """Return "+" or "-" as the default name of the branch with the given sign."""
     return "+" if sign > 0 else "-"

@@ -30,9 +30,9 @@ class Argument:
 class Result:
     """An output with its entries (row-major), shape, unit and meaning.
 
-    If the function has branches, the entries describe a single branch. The values of the sign
-    symbols select this branch. For a function with branches, the first dimension of the shape is
-    the number of branches.
+    If the function has solution branches, the entries describe the single branch that the values of
+    the sign symbols select. For a function with branches, the first dimension of the shape is the
+    number of branches.
     """
 
     name: str
@@ -55,9 +55,9 @@ class Signature:
         name: The name of the function without the prefix of the robot.
         summary: One line that states what the function computes.
         identity: One line with the identity that the function satisfies.
-        inputs: The arguments in order.
+        inputs: The input arguments in order.
         outputs: The symbolic expressions that the function returns, in order.
-        role: Machine-readable description of the result for the runtime.
+        role: Machine-readable description of what the function returns, for the runtime.
     """
 
     name: str
@@ -72,8 +72,8 @@ class Signature:
 class Tables:
     """Numerical data of a robot for a handwritten solver.
 
-    If the solver reads a C structure, the fields have the order of this structure. Arrays are
-    nested tuples.
+    If the solver reads these data as a C structure, the Python fields have the order of this
+    structure. Arrays are nested tuples.
     """
 
 
@@ -87,8 +87,8 @@ class NativeSolverFunction(Signature):
         tables: Numerical data of the robot that the solver reads.
         calls: Names of the functions that the solver calls, in the order that the solver expects.
         branches: Number of solutions that fit into the output.
-        operations: Approximate number of operations. The runtime uses this number to divide a batch
-            among threads.
+        operations: Approximate number of operations of the function, which the runtime uses to
+            divide a batch among threads.
         margin: Name of the function that states why a result is NaN, or an empty string.
         steps: Names of the loops, one per margin, if the function returns margins.
     """
@@ -129,13 +129,14 @@ class SymbolicFunction(Signature):
 
     Attributes:
         terms: The definitions of all symbols in the result entries.
-        margin: Name of the function that returns the distance of the loops from dead points. The
-            name is empty for a robot without loops.
+        margin: Name of the function that returns the distance of the loops from dead points, or an
+            empty string for a robot without loops.
         steps: Names of the loops, one per margin, if the function returns margins.
-        signs: Symbols with the value 1 or -1. Each sign symbol selects one of two branches. In
-            branch b, the i-th of n signs is -1 if bit n - 1 - i of b is 1, otherwise the sign is 1.
-            The first sign varies slowest.
-        calls: Solver calls that run before the statements, in the order of execution.
+        signs: Symbols with the value 1 or -1, each of which selects one of two solution branches.
+            In branch b, the i-th of n signs is -1 if bit n - 1 - i of b is 1, otherwise the sign is
+            1. From branch to branch, the first sign varies slowest.
+        calls: Calls of iterative solvers that run before the other statements of the function, in
+            the order of execution.
     """
 
     terms: Terms
@@ -150,7 +151,7 @@ class SymbolicFunction(Signature):
 
     @property
     def arguments(self) -> tuple[Argument, ...]:
-        """The arguments of the statements: the inputs, then the outputs of calls."""
+        """Arguments of the statements, first the inputs and then the outputs of solver calls."""
         return (*self.inputs, *(output for call in self.calls for output in call.outputs))
 
     @property
@@ -159,7 +160,7 @@ class SymbolicFunction(Signature):
         return int(2 ** len(self.signs))
 
     def definitions(self) -> list[tuple[sp.Symbol, sp.Expr]]:
-        """Return the shared terms of the outputs.
+        """Return the shared terms in the outputs, with their definitions.
 
         Each term follows the terms on which its definition depends.
         """

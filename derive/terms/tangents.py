@@ -1,9 +1,9 @@
 """Time derivatives of named terms.
 
-A ``Tangent`` applies the chain rule to one named term at a time. For a solved angle of a loop,
-the equation of the loop is differentiated. The differentiated equation is linear in the rate of the
-angle (implicit function theorem). The cosine and sine of a solved angle are differentiated
-directly.
+A ``Tangent`` applies the chain rule to one named term at a time. The rate of a solved loop angle
+follows from the differentiated loop equation, which is linear in this rate (implicit function
+theorem). The cosine and sine of a solved angle are differentiated directly with respect to the
+angle.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -57,8 +57,9 @@ class Tangent:
             self._solving.remove(symbol)
             return rate
         angle, derivative = self.terms.turning.get(symbol, (ZERO, ZERO))
-        # The angle of this cosine or sine may be an unknown whose rate is still being computed. The
-        # angle may also depend on a solution that is not in `loops`.
+        # If the rate of the angle is still being computed, differentiate the definition of the
+        # cosine or sine instead. The same applies if the angle depends on a solved angle that is
+        # not in `loops`.
         parts = angle.free_symbols
         is_known = parts & self.terms.solved.keys() <= self.loops.keys()
         if angle != 0 and is_known and self._solving.isdisjoint(parts):
@@ -78,10 +79,10 @@ def derivative_columns(
 
     Args:
         terms: Table of named terms.
-        expressions: The expressions in a column.
+        expressions: The expressions whose derivatives form one column.
         symbols: The coordinates.
-        loops: For each solved loop angle, a function that computes its rate from the differentiated
-            loop equation.
+        loops: For each solved loop angle, a function that computes the angle's rate from the
+            differentiated loop equation.
         factor: Multiplies every derivative.
     """
     rate = sp.Integer(factor)

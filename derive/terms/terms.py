@@ -24,7 +24,7 @@ Result = TypeVar("Result")
 
 
 class Terms:
-    """The terms and constants of a derivation, each after the terms in its definition.
+    """The named terms and constants of a derivation, each after the terms in its definition.
 
     Attributes:
         parameters: The exact default value of every parameter.
@@ -82,15 +82,15 @@ class Terms:
             return -self.let(-expression)
         if not any(negative):
             return self._name(expression)
-        # The negated sum may already have a name that can be reused. Only sums with both positive
-        # and negative summands are looked up. SymPy takes long to negate a sum.
+        # The negated sum may already have a name that can be reused. Because SymPy takes long to
+        # negate a sum, only sums with both positive and negative summands are looked up.
         opposite = self._mixed.get(frozenset((-factor, rest) for factor, rest in parts))
         if opposite is not None:
             return -opposite
         return self._mixed.setdefault(frozenset(parts), self._name(expression))
 
     def partial(self, expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-        """Return the derivative with respect to a symbol.
+        """Return the partial derivative of an expression with respect to a symbol.
 
         Other named terms count as constants.
         """
@@ -103,8 +103,7 @@ class Terms:
         """Store a result that is needed repeatedly, such as a pose.
 
         Args:
-            key: The key of the stored result. The key contains all values that determine the
-                result.
+            key: Key of the stored result, which contains all values that determine this result.
             made: Computes the result.
         """
         if key not in self._made:
@@ -115,7 +114,8 @@ class Terms:
         """Return the value of an expression with 40 digits. Parameters have their default values.
 
         Raises:
-            NoValue: The value is not finite or not real, or the expression contains coordinates.
+            NoValue: The value of the expression is not finite or not real, or the expression
+                contains coordinates.
         """
         known = self._decimals.get(expression)
         if known is None:
@@ -199,7 +199,7 @@ class Terms:
         return expression
 
     def addends(self, expression: sp.Expr) -> int:
-        """Return an upper bound of the number of terms after full expansion, at most 10000."""
+        """Return an upper bound of the terms of a fully expanded expression, at most 10000."""
         return self._counted(expression, addends, self._addends)
 
     def size(self, expression: sp.Expr) -> int:
@@ -210,11 +210,11 @@ class Terms:
         return self._counted(expression, size, self._sizes)
 
     def constants_in(self, expression: sp.Expr) -> list[sp.Symbol]:
-        """Return the constants of an expression, in the order of their definition."""
+        """Return all constants on which an expression depends, in order of their definition."""
         return self._below(self.constants, [expression])
 
     def needed(self, expressions: Iterable[sp.Expr]) -> list[sp.Symbol]:
-        """Return the terms of expressions, in the order of their definition."""
+        """Return all terms on which expressions depend, in order of their definition."""
         return self._below(self.definitions, expressions)
 
     def _counted(
@@ -262,8 +262,8 @@ class Terms:
 
     def _register(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
         for value, derivative in ((c, -s), (s, c)):
-            # If a link has length 1, the cosine of an angle may equal a coordinate. The rate of a
-            # coordinate is an input.
+            # If a link has length 1, the cosine of an angle may equal a coordinate, whose rate is
+            # an input.
             if value in self.definitions:
                 self.turning.setdefault(value, (angle, derivative))
             elif -value in self.definitions:
@@ -311,7 +311,7 @@ class Terms:
 
 
 def derivative(expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-    """Return a derivative. This function is faster than SymPy for sums and products."""
+    """Return the derivative of an expression, faster than SymPy for sums and products."""
     return sp.Add(*(_of_product(addend, symbol) for addend in sp.Add.make_args(expression)))
 
 

@@ -11,7 +11,7 @@ from .terms import Terms
 
 Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
 Basis = tuple[Vector, Vector, Vector]
-"""Three column vectors: the axes of a frame in another frame."""
+"""The three axes of a frame, as column vectors in another frame."""
 
 ZERO, ONE = sp.Integer(0), sp.Integer(1)
 ORIGIN: Vector = (ZERO, ZERO, ZERO)
@@ -25,13 +25,13 @@ def named(terms: Terms, components: Iterable[sp.Expr]) -> Vector:
 
 
 def turned_about_z(terms: Terms, basis: Basis, c: sp.Expr, s: sp.Expr) -> Basis:
-    """Return ``R Rz(angle)`` for an angle with cosine c and sine s."""
+    """Return a frame rotated about its own z axis by an angle with cosine c and sine s."""
     x, y, z = basis
     return combination(terms, (c, s), (x, y)), combination(terms, (c, -s), (y, x)), z
 
 
 def turned_about_x(terms: Terms, basis: Basis, c: sp.Expr, s: sp.Expr) -> Basis:
-    """Return ``R Rx(angle)`` for an angle with cosine c and sine s."""
+    """Return a frame rotated about its own x axis by an angle with cosine c and sine s."""
     x, y, z = basis
     return x, combination(terms, (c, s), (y, z)), combination(terms, (c, -s), (z, y))
 
@@ -61,13 +61,13 @@ def cross(terms: Terms, a: Vector, b: Vector) -> Vector:
 
 
 def rotated_z(terms: Terms, vector: Vector, c: sp.Expr, s: sp.Expr) -> Vector:
-    """Return ``Rz(angle) v`` for an angle with cosine c and sine s."""
+    """Return a vector rotated about the z axis by an angle with cosine c and sine s."""
     x, y, z = vector
     return terms.let(_products((c, -s), (x, y))), terms.let(_products((s, c), (x, y))), z
 
 
 def rotated_x(terms: Terms, vector: Vector, c: sp.Expr, s: sp.Expr) -> Vector:
-    """Return ``Rx(angle) v`` for an angle with cosine c and sine s."""
+    """Return a vector rotated about the x axis by an angle with cosine c and sine s."""
     x, y, z = vector
     return x, terms.let(_products((c, -s), (y, z))), terms.let(_products((s, c), (y, z)))
 

@@ -106,7 +106,7 @@ class TimeScaling:
         return value
 
     def _at_ends(self, order: int) -> tuple[FloatArray, FloatArray]:
-        """Return the values of a derivative just before each break, and just after each break."""
+        """Return the values of a derivative just before and just after each of the `breaks`."""
         rows = _derived(self.coefficients, order)
         widths = np.diff(self.breaks)
         last = np.array([polynomial.polyval(w, row) for w, row in zip(widths, rows, strict=True)])
@@ -134,20 +134,20 @@ def time_scaling(
     Args:
         profile: "constant" for a constant rate. "cubic" or "quintic" for one polynomial of this
             degree, from rest to rest. "trapezoidal" for constant acceleration, constant rate and
-            constant deceleration. "s_curve" for the same with limited jerk.
+            constant deceleration. "s_curve" for acceleration, constant rate and deceleration with
+            limited jerk.
         length: Total path length, at least 0, in the unit u of the path, for example m.
-        duration: The duration [s]. None means the shortest duration within the limits. With a
-            duration, "trapezoidal" and "s_curve" need no limits; the three phases then take equal
-            times.
+        duration: The duration [s]. None means the shortest duration within the limits. If
+            `duration` is passed, "trapezoidal" and "s_curve" need no limits. Without limits, their
+            phases of acceleration, constant rate and deceleration take equal times.
         speed: The maximum rate [u/s].
-        acceleration: The maximum acceleration [u/s^2]. "constant" ignores it.
-        jerk: The maximum jerk [u/s^3]. Only "quintic" and "s_curve" use it.
+        acceleration: The maximum acceleration [u/s^2], which the profile "constant" ignores.
+        jerk: The maximum jerk [u/s^3], which only the profiles "quintic" and "s_curve" use.
 
     Raises:
         InputValueError: `duration` is None, and a limit that the profile needs is infinite.
-            `duration` is too short for the limits or for a single limit, or `profile` is unknown.
-            `length` is negative, or `duration` or a limit is not above 0. `length` is 0, and
-            `duration` is None.
+            `duration` is too short for the limits, or `profile` is unknown. `length` is negative,
+            or `duration` or a limit is not above 0. `length` is 0, and `duration` is None.
     """
     if profile not in get_args(Profile):
         raise InputValueError(
@@ -191,7 +191,7 @@ def time_scaling(
 
 
 def _by_time(profile: Profile, length: float, duration: float) -> dict[str, float]:
-    """Return limits with which accelerating, cruising and braking take equally long."""
+    """Return limits with which acceleration, constant rate and deceleration take equal times."""
     speed = length / duration * 3 / 2
     acceleration = speed / (duration / 3)
     if profile == "trapezoidal":
@@ -215,14 +215,15 @@ def _in_time(found: TimeScaling, duration: float | None) -> TimeScaling:
 
 
 _PEAKS = {"constant": (1.0,), "cubic": (1.5, 6.0), "quintic": (1.875, 10 / math.sqrt(3), 60.0)}
-"""Maximum rate, acceleration and jerk for unit length and unit duration. Infinite maxima are
-omitted."""
+"""Maximum rate, acceleration and jerk of each profile for unit length and unit duration, without
+infinite maxima."""
 _POWERS: dict[str, tuple[float, ...]] = {
     "constant": (0, 1),
     "cubic": (0, 0, 3, -2),
     "quintic": (0, 0, 0, 10, -15, 6),
 }
-"""Polynomial coefficients of s(t), in ascending order, for unit length and unit duration."""
+"""Coefficients of the path length s(t) of each profile, from the lowest power of t, for unit length
+and unit duration."""
 
 
 def _single(

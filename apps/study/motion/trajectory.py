@@ -25,10 +25,10 @@ FloatArray = NDArray[np.float64]
 _STEP = 0.05
 """Default time step between table rows [s]."""
 _SHOWN = 40
-"""Maximum number of characters of a cell that an error message shows."""
+"""Maximum number of characters of a table cell that an error message shows."""
 _NUMBERS = ("t", "q", "qd", "qdd")
 _TIME = ("t [s]", "t", "time [s]", "time")
-"""Supported names of the time column."""
+"""Supported names of the time column in a .csv file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class Trajectory(StudyResult):
         T: (m, 4, 4) tool poses in the base frame, with positions in [m].
         V: (m, 6) velocity of the tool origin [m/s] and angular velocity of the tool [rad/s], in the
             axes of the base frame.
-        stage: (m,) index of the stage in a sequence, or 0 for a single motion.
+        stage: (m,) index of each sample's stage in a sequence of motions, or 0 for a single motion.
     """
 
     robot: str
@@ -73,14 +73,18 @@ class Trajectory(StudyResult):
     def q_at(self, t: ArrayLike) -> FloatArray:
         """Return coordinates (..., n) at times t (...) [s], by linear interpolation.
 
-        Times before the start give the first sample, and times after the end give the last sample.
+        Times before the start of the trajectory give its first sample, and times after its end give
+        its last sample.
         """
         times = real("Trajectory.q_at: t", t)
         columns = [np.interp(times, self.t, column) for column in self.q.T]
         return np.asarray(np.stack(columns, axis=-1))
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write one row per sample: time, coordinates, rates, accelerations, tool position."""
+        """Write a table with one row per sample.
+
+        The columns contain times, coordinates, rates, accelerations and tool positions.
+        """
         names = self.coordinate_names
         head = [_TIME[0], *names, *_rates(names), *_accelerations(names), "x [m]", "y [m]", "z [m]"]
         rows = np.column_stack([self.t, self.q, self.qd, self.qdd, self.T[:, :3, 3]])
@@ -106,11 +110,10 @@ class Trajectory(StudyResult):
         Args:
             path: A .npz file that `to_npz` wrote, a .npz file with arrays `t (m,)` and `q (m, n)`,
                 or a .csv file with a header. The .csv columns are the coordinate names [rad or m],
-                and optionally "t [s]", "NAME rate" and "NAME acceleration". All other columns of
-                the table are ignored. If the file contains no times, the time step is 0.05 s.
+                and optionally "t [s]", "NAME rate" and "NAME acceleration". All other columns of a
+                .csv file are ignored. If the file contains no times, the time step is 0.05 s.
                 Missing rates and accelerations are computed by finite differences.
-            robot: The robot of the trajectory. The robot is required unless `to_npz` wrote the
-                file.
+            robot: The robot of the trajectory, required unless `to_npz` wrote the file.
 
         Raises:
             InputValueError: The file cannot be read or belongs to a different robot, a column is
@@ -132,7 +135,7 @@ class Trajectory(StudyResult):
 
     @classmethod
     def _of(cls, path: Any, robot: Robot, arrays: dict[str, Any]) -> Self:
-        """Return the trajectory of a robot from arrays t, q and optional qd, qdd."""
+        """Return the trajectory of a robot from the arrays t and q, and optionally qd and qdd."""
         if "t" not in arrays or "q" not in arrays:
             raise InputValueError(f"{path}: expected arrays t and q, got {', '.join(arrays)}")
         arrays = {name: _real(path, name, arrays[name]) for name in _NUMBERS if name in arrays}
@@ -204,14 +207,14 @@ def _accelerations(names: Sequence[str]) -> list[str]:
 
 
 def _real(path: Any, name: str, values: Any) -> FloatArray:
-    """Return an array of the file as float64."""
+    """Return an array of a trajectory file as float64."""
     if values.dtype.kind not in "iuf":
         raise InputValueError(f"{path}: expected real numbers in array {name}, got {values.dtype}")
     return np.asarray(values, dtype=np.float64)
 
 
 def _slopes(t: FloatArray, values: FloatArray) -> FloatArray:
-    """Return derivatives (m, n) by differences, or 0 for a single sample."""
+    """Return time derivatives (m, n) from finite differences, or zeros for a single sample."""
     if len(t) == 1:
         return np.zeros(values.shape)
     return np.asarray(np.gradient(values, t, axis=0))
@@ -227,7 +230,7 @@ def _require_robot(path: Any, made: Trajectory, robot: Robot | None) -> None:
 
 
 def _table(path: Path, robot: Robot) -> dict[str, Any]:
-    """Return the arrays t and q of a table, with optional arrays qd and qdd."""
+    """Return the arrays t and q of a .csv file, and qd and qdd if the file contains them."""
     try:
         lines = io.StringIO(read_input(path).decode("utf-8-sig"), newline="")
         head, *rows = [row for row in csv.reader(lines) if row]

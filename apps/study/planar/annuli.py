@@ -1,9 +1,10 @@
-"""Intersection of several annuli: border arcs and area.
+"""Border arcs and area of the intersection of several annuli.
 
-The border of the intersection consists of circular arcs. Each circle is cut at its intersections
-with the other circles. An arc belongs to the border if its midpoint lies in all annuli. Each arc
-has the radius r and the center (c_x, c_y), and extends from angle a to angle b. Green's theorem
-gives the exact area A from these arcs:
+The border of the intersection of annuli consists of circular arcs. Each circle of an annulus is cut
+into arcs at its intersections with the circles of the other annuli. Such an arc belongs to the
+border if its midpoint lies in all annuli. Each border arc has the radius r and the center (c_x,
+c_y), and extends from angle a to angle b. Green's theorem gives the exact area A of the
+intersection from its border arcs:
 
     2 A = sum of r^2 (b - a) + r (c_x (sin b - sin a) - c_y (cos b - cos a)) over the arcs,
     counterclockwise around the region
@@ -23,12 +24,12 @@ FloatArray = NDArray[np.float64]
 
 _TURN = 2 * math.pi
 _SAME = 1e-12
-"""Relative tolerance for coinciding circles, and for points on a circle."""
+"""Relative tolerance for circles with the same center, and for points on a circle."""
 
 
 @dataclass(frozen=True, eq=False)
 class Annulus:
-    """All points of a plane between two circles about a center.
+    """All points of a plane between two concentric circles.
 
     Attributes:
         center: (2,) center [m].
@@ -48,9 +49,9 @@ class Annulus:
 
 @dataclass(frozen=True, eq=False)
 class BorderArc:
-    """A circular arc on the boundary of a region.
+    """A directed circular arc on the boundary of a region.
 
-    The region is on the left side of the arc.
+    The region is on the left of the arc, seen from start to end.
 
     Attributes:
         center: (2,) center [m].
@@ -74,7 +75,7 @@ class BorderArc:
 
     @property
     def twice_area(self) -> float:
-        """Return the contribution to twice the area, by Green's theorem [m^2]."""
+        """Return the contribution of the arc to twice the area, by Green's theorem [m^2]."""
         a, b, r, (x, y) = self.start, self.end, self.radius, self.center
         shift = x * (math.sin(b) - math.sin(a)) - y * (math.cos(b) - math.cos(a))
         return float(r * r * (b - a) + r * shift)
@@ -103,10 +104,10 @@ def area(annuli: Sequence[Annulus]) -> float:
 
 
 def _cuts(center: FloatArray, radius: float, others: Sequence[Annulus]) -> list[float]:
-    """Return the sorted angles at which other circles cross a circle.
+    """Return the sorted angles at which the circles of other annuli cross a circle.
 
-    The last entry is the first angle plus 2 pi. If no other circle crosses the circle, the angles
-    are 0 and 2 pi.
+    The last entry of the list is the first angle plus 2 pi. If no other circle crosses the circle,
+    the angles are 0 and 2 pi.
     """
     angles: list[float] = []
     for other in others:

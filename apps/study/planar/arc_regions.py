@@ -1,10 +1,11 @@
 """Planar regions bounded by circular arcs, and regions swept by their rotation.
 
 The border of a region is computed from candidate arcs. The candidate arcs contain the border, and
-are divided at their intersections. A piece belongs to the border if the region lies on exactly one
-of its sides. A region rotates about a point by angles from a to b. The swept region has three kinds
-of candidate arcs: the border rotated by a, the border rotated by b, and arcs about the rotation
-center. The circles about the rotation center touch the border or pass through its corners.
+are cut at their intersections. A piece of a candidate arc belongs to the border if the region lies
+on exactly one side of the piece. Let a region rotate about a point by angles from a to b. Candidate
+arcs of the swept region are the border rotated by a, the border rotated by b, and arcs about the
+rotation center. The arcs about the rotation center belong to circles that touch the border or pass
+through its corners.
 """
 
 from __future__ import annotations
@@ -29,22 +30,21 @@ BoolArray = NDArray[np.bool_]
 
 _TURN = 2 * math.pi
 _BLOCK = 20_000
-"""Maximum number of pairs of a point and an arc that are processed at once. Arrays of this size fit
-in the processor cache."""
+"""Maximum number of point-arc pairs in one batch, so that the arrays fit in the processor cache."""
 _RAY = 0.7548776662466927
-"""Direction [rad] of the rays for counting crossings. Rays in this uncommon direction are rarely
-tangent to arcs."""
+"""Direction [rad] of the rays that test whether a region contains a point. Rays in this uncommon
+direction are rarely tangent to arcs."""
 
 
 @dataclass(frozen=True, eq=False)
 class ArcRegion:
     """A planar set of points that is defined by circular arcs.
 
-    The set is a region bounded by arcs, a curve that consists of arcs, or a point. A point is an
-    arc of radius 0.
+    The set is a region bounded by arcs, a curve that consists of arcs, or a point. A single point
+    is represented by an arc of radius 0.
 
     Attributes:
-        arcs: The border arcs, with the region on their left.
+        arcs: The directed border arcs, with the region on the left of each arc.
         solid: Whether the points enclosed by the arcs belong to the region.
     """
 
@@ -60,17 +60,17 @@ class ArcRegion:
 
     @property
     def area(self) -> float:
-        """The area [m^2], exact up to rounding errors."""
+        """The area of the region [m^2], exact up to rounding errors."""
         return sum(arc.twice_area for arc in self.arcs) / 2 if self.solid else 0.0
 
     @property
     def bounds(self) -> FloatArray:
-        """(2, 2) smallest and largest x and y [m]."""
+        """(2, 2) smallest and largest x and y of the region [m]."""
         points = np.concatenate([_extremes(arc) for arc in self.arcs])
         return np.array([points.min(0), points.max(0)])
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Return whether points (m, 2) are enclosed, by counting the crossings of a ray."""
+        """Return whether the arcs enclose points (m, 2), by counting arcs that a ray crosses."""
         if not self.arcs:
             return np.zeros(len(points), dtype=bool)
         parts = np.array_split(points, max(1, len(points) * len(self.arcs) // _BLOCK))
@@ -92,20 +92,21 @@ class ArcRegion:
 
     @cached_property
     def _rows(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Center (k, 2), radii, smallest angles and angular widths (k,) of the arcs."""
+        """Centers (k, 2), radii (k,), smallest angles (k,) and angular widths (k,) of the arcs."""
         rows = [(*a.center, a.radius, min(a.start, a.end), abs(a.end - a.start)) for a in self.arcs]
         table = np.array(rows, dtype=np.float64).reshape(-1, 5)
         return table[:, :2], table[:, 2], table[:, 3], table[:, 4]
 
     def moment(self) -> float:
-        """Return the integral of x over the part with x > 0 [m^3].
+        """Return the integral of x over the part of the region with x > 0 [m^3].
 
-        By Green's theorem, the moment is the integral of max(x, 0)^2 / 2 dy along the border.
+        By Green's theorem, the area integral of x is the integral of max(x, 0)^2 / 2 dy along the
+        border.
         """
         return sum(_moment(arc) for arc in self.arcs)
 
     def mirrored(self) -> ArcRegion:
-        """Return the region reflected at x = 0."""
+        """Return the mirror image of the region at the line x = 0."""
         arcs = [
             BorderArc(arc.center * [-1, 1], arc.radius, math.pi - arc.end, math.pi - arc.start)
             for arc in self.arcs
@@ -117,10 +118,11 @@ def swept(region: ArcRegion, center: FloatArray, lower: float, upper: float) -> 
     """Return the region that another region sweeps in a rotation about a point.
 
     Args:
-        region: The region.
-        center: (2,) the point [m].
+        region: The rotating region.
+        center: (2,) the center of rotation [m].
         lower: The smallest angle of the rotation [rad].
-        upper: The largest angle [rad]. A range of a full turn or more means all angles.
+        upper: The largest angle of the rotation [rad]. An angle range of a full turn or more
+            includes all angles.
     """
     is_circle = not upper - lower < _TURN
     if len(region.arcs) == 1 and region.arcs[0].radius == 0:
@@ -157,7 +159,7 @@ def bounded(
     """Return the region whose border consists of parts of the candidate arcs.
 
     Args:
-        candidates: Arcs that contain the whole border.
+        candidates: Arcs that contain the whole border of the region.
         inside: Function that tests whether points (m, 2) belong to the region.
     """
     size = max(arc.radius + float(np.abs(arc.center).max()) for arc in candidates)
@@ -215,7 +217,7 @@ def _turned(arc: BorderArc, center: FloatArray, by: float) -> BorderArc:
 
 
 def _touching(arc: BorderArc, center: FloatArray) -> Iterable[tuple[float, float]]:
-    """Yield (radius, angle) of circles about a center that touch an arc or its ends."""
+    """Yield (radius, angle) of points where circles about a center touch an arc or its ends."""
     away = arc.center - center
     outward = math.atan2(away[1], away[0])
     angles = [arc.start, arc.end]
@@ -228,7 +230,7 @@ def _touching(arc: BorderArc, center: FloatArray) -> Iterable[tuple[float, float
 def _angles(
     region: ArcRegion, center: FloatArray, radii: FloatArray
 ) -> list[list[tuple[float, float]]]:
-    """Return the angle intervals in which circles about one center lie in a region."""
+    """Return, for each circle about a center, the angle intervals in which it lies in a region."""
     centers, own, starts, widths = region._rows
     angles, on_arcs = _crossings(center, radii[:, None], centers, own)
     with np.errstate(invalid="ignore"):
@@ -249,13 +251,13 @@ def _angles(
 def _crossings(
     center: FloatArray, radius: float | FloatArray, centers: FloatArray, radii: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the intersections of one circle with k circles as angles (radian).
+    """Return the angles [rad] of the intersections of one circle with k circles, on both circles.
 
     Tangent circles do not count as crossing, because rounding errors could create or remove their
     intersections.
 
-    Each array has the shape (2, ..., k), because two circles have up to two intersections. The
-    angles are NaN if two circles do not intersect.
+    Each array of angles has the shape (2, ..., k), because two circles have up to two
+    intersections. The angles are NaN if two circles do not intersect.
     """
     step = centers - center
     d = np.hypot(step[:, 0], step[:, 1])
@@ -269,7 +271,10 @@ def _crossings(
 
 
 def _circles(arcs: Iterable[BorderArc], size: float) -> list[list[BorderArc]]:
-    """Group arcs by circle. Circles that differ by rounding errors are equal."""
+    """Group arcs by their circles.
+
+    Circles that differ only by rounding errors count as equal.
+    """
     found: list[list[BorderArc]] = []
     for arc in arcs:
         if arc.radius <= SAME_ARC * size:
@@ -287,7 +292,7 @@ def _circles(arcs: Iterable[BorderArc], size: float) -> list[list[BorderArc]]:
 def _cuts(
     arcs: list[BorderArc], others: tuple[FloatArray, FloatArray], ends: FloatArray, slack: float
 ) -> list[float]:
-    """Return the ascending angles at which a circle meets other circles or arc ends."""
+    """Return the ascending angles at which a circle crosses other circles or contains arc ends."""
     own = arcs[0]
     angles = [angle for arc in arcs for angle in (arc.start, arc.end)]
     across = _crossings(own.center, own.radius, *others)[0]
@@ -306,13 +311,13 @@ def _ends(arc: BorderArc) -> FloatArray:
 
 
 def _covers(arc: BorderArc, angle: Any) -> Any:
-    """Return whether an arc includes an angle [rad], False for NaN."""
+    """Return whether an arc includes an angle [rad], or False if the angle is NaN."""
     start, end = min(arc.start, arc.end), max(arc.start, arc.end)
     return (angle - start) % _TURN <= end - start
 
 
 def _extremes(arc: BorderArc) -> FloatArray:
-    """Return the end points and extreme points (k, 2) of an arc."""
+    """Return the end points of an arc and its extreme points in x and y, as an array (k, 2)."""
     angles = [arc.start, arc.end]
     angles += [k * math.pi / 2 for k in range(4) if _covers(arc, k * math.pi / 2)]
     return np.asarray(arc.center + arc.radius * np.column_stack([np.cos(angles), np.sin(angles)]))

@@ -19,7 +19,7 @@ from ..tolerances import SAME_ARC
 FloatArray = NDArray[np.float64]
 
 _CONFIGURATIONS = 8
-"""Number of configurations to test whether a joint moves the point."""
+"""Number of random configurations for the test whether a joint moves a point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,12 +27,13 @@ class MovingAxes:
     """The joints that move a point at one configuration.
 
     Attributes:
-        names: Names of the joints.
-        directions: (m, 3) directions of the axes in the base frame.
-        points: (m, 3) the point of each axis nearest to the base origin [m].
+        names: Names of the joints that move the point.
+        directions: (m, 3) directions of the joint axes in the base frame.
+        points: (m, 3) point of each joint axis nearest to the origin of the base frame [m].
         turns: (m,) True for a revolute joint, False for a prismatic joint.
-        limits: (m, 2) limits of each joint relative to the configuration [rad or m].
-        place: (3,) position of the point [m].
+        limits: (m, 2) lower and upper limit of each joint, relative to its position at the
+            configuration [rad or m].
+        place: (3,) position of the moved point in the base frame [m].
     """
 
     names: tuple[str, ...]
@@ -44,7 +45,7 @@ class MovingAxes:
 
     @property
     def parallel(self) -> bool:
-        """Whether the arm has two or more revolute joints, and all axes are parallel."""
+        """Whether two or more of the joints are revolute, and all joint axes are parallel."""
         if self.turns.sum() < 2:  # noqa: PLR2004 - one joint moves a point on a circle
             return False
         n = self.directions[self.turns][0]
@@ -60,7 +61,7 @@ class MovingAxes:
         return bool(abs(abs(first[2]) - 1) <= SAME_ARC and abs(first @ n) <= SAME_ARC)
 
     def without_first(self) -> MovingAxes:
-        """Return all axes except the first axis."""
+        """Return the moving axes without the first axis."""
         rest = slice(1, None)
         return MovingAxes(
             self.names[rest],
@@ -73,7 +74,7 @@ class MovingAxes:
 
 
 def of_tool(robot: Robot) -> MovingAxes:
-    """Return the axes that move the tool origin. Each joint is in the middle of its limits."""
+    """Return the joint axes that move the tool origin, at the middle of the joint limits."""
     configurations = _configurations(robot)
     places = robot.fk(configurations)[:, :3, 3]
     return _moving(robot, robot.jacobian_space(configurations), places)
@@ -82,10 +83,10 @@ def of_tool(robot: Robot) -> MovingAxes:
 def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
     """For each intersection point of two consecutive axes, yield the axes that move this point.
 
-    The pairs come in the order from the tool to the base.
+    The pairs of intersecting axes come in order from the tool to the base.
 
-    p + s a is the point of an axis nearest to another axis. The difference p + s a - p' - s' a' is
-    normal to both directions a and a'.
+    Let p + s a and p' + s' a' be the nearest points of two axes with the directions a and a'. The
+    difference of the nearest points is normal to a and a'.
     """
     S = robot.jacobian_space(_configurations(robot))
     for j in range(robot.n - 1, 0, -1):
@@ -102,7 +103,7 @@ def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
 
 
 def _configurations(robot: Robot) -> FloatArray:
-    """Return the configuration in the middle of the limits, and random configurations nearby."""
+    """Return the configuration in the middle of the joint limits, and random ones nearby."""
     bounded = np.isfinite(robot.lower) & np.isfinite(robot.upper)
     inside = (np.where(bounded, robot.lower, 0) + np.where(bounded, robot.upper, 0)) / 2
     some = inside + np.random.default_rng(0).uniform(-1, 1, (_CONFIGURATIONS, robot.n))
@@ -110,7 +111,7 @@ def _configurations(robot: Robot) -> FloatArray:
 
 
 def _moving(robot: Robot, S: FloatArray, places: FloatArray) -> MovingAxes:
-    """Return the axes that move a point, from space Jacobians (m, 6, k)."""
+    """Return the joint axes that move a point, from space Jacobians (m, 6, k)."""
     speeds = S[:, :3] + np.cross(S[:, 3:], places[..., None], axis=1)
     moving = np.flatnonzero(np.abs(speeds).max((0, 1)) > SAME_ARC)
     v, omega = S[0, :3, moving], S[0, 3:, moving]

@@ -1,11 +1,12 @@
 """Workspaces with exact borders, for arms that move a point in a plane.
 
-If the axes that move the point are parallel, the workspace is planar. If prismatic joints also move
-the point parallel to these axes, the workspace is a prism. If parallel horizontal axes follow a
-vertical first axis, the workspace is a body of revolution. The plane of the motion may be offset
-from the first axis. For planar arms and for bodies of revolution, the rotations about the axes are
-applied one by one, from the tip to the base. The border of the swept region consists of arcs.
-`meridian.py` computes volumes.
+If the joint axes that move a point are parallel, the workspace of the point is planar. If prismatic
+joints also move the point parallel to the revolute axes, the workspace is a prism. If parallel
+horizontal axes follow a vertical first axis, the workspace is a body of revolution. The plane in
+which the parallel axes move the point may be offset from the first axis. The section of the
+workspace is swept by the rotations about the parallel axes, one by one from the tip to the base.
+The border of each swept region consists of circular arcs. `meridian.py` computes the volumes of
+bodies of revolution.
 """
 
 from __future__ import annotations
@@ -42,11 +43,12 @@ class ExactWorkspace(StudyResult):
 
     Attributes:
         robot: The robot's name.
-        point: "tool" or "wrist".
+        point: "tool" for the tool origin, or "wrist" for the wrist center.
         joints: The names of the joints that move the point.
         section: The reachable region in a plane, with coordinates along `axes` [m]. For a body of
             revolution, the first coordinate is 0 at the points nearest to the first axis, and
-            negative on the far side of this axis. The second coordinate is z.
+            negative on the far side of this axis. For a body of revolution, the second coordinate
+            is z.
         origin: (3,) origin of the plane in the base frame [m]. For a body of revolution, the origin
             is a point on the first axis.
         axes: (2, 3) unit vectors along the two axes of the plane in the base frame, with the first
@@ -82,19 +84,19 @@ class ExactWorkspace(StudyResult):
 
     @property
     def area(self) -> float:
-        """The area of the section [m^2], exact up to rounding errors."""
+        """The area of the workspace section [m^2], exact up to rounding errors."""
         return self.section.area
 
     @cached_property
     def volume(self) -> float:
-        """The volume [m^3] with relative error 1e-12, or 0 for a planar workspace."""
+        """The workspace volume [m^3] with relative error 1e-12, or 0 for a planar workspace."""
         if self.turn is None:
             return self.area * float(np.ptp(self.height))
         return swept_volume(self.section, self.offset, float(np.ptp(self.turn)))
 
     @cached_property
     def meridian(self) -> Meridian:
-        """Return the meridian section: distances from the first axis, and heights along this axis.
+        """Return the meridian section in distances from the first axis and heights along this axis.
 
         Raises:
             InputValueError: The workspace is planar.
@@ -124,7 +126,7 @@ class ExactWorkspace(StudyResult):
         return np.asarray(self.origin + np.array([[*low.min(0), v_0], [*high.max(0), v_1]]))
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the outline of the section.
+        """Draw the outline of the workspace section.
 
         Args:
             ax: The matplotlib axes, or None for a new figure.
@@ -152,7 +154,8 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
         robot: A serial arm. The joint limits bound the workspace.
         point: "tool" for the tool origin. "wrist" for an intersection of two consecutive axes, such
             as the center of a spherical wrist. Only the joints before these two axes move the
-            wrist. If several intersections are possible, the nearest to the tool is used.
+            wrist. If several intersections are possible, the wrist is the intersection nearest to
+            the tool.
 
     Returns:
         An `ExactWorkspace`. `section` is the reachable region in the plane of the motion, and
@@ -201,7 +204,7 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
 
 
 def _section(rest: MovingAxes, n: FloatArray, axes: FloatArray, origin: FloatArray) -> ArcRegion:
-    """Return the region that the point sweeps by rotations about parallel axes n."""
+    """Return the region that the point sweeps by rotations about axes parallel to n."""
     section = ArcRegion((BorderArc(axes @ (rest.place - origin), 0.0, 0.0, 0.0),), solid=False)
     for k in np.flatnonzero(rest.turns)[::-1]:
         by = np.sort(rest.limits[k] * (rest.directions[k] @ n))
@@ -210,7 +213,10 @@ def _section(rest: MovingAxes, n: FloatArray, axes: FloatArray, origin: FloatArr
 
 
 def _plane(n: FloatArray) -> FloatArray:
-    """Return two directions normal to n. For n = z, return the x and y axes of the base."""
+    """Return two perpendicular directions normal to n.
+
+    For n = z, they are the x and y axes of the base.
+    """
     least = np.eye(3)[int(np.argmin(np.abs(n)))]
     u = least - (least @ n) * n
     u /= np.linalg.norm(u)
@@ -218,7 +224,7 @@ def _plane(n: FloatArray) -> FloatArray:
 
 
 def _along(section: ArcRegion, direction: FloatArray) -> FloatArray:
-    """Return the minimum and maximum (2,) of direction @ (u, v) over a section."""
+    """Return the minimum and maximum (2,) of direction @ (u, v) over the points of a section."""
     size = math.hypot(*direction)
     if size <= SAME_ARC:
         return np.zeros(2)

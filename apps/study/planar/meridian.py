@@ -1,21 +1,21 @@
 """Bodies of revolution that a rotating planar region sweeps.
 
-The region lies in a vertical plane at the distance d from a vertical axis. A point of the region
-has the horizontal coordinate u and the height v in the plane. In the plane, the line u = 0 has the
-smallest distance from the axis. In a full turn, (u, v) describes a circle of radius rho = sqrt(u^2
-+ d^2) at height v. The points (u, v) and (-u, v) describe the same circle. Since rho d(rho) = u du,
-the volume is an integral over the region (Pappus).
+The rotating region lies in a vertical plane at the distance d from a vertical axis. A point of the
+region has the horizontal coordinate u and the height v in the plane. In the plane, the line u = 0
+has the smallest distance from the axis. In a full turn, the point (u, v) describes a circle of
+radius rho = sqrt(u^2 + d^2) at height v. The points (u, v) and (-u, v) describe the same circle.
+Since rho d(rho) = u du, the swept volume is an integral over the planar region (theorem of Pappus).
 
-In a rotation by an angle s of less than a full turn, the point u describes an arc of angle s. The
-point (-u, v) describes an arc on the same circle. The start of the second arc is the start of the
-first arc, rotated by pi - 2 a(u), with a(u) = atan2(d, u). If (u, v) and (-u, v) belong to the
-region, their arcs overlap by the following angle:
+In a rotation by an angle s of less than a full turn, the point (u, v) describes an arc of angle s.
+The point (-u, v) describes a second arc on the same circle. The start of the second arc is the
+start of the first arc, rotated by pi - 2 a(u), with a(u) = atan2(d, u). If (u, v) and (-u, v)
+belong to the region, their arcs overlap by the following angle:
 
     max(0, s - pi + 2 a) + max(0, s - pi - 2 a)
 
-The overlap of the arcs counts once. Let m+ and m- be the integrals of |u| over the parts of the
-region with u > 0 and u < 0. Let C be the intersection of the region with its reflection at the line
-u = 0. The volume is
+The swept volume counts the overlap of the two arcs only once. Let m+ and m- be the integrals of |u|
+over the parts of the region with u > 0 and u < 0. Let C be the intersection of the region with its
+reflection at the line u = 0. The volume is
 
     V = s (m+ + m-) - integral over C, u > 0, of u (max(0, s - pi + 2 a) + max(0, s - pi - 2 a))
 
@@ -53,7 +53,7 @@ class Meridian:
     """The meridian section of a body of revolution, with points (distance from the axis, height).
 
     Attributes:
-        both: The union of the planar region with its reflection at u = 0.
+        both: The union of the rotating planar region with its mirror image at the line u = 0.
         offset: The distance of the plane from the axis [m].
     """
 
@@ -72,7 +72,7 @@ class Meridian:
 
     @property
     def area(self) -> float:
-        """The area in (rho, z) [m^2], with relative error 1e-12."""
+        """The area of the meridian section in (rho, z) [m^2], with relative error 1e-12."""
         if not self.both.solid:
             return 0.0
         d = self.offset
@@ -90,14 +90,14 @@ class Meridian:
         )
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Return whether points (rho, z) (m, 2) are reached at some angle."""
+        """Return whether points (rho, z) (m, 2) are reached at some angle of the rotation."""
         rho, z = np.moveaxis(np.asarray(points, dtype=np.float64), -1, 0)
         u = np.sqrt(np.maximum((rho - self.offset) * (rho + self.offset), 0))
         inside = self.both.contains(np.column_stack([u, z]))
         return np.asarray(inside & (rho >= self.offset))
 
     def curves(self) -> list[FloatArray]:
-        """Return the border as curves of points (k, 2) in (rho, z) [m].
+        """Return the border of the meridian section as curves (k, 2) of points (rho, z) [m].
 
         The points with u = 0 are the points of the plane that are nearest to the axis. If `offset`
         is not 0 and the region contains segments of the line u = 0, the border includes these
@@ -122,7 +122,7 @@ class Meridian:
         return found
 
     def _pieces(self) -> list[tuple[FloatArray, FloatArray]]:
-        """Return the arcs of the boundary with u >= 0."""
+        """Return the arcs of the boundary with u >= 0, as points in pairs of arrays (u, v)."""
         pieces = []
         for arc in self.both.arcs:
             for a, b in itertools.pairwise(_cuts(arc, (0.0,))):
@@ -152,7 +152,7 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
         turn: The angle of rotation [rad], at most a full turn.
 
     Returns:
-        The volume [m^3] with relative error 1e-12; a region with zero area has volume 0.
+        The swept volume [m^3] with relative error 1e-12, or 0 for a region with zero area.
     """
     mirrored = section.mirrored()
     if not section.solid:
@@ -162,14 +162,15 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
     d, beyond = abs(offset), turn - math.pi
 
     def half_turns(u: float) -> float:
-        """Return the integral of u a(u) from 0 to u."""
+        """Return the integral of x atan2(d, x) for x from 0 to u."""
         return u * u / 2 * math.atan2(d, u) + d / 2 * (u - d * math.atan2(u, d)) if d else 0.0
 
-    # At u = `turned`, one of the overlap angles `beyond` + 2 a and `beyond` - 2 a is 0.
+    # At u = `turned`, one of the overlap angles `beyond` + 2 a and `beyond` - 2 a is 0, where a =
+    # atan2(d, u).
     turned = d / math.tan(abs(beyond) / 2) if beyond else math.inf
 
     def shared(u: float) -> float:
-        """Return the integral of u (max(0, s - pi + 2 a) + max(0, s - pi - 2 a)) from 0 to u."""
+        """Return the integral of x times the overlap angle of the arcs at x and -x, from 0 to u."""
         near = min(u, turned) if beyond < 0 else u
         total = beyond * near * near / 2 + 2 * half_turns(near)
         if beyond > 0 and u > turned:
@@ -203,7 +204,7 @@ def _along(
 
 
 def _cuts(arc: BorderArc, places: Sequence[float]) -> list[float]:
-    """Return the end angles of an arc, and the angles at specified values of u."""
+    """Return the end angles of an arc, and the angles at which u has a specified value."""
     least, most = sorted((arc.start, arc.end))
     cuts = [least, most]
     for place in places:

@@ -1,9 +1,9 @@
 """Workspaces of planar platforms with three legs, bounded by circles.
 
-At a constant orientation, a two-link leg or a cylinder with limits reaches an annulus. The center
-and the radii of the annulus are fitted to samples. The fit is exact, because a leg's margin or
-squared length is a polynomial in the squared distance from the center. If this polynomial does not
-fit a leg, an error is raised.
+At a constant tool angle, a two-link leg or a cylinder with stroke limits restricts the tool to an
+annulus. The center and the radii of the annulus are fitted to samples of the leg. The fit of the
+annulus is exact, because a leg's margin or squared length is a polynomial in the squared distance
+from the center. An error is raised if such a polynomial does not fit the samples of a leg.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ FloatArray = NDArray[np.float64]
 
 _SAMPLES = 200
 _FITS = 1e-9
-"""Maximum relative residual of the polynomial. With a larger residual, the boundary curve does not
-consist of circular arcs."""
+"""Maximum relative residual of the polynomial fitted to a leg. With a larger residual, the boundary
+of the leg's region does not consist of circular arcs."""
 _AXES = ("prismatic", "prismatic", "revolute")
 
 
@@ -60,12 +60,12 @@ class PlanarRegion(StudyResult):
 
     @property
     def area(self) -> float:
-        """The area [m^2], exact up to rounding errors."""
+        """The area of the region [m^2], exact up to rounding errors."""
         return sum(area(piece) for piece in self.pieces)
 
     @property
     def arcs(self) -> list[BorderArc]:
-        """The arcs of the border, directed so that the region is on their left."""
+        """The arcs of the border, directed so that the region is on the left of each arc."""
         return [arc for piece in self.pieces for arc in border(piece)]
 
     def contains(self, points: FloatArray) -> NDArray[np.bool_]:
@@ -74,7 +74,7 @@ class PlanarRegion(StudyResult):
         return np.asarray(np.any(inside, axis=0))
 
     def plot(self, ax: Any = None, singular: Any = None) -> Any:
-        """Plot the region, the circles of the legs and singularity curves.
+        """Plot the border of the region, the circles that limit each leg, and singularity curves.
 
         Args:
             ax: The matplotlib axes, or None for a new figure.
@@ -125,9 +125,9 @@ def dexterous_workspace(robot: Robot) -> PlanarRegion:
 
     At one tool angle, each leg restricts the tool to an annulus, the area between two concentric
     circles. As the angle changes, the center of the annulus moves on a circle of radius r about a
-    fixed point. At distance t from this fixed point, a position is in the annulus at every angle
-    under two conditions: t + r is at most the outer radius, and |t - r| is at least the inner
-    radius. These conditions bound the region by circles.
+    fixed point. A position at distance t from this fixed point is in the annulus at every angle
+    under two conditions. The sum t + r is at most the outer radius of the annulus, and |t - r| is
+    at least the inner radius. These conditions bound the region by circles.
 
     Args:
         robot: A planar platform with three legs. The tool moves in the x-y plane of the base frame
@@ -279,7 +279,10 @@ def _annulus(robot: Robot, leg: int, phi: float) -> Annulus:
 def _of_distance(
     robot: Robot, leg: int, value: Callable[[FloatArray], FloatArray], phi: float, degree: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Fit the center c and the coefficients of a polynomial in |p - c|^2 to samples of `value`."""
+    """Fit a polynomial in |p - c|^2 to samples of `value`.
+
+    Return the center c and the coefficients.
+    """
     size = robot.unit_length
     p = np.random.default_rng(0).uniform(-size, size, (_SAMPLES, 2))
     found = value(np.column_stack([p, np.full(len(p), phi)]))
@@ -301,9 +304,9 @@ def _of_distance(
 def _center(p: FloatArray, value: FloatArray, degree: int) -> FloatArray:
     """Return the center of a leg's annulus, computed from the leading terms of the polynomial.
 
-    Let m be `degree`, a the leading coefficient, and d the distance of (x, y) from the center (c_x,
-    c_y). Then a d^(2m) = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y y) + lower
-    orders.
+    Let m be `degree`, let a be the leading coefficient, and let d be the distance of (x, y) from
+    the center (c_x, c_y). Then a d^(2m) = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y
+    y) + lower orders.
     """
     x, y = p.T
     orders = [(i, j) for i in range(2 * degree + 1) for j in range(2 * degree + 1 - i)]

@@ -77,12 +77,13 @@ def singularity_curves(
             platform must have three legs. Each leg is then a chain of two links, or a cylinder with
             stroke limits.
         phi: The angle of the tool about the z axis of the base frame [rad].
-        x: (2,) lower and upper bound of x in the base frame [m]. None means the extent of the
-            region that all legs reach, plus a margin.
-        y: (2,) lower and upper bound of y in the base frame [m]. None means the extent of the same
-            region.
-        slot: Index of the `ik_planar` solution, from 0. The index determines the branch of each leg
-            (such as elbow up or down). Index 0 is the branch of the reference configuration.
+        x: (2,) ascending bounds of x in the base frame [m]. For None, the bounds are the extent of
+            the region that all legs reach, plus a margin.
+        y: (2,) ascending bounds of y in the base frame [m]. For None, the bounds are the extent of
+            the region that all legs reach, plus a margin.
+        slot: Index of the solution of `ik_planar`, counted from 0. The index determines the branch
+            of each leg (such as elbow up or down). Index 0 belongs to the branch of the reference
+            configuration.
         resolution: Number of grid lines per axis, an int of at least 2.
 
     Returns:
@@ -96,7 +97,8 @@ def singularity_curves(
         ShapeError: `phi` is an array with one or more dimensions.
         InputValueError: `phi` is not finite, `x` or `y` is not ascending, or `resolution` is not an
             integer of at least 2. `ik_planar` has no solution with the index `slot`. `x` or `y` is
-            None, and the robot does not have the three legs that `robot` describes.
+            None, and the robot does not have three legs that are two-link chains or cylinders with
+            stroke limits.
 
     Source:
         C. Gosselin, J. Angeles, Singularity analysis of closed-loop kinematic chains, 1990.

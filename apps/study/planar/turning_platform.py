@@ -1,18 +1,21 @@
 """Workspaces of planar platforms for a range of angles.
 
-At the platform angle phi, a leg reaches an annulus with inner radius a and outer radius b about
-c(phi). The center c(phi) moves on an arc of radius r about a point m. A leg reaches a position at
-all angles under two conditions. The position is at most b away from the farthest point of the arc,
-and at least a away from the nearest point. For each condition, the region of valid positions is
-bounded by circles. The circles about the ends of the arc have radii a and b. The circles about m
-have radii b - r, r + a and |r - a|. So circular arcs bound the total workspace.
+At the platform angle phi, a leg restricts the tool to an annulus about c(phi) with inner radius a
+and outer radius b. The center c(phi) moves on an arc of radius r about a point m. A leg reaches a
+position at all angles under two conditions. The position is at most b away from the farthest point
+of the center's arc, and at least a away from the nearest point. Circles bound the region of
+positions that satisfy each condition. The circles about the ends of the center's arc have radii a
+and b. The circles about m have radii b - r, r + a and |r - a|. So circular arcs bound the total
+workspace, which contains the positions that the tool reaches at all angles.
 
-The border of the inclusive workspace also contains noncircular curves. On these curves, two legs
-are at their limits. The inclusive workspace is computed by subdividing squares. A square with half
-diagonal d is inside the workspace if all legs reach its center at some angle phi with a margin of
-d. A square is outside the workspace if, at each angle phi, its center is beyond the limits of some
-leg by more than d. The inside test and the outside test have a closed form. A square that is
-neither inside nor outside is subdivided. The area of the remaining squares is the error.
+The inclusive workspace contains the positions that the tool reaches at some angle. The border of
+the inclusive workspace also contains noncircular curves, on which two legs are at their limits. The
+inclusive workspace is computed by subdividing squares. A square with half diagonal d is inside the
+workspace if all legs reach its center at some angle phi with a margin of d. A square is outside the
+workspace if, at each angle phi, its center is beyond the limits of some leg by more than d. The
+tests whether a square is inside or outside have a closed form. A square that is neither inside nor
+outside the workspace is subdivided. The error bound of the area is half the area of the undecided
+squares.
 """
 
 from __future__ import annotations
@@ -38,7 +41,7 @@ FloatArray = NDArray[np.float64]
 
 _TURN = 2 * math.pi
 _ACROSS = 16
-"""Initial number of squares along a side of the box."""
+"""Initial number of squares along each side of the square that contains the inclusive workspace."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +77,7 @@ class OrientationRangeWorkspace(StudyResult):
         )
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the border of the region `total`.
+        """Plot the border of the total workspace.
 
         Args:
             ax: The matplotlib axes, or None for a new figure.
@@ -136,7 +139,7 @@ def orientation_range_workspace(
 
 @dataclass(frozen=True, eq=False)
 class _Leg:
-    """An annulus with a center that moves on an arc."""
+    """The annulus of a leg, whose center moves on an arc as the platform rotates."""
 
     middle: FloatArray
     radius: float
@@ -146,7 +149,7 @@ class _Leg:
     outer: float
 
     def centers(self, turned: FloatArray) -> FloatArray:
-        """Return the centers (k, 2) at angles (k,) relative to the start of the range."""
+        """Return the annulus centers (k, 2) at angles (k,) from the start of the angle range."""
         angle = self.start + turned
         along = np.column_stack([np.cos(angle), np.sin(angle)])
         return np.asarray(self.middle + self.radius * along)
@@ -161,7 +164,7 @@ class _Leg:
         return bool(nearest >= self.inner and farthest <= self.outer)
 
     def circles(self) -> list[tuple[FloatArray, float]]:
-        """Return the circles whose arcs bound the region that is reachable at every angle."""
+        """Return the circles whose arcs bound the region that the leg reaches at every angle."""
         ends = self.centers(np.array([0.0, self.width]))
         found = [(end, radius) for end in ends for radius in (self.inner, self.outer)]
         about_middle = (
@@ -201,7 +204,7 @@ def _total(legs: list[_Leg]) -> ArcRegion:
 
 
 def _inclusive(legs: list[_Leg], tolerance: float) -> SizeEstimate:
-    """Return the area of the positions that are reached at some angle."""
+    """Return the area of the tool positions that all legs reach at some platform angle."""
     lower = np.max([leg.middle - leg.radius - leg.outer for leg in legs], axis=0)
     upper = np.min([leg.middle + leg.radius + leg.outer for leg in legs], axis=0)
     side = float((upper - lower).max()) / _ACROSS
@@ -224,7 +227,7 @@ def _inclusive(legs: list[_Leg], tolerance: float) -> SizeEstimate:
 def _judged(
     legs: list[_Leg], middles: FloatArray, side: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return (mask of the squares inside the region, mask of the undecided squares)."""
+    """Return masks of the squares inside the inclusive workspace and of the undecided squares."""
     half = side / math.sqrt(2)
     at_lower = _at_some_angle(legs, middles, -half)
     return at_lower, ~at_lower & _at_some_angle(legs, middles, half)
@@ -233,9 +236,10 @@ def _judged(
 def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArray[np.bool_]:
     """Return, for each point (m, 2), whether all legs reach it at one common platform angle.
 
-    The tolerance `slack` widens the annulus that a leg reaches. The angles at which a leg reaches a
-    point form intervals. An interval ends where the point is on the border of the annulus, or at an
-    end of the angle range. Only the ends of the intervals and the start of the range are tested.
+    The tolerance `slack` widens the annulus of each leg. The angles at which a leg reaches a point
+    form intervals. Such an angle interval ends where the point is on the border of the leg's
+    annulus, or at an end of the angle range. Only the ends of the angle intervals and the start of
+    the angle range are tested.
     """
     first = np.zeros(len(points))
     found = _all_reach(legs, points, first, slack)
@@ -256,7 +260,7 @@ def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArra
 def _all_reach(
     legs: list[_Leg], points: FloatArray, turned: FloatArray, slack: float
 ) -> NDArray[np.bool_]:
-    """Return whether all legs reach points (m, 2) at angles (m,)."""
+    """Return whether all legs reach points (m, 2) at angles (m,) from the start of the range."""
     reached = np.ones(len(points), dtype=bool)
     for leg in legs:
         d = np.linalg.norm(points - leg.centers(turned), axis=1)

@@ -20,8 +20,8 @@ Values = Callable[[FloatArray], FloatArray]
 def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArray, ...]:
     """Return the zero curves of a function, computed from its values on a grid.
 
-    Zeros on edges are bisected to double precision. A sign change at a pole of the function is not
-    a zero.
+    Zeros on grid edges are refined to double precision. A sign change at a pole of the function is
+    not a zero.
     """
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), -1)
     f = values(grid)
@@ -30,9 +30,9 @@ def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArra
 
 
 def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return the index (2, n, m) of the zero on each edge, and the zeros (k, 2).
+    """Return the index (2, n, m) of the zero on each grid edge, and the zeros (k, 2).
 
-    The index is -1 for an edge without a zero.
+    A grid edge without a zero has the index -1.
     """
     sides = np.full((2, *f.shape), -1)
     starts: list[FloatArray] = []
@@ -58,18 +58,19 @@ def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, F
     zero, one = np.zeros(len(low)), np.ones(len(low))
     s = find_root(f_at, (zero, one), args=(np.arange(len(low)),)).x
     points = low + s[:, None] * (high - low)
-    # A sign change at a pole is not a zero: near a pole, the absolute function values increase.
+    # A sign change at a pole is not a zero, because the absolute function values increase near a
+    # pole.
     points[~(np.abs(values(points)) < size)] = np.nan
     return sides, points
 
 
 def _changes(first: FloatArray, second: FloatArray) -> BoolArray:
-    """Return whether two values have different signs."""
+    """Return whether two values have different signs, where 0 counts as negative."""
     return np.asarray(((first > 0) & (second <= 0)) | ((first <= 0) & (second > 0)))
 
 
 def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
-    """Return the pairs of zeros that are connected by a curve within a grid cell."""
+    """Return the pairs of zeros that a zero curve connects within a grid cell."""
     along_x, along_y = sides
     around = np.stack([along_x[:-1, :-1], along_y[1:, :-1], along_x[:-1, 1:], along_y[:-1, :-1]])
     count = (around >= 0).sum(0)
@@ -89,7 +90,7 @@ def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
 
 
 def _joined(pairs: list[tuple[int, int]], points: FloatArray) -> tuple[FloatArray, ...]:
-    """Return polylines through the zeros."""
+    """Return the polylines that connect the pairs of zeros."""
     neighbors: dict[int, list[int]] = {}
     for one, other in pairs:
         if np.isfinite(points[[one, other]]).all():

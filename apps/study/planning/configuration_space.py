@@ -1,11 +1,12 @@
 """Configuration space of a robot among obstacles.
 
-Segments between configurations are checked continuously, not at samples. A segment is free if the
-clearance exceeds the largest displacement of any point of the robot along the segment. Otherwise,
-the segment is halved, and each half is checked. A segment with a length below the resolution counts
-as blocked. `loop_bounds.py` bounds the joint motion caused by loops. `hulls.py` bounds the body
-motion caused by joints. A segment near a dead point or a parallel singularity counts as blocked.
-Therefore no segment connects different assembly modes.
+Segments between configurations are checked continuously, not at samples. A segment is free of
+contact if the clearance at its middle exceeds the largest displacement of any point of the robot
+along the segment. A segment that is not proven free is halved, and each half is checked. A segment
+shorter than the resolution counts as blocked if it is not proven free. `loop_bounds.py` bounds the
+motion of the passive joints of loops. `hulls.py` bounds the body motion caused by joints. A segment
+near a dead point or a parallel singularity counts as blocked, so no free segment connects different
+assembly modes.
 
 Source:
     F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and
@@ -37,7 +38,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _RESOLUTION = 1e-3
-"""Minimum length of a segment, relative to the largest coordinate range."""
+"""Half length below which a segment is not halved further, relative to the largest coordinate
+range."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,11 +54,12 @@ class ConfigurationSpace:
         robot: The robot.
         obstacles: The obstacles.
         hulls: The collision shapes of the robot.
-        radii: (k,) radius of each of the k `bodies` [m].
+        radii: (k,) radius by which the shapes of each of the k `bodies` are thickened [m].
         lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
         checks: Pairs of indices for collision checks. The first index is the index of a collision
-            shape in `hulls`. The second index counts the obstacles first, then these shapes.
+            shape in `hulls`. The second index counts the obstacles first, then the shapes in
+            `hulls`.
         bounds: Bounds of the joint motion of a robot with loops, or None without loops.
     """
 
@@ -86,7 +89,10 @@ class ConfigurationSpace:
         return self.hulls.parts
 
     def is_free(self, q: FloatArray) -> BoolArray:
-        """Return a mask (m,) of configurations (m, n) without contact. Limits are ignored."""
+        """Return a mask (m,) of configurations (m, n) without contact.
+
+        Coordinate limits are ignored.
+        """
         z = self.hulls.configuration(q)
         found: BoolArray = np.asarray(np.isfinite(z).all(-1))
         found[found] = [(apart > 0).all() for apart in self._distances_at(z[found])]
@@ -110,14 +116,14 @@ class ConfigurationSpace:
         return True
 
     def _approach(self, a: FloatArray, b: FloatArray) -> FloatArray:
-        """Bound the decrease of each distance along a segment.
+        """Bound the decrease of each checked distance from the middle to any point of a segment.
 
         Args:
             a: (n,) start of the segment [rad or m].
             b: (n,) end of the segment [rad or m].
 
         Returns:
-            (checks,) distances [m]. All distances are inf if a loop is open or near a dead point
+            (checks,) bounds [m], or inf for all checks if a loop is open or near a dead point
             somewhere on the segment.
         """
         z, w = (a + b) / 2, np.abs(b - a) / 2
@@ -138,8 +144,8 @@ class ConfigurationSpace:
             q: (n,) coordinates [rad or m].
 
         Returns:
-            The distance [m] and the names of the nearest shapes. For a collision, the distance is
-            at most 0. If the loops do not close, it is -inf.
+            The distance [m] and the names of the nearest shapes. In a collision, the distance is at
+            most 0. If the loops do not close, the distance is -inf.
         """
         distances = self.distances(q)
         k = int(np.argmin(distances))
@@ -281,9 +287,9 @@ def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
 def _checked(space: ConfigurationSpace, allowed_collisions: list[set[str]]) -> ConfigurationSpace:
     """Return a copy of the space in which `checks` contains the pairs of shapes to check.
 
-    A pair is not checked if both shapes are on one body, or if a joint connects their bodies.
+    A pair of shapes is not checked if both are on one body, or if a joint connects their bodies.
 
-    A pair that touches in each of many random configurations is not checked.
+    A pair of shapes that touches in each of many random configurations is not checked.
     """
     hulls, first = space.hulls.hulls, len(space.obstacles)
     together = joined(space.hulls.skeleton) + allowed_collisions

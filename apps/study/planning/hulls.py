@@ -6,10 +6,10 @@ its ends. If several joints connect the robot to the ground, the lines and plate
 ground in the drawing are ignored.
 
 The motion of a point is bounded by a sum over the joints between the base and the point. Each term
-is the joint motion times the lever arm of the point at the middle of the motion. A joint moves the
-point and all later axes as one rigid body, so the lever arms about the later axes do not change.
-The bound is a convex function of the position of the point. The largest bound over the corners of a
-shape therefore bounds the motion of the whole shape.
+of the sum is a joint motion times the lever arm of the point at the middle of the motion. A joint
+moves the point and all later axes as one rigid body, so the lever arms about the later axes do not
+change. The motion bound of a point is a convex function of its position. The largest bound over the
+corners of a shape therefore bounds the motion of the whole shape.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Hull:
     Attributes:
         part: Name of the body or strut.
         bodies: (corners,) index of the body of each corner.
-        corners: (corners, 3) corners in the frames of the `bodies` [m].
+        corners: (corners, 3) position of each corner in the frame of its body [m].
     """
 
     part: str
@@ -53,18 +53,18 @@ class Hull:
 
     @property
     def is_strut(self) -> bool:
-        """Whether the ends of the shape are on different bodies."""
+        """Whether the shape is a strut, with its ends on different bodies."""
         return bool((self.bodies != self.bodies[0]).any())
 
 
 @dataclass(frozen=True, eq=False)
 class Hulls:
-    """The shapes of a robot.
+    """The collision shapes of a robot's bodies and struts.
 
     Attributes:
         robot: The robot.
-        skeleton: The bodies.
-        hulls: The shapes of the bodies.
+        skeleton: The bodies and joints of the robot.
+        hulls: The collision shapes of the bodies and struts.
     """
 
     robot: Robot
@@ -83,7 +83,7 @@ class Hulls:
         return tuple(dict.fromkeys(hull.part for hull in self.hulls))
 
     def configuration(self, q: FloatArray) -> FloatArray:
-        """Return all joints (m, n_z) at coordinates (m, n). Open loops give NaN."""
+        """Return all joint values (m, n_z) at coordinates (m, n), or NaN for open loops."""
         return np.asarray(self.robot.configuration(q)) if self.robot.loops else q
 
     def corners(self, z: FloatArray) -> list[FloatArray]:
@@ -136,7 +136,7 @@ class Hulls:
 
         Returns:
             (bodies, hulls) maximum displacement [m] of each hull from its position at the center of
-            the box. Row k ignores the joints up to the joint of body k.
+            the box. Row k ignores the motion of all joints up to the joint of body k.
         """
         T = self.skeleton.poses_from_configuration(z)
         points, joints = self._corners(T), self._joints
@@ -147,7 +147,8 @@ class Hulls:
         displacements = self._carried * (
             turned[:, None] * levers + (steps * joints.slides)[:, None]
         )
-        # Row j contains the motion caused by joint j and the following joints.
+        # Row j of `beyond` contains the motion of each corner caused by joint j and the following
+        # joints.
         beyond = np.zeros((len(steps) + 1, len(points)))
         beyond[:-1] = np.cumsum(displacements[::-1], axis=0)[::-1]
         most = np.maximum.reduceat(beyond, self._starts, axis=1)
@@ -221,7 +222,7 @@ class Hulls:
 
     @cached_property
     def _carried(self) -> NDArray[np.bool_]:
-        """(joints, corners) mask: whether a joint moves a corner of a collision hull."""
+        """(joints, corners) mask, True where a joint moves a corner of a collision shape."""
         chains = [set(self._chain(int(k))) for k in self._carriers]
         return np.array([[int(k) in chain for chain in chains] for k in self._moving])
 
@@ -231,7 +232,7 @@ class Hulls:
 
 
 class _MovingJoints:
-    """The moving joints of bodies as arrays."""
+    """Arrays that describe the moving joints of bodies."""
 
     def __init__(self, bodies: list[Body]) -> None:
         joints = [body.joint for body in bodies if body.joint]
@@ -253,7 +254,8 @@ def hulls_of(robot: Robot) -> Hulls:
         robot: The robot.
 
     Raises:
-        ManifestError: An earlier version of chasles derived the robot. Derive it again.
+        ManifestError: The robot was derived by an earlier version of chasles and must be derived
+            again.
     """
     bones = skeleton(robot)
     made = []
@@ -306,8 +308,8 @@ def _rounded(corners: FloatArray, radius: float) -> Any:
     points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     for corner in corners:
         points.append(corner)
-    # The library coal searches for the farthest corner of a shape along its edges. The search is
-    # exact if all edges are listed.
+    # The library coal searches for the farthest corner of a shape along its edges. This search is
+    # exact if all edges of the shape are listed.
     for face in combinations(range(len(corners)), 3):
         faces.append(coal.Triangle(*face))
     made = coal.Convex(points, faces)

@@ -1,22 +1,23 @@
 """Guaranteed bounds of passive joints while the actuators move along a straight segment.
 
-Equations c(z) = 0 in all joint values z describe the loops. The equations are trigonometric
-polynomials in angles, and polynomials in prismatic coordinates. Equations of gears are linear in
-all joints. At the middle of the segment, the actuators are at q0 and the other joints at x0. B is a
-left inverse of dc/dx, and H bounds all second derivatives of c. For a step w of all joints, with
-the actuator steps d, Taylor's formula gives
+Equations c(z) = 0 in all joint values z describe the loops. The loop equations are trigonometric
+polynomials in angles, and polynomials in prismatic coordinates. Gear equations are linear in all
+joint values. At the middle of a segment, the actuators have the values q0 and the passive joints
+the values x0. The matrix B is a left inverse of dc/dx, and H bounds all second derivatives of c.
+For a step w of all joints, with the actuator steps d, Taylor's formula gives
 
     |x - x0| <= |B dc/dq d| + |B| w^T H w / 2
 
 If a box around x0 satisfies this inequality strictly, the passive joints x stay inside the box
 during the whole actuator step d. If the joints reached the border of the box, Taylor's inequality
-would be violated there. Let F be the right-hand side as a function of the box w. Repeated
-evaluation w = F(w) from below converges to the box. The function F is convex and increasing in w.
-Let e be a step of the iteration and e' the next step. Then e' >= F'(w) e > 0. The steps converge to
-0, so no eigenvalue of F' exceeds 1. The matrix |B| H w bounds the difference of B dc/dx from the
-identity in the box. The box is slightly widened, so the eigenvalues of |B| H w are below 1. So B
-dc/dx is regular in the box. The solution is continuous and on one branch. The bounds do not include
-rounding errors. Rounding errors are about 1e-13.
+would be violated there. Let F be the right-hand side of the inequality as a function of the half
+widths w of the box. The iteration w = F(w), started from below, converges to the box. The function
+F is convex and increasing in w. Let e be a step of the iteration and e' the next step. Since F is
+convex, e' >= F'(w) e > 0. The steps of the iteration converge to 0, so no eigenvalue of F' exceeds
+1. The matrix |B| H w bounds the difference of B dc/dx from the identity in the box. The box is
+slightly widened, so the eigenvalues of |B| H w are below 1. So B dc/dx is regular in the box.
+Therefore, the solution for the passive joints is continuous and stays on one branch. The bounds do
+not include rounding errors, which are about 1e-13.
 
 Source:
     L. V. Kantorovich, Functional analysis and applied mathematics, 1948, for bounds by second
@@ -50,7 +51,8 @@ _SAMPLES = 200
 """Number of random configurations in one batch. The test that finds the joints in each equation
 uses the same number of random joint values."""
 _ATTEMPTS = 30
-"""Maximum number of batches of random configurations, if loops close at few configurations."""
+"""Maximum number of batches of random configurations that are tried if loops close at few
+configurations."""
 _FEWEST = 5
 """Minimum number of random configurations with closed loops."""
 _ROOM = 2.0
@@ -61,10 +63,10 @@ difference above this value is not a rounding error."""
 _ROUNDS = 30
 """Maximum number of iterations that enlarge the box of joint values."""
 _WIDER = 1 + 1e-6
-"""Factor that enlarges the box, so that Taylor's inequality holds strictly."""
+"""Factor that enlarges the box of joint values, so that Taylor's inequality holds strictly."""
 _ROUNDING = 1e-12
-"""Minimum half width of the box [rad or m]. Even the value of a joint that does not move has
-rounding errors."""
+"""Minimum half width of the box of joint values [rad or m]. Even the value of a joint that does not
+move has rounding errors."""
 _CONDITION = 1e10
 """Maximum condition number of the derivative of the loop equations with respect to the passive
 joints. If the condition number exceeds this value, the actuators do not determine the joints."""
@@ -74,20 +76,21 @@ _CLOSED = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class LoopBounds:
-    """Bounds of the motion of a robot with loops.
+    """Bounds of the joint motion of a robot with loops.
 
     Attributes:
         robot: The robot.
-        given: (g,) indices in z of the joints with constant gear ratios to the actuators.
+        given: (g,) indices of the joints with constant gear ratios to the actuators, in the vector
+            z of all joint values.
         gears: (g, n) motion of each joint in `given` per unit of each actuator coordinate.
         turns: (z,) whether each joint is revolute.
         widest: (z,) largest absolute joint value for which the bounds hold [m], or inf for revolute
             joints.
-        curvature: (equations, z, z) bounds of the second derivatives of the equations.
+        curvature: (equations, z, z) bounds of the second derivatives of the loop equations.
         lengths: (equations, 1 + z) strut lengths as linear functions of the joints. A row contains
-            the length at joint values 0, then the slopes. The row is zero for an equation without a
-            strut. For a strut, the bounds hold for the equation d^2 - l^2 = 0. Here, d is the
-            distance between the strut ends and l is the strut length.
+            the strut length at joint values 0, then its slopes, or zeros for an equation without a
+            strut. For a strut of length l, the bounds hold for the equation d^2 - l^2 = 0, where d
+            is the distance between its ends.
     """
 
     robot: Robot
@@ -141,7 +144,8 @@ class LoopBounds:
     def _scale(self, z: FloatArray) -> FloatArray:
         """Return the factors (equations,) that convert errors of d - l to errors of d^2 - l^2.
 
-        The factor of a strut equation is 2 l, the derivative of l^2. All other factors are 1.
+        The factor of a strut equation is 2 l, the derivative of l^2 for the strut length l. The
+        factors of all other equations are 1.
         """
         return np.where(self.lengths.any(1), 2 * _affine(self.lengths, z), 1.0)
 

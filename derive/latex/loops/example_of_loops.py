@@ -17,17 +17,18 @@ from .loop_page import LoopPage
 FloatArray = NDArray[np.float64]
 
 PARTS = (0.1, -0.1, 0.03, -0.03)
-"""Offsets from the reference configuration, as fractions of each coordinate range. The example uses
-the first offset at which the loops close. The example does not use the reference configuration
-itself, because round coordinate values may hide a sign error."""
+"""Offsets from the reference configuration, as fractions of each coordinate range. The printed
+example uses the first offset at which the robot's loops close. The example does not use the
+reference configuration itself, because round coordinate values may hide a sign error."""
 SOME = {"rad": math.radians(100), "m": 1.0}
-"""Assumed range of a coordinate without limits."""
+"""Assumed width of the range of a coordinate without limits, keyed by the coordinate's unit."""
 
 
 def worked_example_of_loops(page: LoopPage) -> str:
-    """Print a configuration, its tool pose and all configurations with this pose.
+    """Print an example configuration, its tool pose and all configurations with this pose.
 
-    If an iteration solves the loops, the example lists all actuator vectors for the pose.
+    If an iteration solves the loops, the example lists all vectors of actuator coordinates for one
+    tool pose.
     """
     named = {function.name: function for function in page.functions}
     if "fk" not in named:
@@ -80,7 +81,8 @@ def _main_chain(page: LoopPage, part: float) -> FloatArray | None:
     theta = np.array([_near(joint, value, part, page.skeleton.size) for joint, value in pairs])
     if len(theta) == hybrid.freedoms:
         return theta
-    # Most joint values leave the loops open. An iteration corrects the joint values.
+    # For most values of the main-chain joints, the loops do not close, so an iteration corrects
+    # these values.
     numbers = hybrid.numbers
     w = np.array([hybrid.at_reference[name] for name in numbers.names])
     places = [numbers.names.index(joint.name) for joint in joints]

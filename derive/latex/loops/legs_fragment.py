@@ -1,7 +1,7 @@
 r"""Prints the equations of planar parallel robots (platforms on legs) as LaTeX.
 
-The leg equations come from ``chasles.derive.loops.modes.planar_legs``, and the elimination from
-``chasles.derive.loops.modes.leg_elimination``.
+The leg equations come from ``chasles.derive.loops.modes.planar_legs``, and the elimination of the
+platform position from ``chasles.derive.loops.modes.leg_elimination``.
 """
 
 from collections.abc import Iterable
@@ -26,17 +26,16 @@ VECTORS = {"w": r"\mathbf{w}", "u": r"\mathbf{u}", "n": r"\mathbf{n}", "l": r"\e
 
 
 class PrintedLegs:
-    """The printed symbols of the three legs.
+    """The equations of a platform's three legs, in printed symbols.
 
     Attributes:
         page: The robot.
-        terms: Table of the named terms of the robot. All terms depend only on coordinates and
-            parameters.
+        terms: Table of the robot's named terms, which depend only on coordinates and parameters.
         phi: The platform's angle.
-        letters: Letters that name the quantities of the polynomial.
-        legs: Circle or line on which the platform joint of each leg moves, with dimensions in
+        letters: Letters for the symbols in the polynomial of the platform.
+        legs: For each leg, the circle or line on which its platform joint moves, with dimensions in
             meters.
-        equations: The elimination of the platform position.
+        equations: Leg equations after elimination of the platform position.
     """
 
     def __init__(self, page: LoopPage, triad: Triad) -> None:
@@ -55,11 +54,11 @@ class PrintedLegs:
         self.equations: LegElimination = leg_elimination(self.legs, self.phi, self.of)
 
     def tex(self, expression: sp.Expr) -> str:
-        """Format an expression on one line."""
+        """Format an expression as LaTeX on one line."""
         return self.terms.tex(expression)
 
     def equation(self, name: str, value: sp.Expr) -> Equation:
-        """Format an equation on one or more lines."""
+        """Return the equation ``name = value``, with the right-hand side as signed terms."""
         return name, self.page.vectors.terms(value)
 
     def _pair(self, point: Iterable[sp.Expr]) -> Complex:
@@ -71,7 +70,7 @@ class PrintedLegs:
         return self.page.constant(length) if is_constant else self.terms.of(length)
 
     def of(self, letter: str, index: str) -> sp.Symbol:
-        """Return the symbol of a quantity in the elimination."""
+        """Return the symbol of a quantity in the elimination of the platform position."""
         if letter == "|u|":
             return self._symbol(rf"|\mathbf{{u}}_{{{index}}}|", 0)
         if letter in ("|a|", "|b|"):
@@ -85,7 +84,7 @@ class PrintedLegs:
 
 
 def legs(page: LoopPage) -> str:
-    """Print the leg equations, the elimination and all assembly modes."""
+    """Print the leg equations and their elimination to a polynomial for all assembly modes."""
     triad = triad_of(page.hybrid)
     assert triad is not None
     printed = PrintedLegs(page, triad)

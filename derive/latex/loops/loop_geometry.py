@@ -24,10 +24,10 @@ linear systems, for any number of parameters $p$."""
 
 
 def parametric_of_loops(geometry: MechanismGeometry | None) -> str:
-    """Print the parameter table, the loop closure and the derivatives with respect to p.
+    """Print the parameter table, the Newton iteration for the loops and the Jacobians.
 
     Args:
-        geometry: The parametric functions, or None if none was derived.
+        geometry: The robot's parametric functions, or None if they were not derived.
     """
     if geometry is None:
         return ""

@@ -1,4 +1,4 @@
-"""Collects the symbols and solution steps for all sections of an article."""
+"""Collects the symbols and solution steps for a LaTeX article about a robot with loops."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,18 +25,18 @@ from .printed_steps import PrintedLoopStep, VectorPrinter, after, printed_steps
 
 @dataclass(frozen=True)
 class LoopPage:
-    """A robot with loops and the data of its article.
+    """A robot with loops and the data of its LaTeX article.
 
     Attributes:
         mechanism: The description.
         hybrid: The loops of the robot and their solution.
         skeleton: The bodies of the robot with their drawn shapes.
-        chain: The printed expressions of the main chain, in the symbols of `members`.
+        chain: Printed expressions of the main chain, with the joint symbols from `members`.
         members: The printed symbols of the robot's joints.
-        letters: The letters for intermediate results.
-        inverse: The inverse of the robot, or None if it was not derived.
-        functions: The functions derived in closed form.
-        geometry: The parametric functions, or None if none was derived.
+        letters: Letters that the LaTeX article uses for intermediate results.
+        inverse: The robot's inverse kinematics functions, or None if they were not derived.
+        functions: The derived closed-form functions, which call no iterative solver.
+        geometry: The robot's parametric functions, or None if they were not derived.
     """
 
     mechanism: Mechanism
@@ -51,14 +51,15 @@ class LoopPage:
 
     @classmethod
     def of(cls, derivation: Derivation) -> "LoopPage":
-        """Collect the symbols and solution steps of a derivation."""
+        """Collect the data of a LaTeX article from the derivation of a robot with loops."""
         mechanism, hybrid = derivation.robot, derivation.hybrid
         assert isinstance(mechanism, Mechanism)
         assert hybrid is not None
         symbols = members(mechanism)
         printed = derive(mechanism.main_chain, functions=PRINTED, families=derivation.families)
         inverse, functions = derivation.inverse, (f for f in derivation.functions if not f.calls)
-        # If the robot has its own inverse, the general solution of the main chain is not printed.
+        # If the robot has inverse kinematics functions of its own, the article omits the general
+        # inverse kinematics of the main chain.
         methods = STRUCTURED if inverse and inverse.solved else METHODS
         chain = Page.of(printed, symbols.theta, len(mechanism.coordinates), methods)
         letters = Letters(chain.equations.notation, symbols)
@@ -72,7 +73,7 @@ class LoopPage:
 
     @property
     def terms(self) -> Terms:
-        """Return the names of all terms of the loops."""
+        """Return the table of all named terms of the loops."""
         return self.hybrid.terms
 
     @cached_property
@@ -87,7 +88,7 @@ class LoopPage:
 
     @cached_property
     def joints(self) -> dict[str, sp.Symbol]:
-        """Return the printed symbols of all entries of the configuration, keyed by name."""
+        """Return the printed symbol of each configuration entry, keyed by the entry's name."""
         known = dict(zip(self.members.q, self.q, strict=True))
         known |= dict(zip(self.members.theta, self.theta, strict=True))
         return {
@@ -97,7 +98,7 @@ class LoopPage:
 
     @cached_property
     def printed_terms(self) -> PrintedTerms:
-        """Return the terms of the loops with the symbols that the article prints."""
+        """Return the named terms of the loops with their printed symbols."""
         hybrid = self.hybrid
         known = dict(zip(hybrid.q, self.q, strict=True))
         known |= dict(zip(hybrid.theta, self.theta, strict=True))
@@ -108,7 +109,7 @@ class LoopPage:
 
     @cached_property
     def vectors(self) -> VectorPrinter:
-        """Print equations of vectors."""
+        """Return the printer of equations that contain products of vectors."""
         notation = self.chain.equations.notation
         return VectorPrinter.of(notation)
 
@@ -127,21 +128,21 @@ class LoopPage:
 
     @cached_property
     def dead_values(self) -> dict[int, DeadValues]:
-        """Return the actuator positions at which the margin of a step is zero, by step number."""
+        """Return the actuator positions where a step has margin 0, keyed by step number."""
         steps = self.forward_steps
         with_margin = [printed.number for printed in steps if printed.step.margin is not None]
         found = zip(with_margin, dead_values(self.hybrid), strict=True)
         return {number: values for number, values in found if values is not None}
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """Return the expression of a constant with the symbols that the article prints."""
+        """Return a constant expression in printed symbols."""
         if self.terms.is_number(expression) and self.terms.size(expression) > MAX_WRITTEN:
             return self.printed_terms.notation.constant(self.terms.value(expression))
         addends = sp.Add.make_args(sp.expand(self.terms.spelled(expression)))
         return sp.Add(*map(self.printed_terms.constant, addends))
 
     def tex(self, expression: sp.Expr) -> str:
-        """Format a printed expression on one line."""
+        """Format an expression in printed symbols as LaTeX on one line."""
         return self.printed_terms.tex(expression)
 
     def _symbol(self, tex: str, place: int) -> sp.Symbol:

@@ -1,4 +1,4 @@
-r"""Prints the loops as products of exponentials and as scalar equations."""
+r"""Prints the closure equations of loops as products of exponentials and as scalar equations."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -21,7 +21,7 @@ DECIMALS = 6
 
 
 def loops(page: LoopPage) -> str:
-    """Print the equations of each loop and the equations of its rates."""
+    """Print the closure equations of each loop and the equations of its joint rates."""
     every = equations(page.hybrid)
     found = [loop for loop in every if isinstance(loop, LoopEquations)]
     shown = [_loop(page, loop, k) for k, loop in enumerate(found, 1)]
@@ -133,7 +133,7 @@ def _screws(page: LoopPage, loop: LoopEquations, values: dict[str, sp.Symbol]) -
     heads = [rf"${part}_{axis}$" for part in ("v", r"\omega") for axis in "xyz"]
     rows = [[_constant(page, entry) for entry in factor.screw] for factor in loop.factors]
     columns += [(head, [row[k] for row in rows]) for k, head in enumerate(heads)]
-    # The screw of a planar loop has only three nonzero components.
+    # The table omits screw components that are zero for all joints, as in a planar loop.
     shown = [column for column in columns if set(column[1]) != {"$0$"}]
     return tabular(shown, repeated=1)
 
@@ -158,7 +158,7 @@ def _constant(page: LoopPage, entry: sp.Expr) -> str:
 
 
 def residual(page: LoopPage, loop: LoopEquations) -> tuple[list[Definition], list[sp.Expr]]:
-    """Print the scalar equations. Long squared terms get names."""
+    """Return the definitions of long sums in brackets, and the scalar equations of a loop."""
     definitions: list[Definition] = []
     entries = []
     for entry in loop.residual:

@@ -19,7 +19,7 @@ CLOSURES = {"pin": "pin", "slider": "slider", "ball": "ball", "weld": "weld"}
 
 
 def description(page: LoopPage) -> str:
-    """Print the coordinates, joints, closures, struts, drives and parameters of a robot."""
+    """Print the coordinates, joints, loop closures, struts, drives and parameters of a robot."""
     shown = text(
         _coordinates(page),
         _followers(page),

@@ -1,8 +1,8 @@
 """Names the joints of a robot with loops.
 
-Main-chain joints are called theta, actuated coordinates q and other joints psi. The letters theta,
-q and psi have a number as index. A joint name that is a symbol stays unchanged, for example
-``theta8`` or ``l_HI``.
+Main-chain joints get the symbols theta_1, theta_2, ..., actuated coordinates q_1, q_2, ... and
+other joints psi_1, psi_2, ... A joint name that is a symbol stays unchanged, for example ``theta8``
+or ``l_HI``.
 """
 
 from collections.abc import Iterable, Mapping
@@ -18,7 +18,8 @@ from ..setting.notation import LENGTH, Notation
 ACTUATED = "q"
 THETA = (r"\theta", r"\vartheta", r"\xi")
 PSI = (r"\psi", r"\eta", r"\chi")
-"""Letters for joints, best letter first. Letters that the robot description uses are skipped."""
+"""Letters for joints, in order of preference. A letter that the robot description already uses is
+skipped."""
 LETTERS: Mapping[str, tuple[str, ...]] = {
     "angle": (r"\varphi", r"\phi", r"\gamma"),
     "freedom": (r"\zeta", r"\sigma", r"\nu"),
@@ -40,7 +41,7 @@ LETTERS: Mapping[str, tuple[str, ...]] = {
     "beta": (r"\beta", r"\varepsilon", r"\mathrm{b}"),
     "delta": (r"\delta", r"\Delta", r"\mathrm{d}"),
 }
-"""Alternative letters for each intermediate result, in order of preference."""
+"""Alternative letters for each kind of intermediate result, in order of preference."""
 
 
 @dataclass(frozen=True)
@@ -50,9 +51,9 @@ class Members:
     Attributes:
         theta: LaTeX names of the main-chain joints.
         q: LaTeX names of the actuated coordinates.
-        of: LaTeX names of all configuration entries, keyed by name.
-        struts: Names of the rods and cylinders with pin joints at their ends, keyed by the name of
-            their angle.
+        of: LaTeX symbols of all configuration entries, keyed by the name of the entry.
+        struts: Names of the struts (rods and cylinders) with pin joints at their ends, keyed by the
+            name of the strut angle.
     """
 
     theta: tuple[str, ...]
@@ -61,13 +62,13 @@ class Members:
     struts: Mapping[str, str]
 
     def called(self, name: str) -> str:
-        """Format the name of a joint, body or closure for a sentence."""
+        """Format the name of a joint, body or loop closure for use in a sentence."""
         if names.is_symbol(name):
             return f"${self.of.get(name, names.parameter(name))}$"
         return words(name, self.struts)
 
     def with_symbol(self, name: str) -> str:
-        """Format a joint for a sentence as a name followed by a symbol."""
+        """Format a joint for use in a sentence, as its name followed by its symbol."""
         if names.is_symbol(name) or name not in self.of:
             return self.called(name)
         return f"{words(name, self.struts)} ${self.of[name]}$"
@@ -106,13 +107,13 @@ class _Chosen:
 
 
 def dotted(tex: str) -> str:
-    """Add a dot to a symbol. The dotted symbol denotes a rate."""
+    """Add a dot to a LaTeX symbol to denote a rate."""
     letter, bar, index = tex.partition("_")
     return rf"\dot{{{letter}}}{bar}{index}"
 
 
 def words(name: str, struts: Mapping[str, str]) -> str:
-    """Format a name for a sentence, with spaces between its words.
+    """Format the name of a joint or strut part for a sentence, with spaces between words.
 
     Args:
         name: The name of a joint or of a part of a strut.
@@ -125,7 +126,7 @@ def words(name: str, struts: Mapping[str, str]) -> str:
         kind, first = "near end of", struts[first]
     plain = names.escape(first.replace("_", " "))
     plain = f"{kind} {plain}" if kind else plain
-    # A pin is shared if two struts end at the pin on one body.
+    # Two struts share a pin if both struts end at this pin on one body.
     is_shared = dot and part.partition(".")[0] not in _KINDS
     return f"pin between {plain} and {words(part, struts)}" if is_shared else plain
 
@@ -135,7 +136,7 @@ _KINDS = {"end": "far end of", "piston": "piston of", "begin": "near end of"}
 
 
 class Letters:
-    """Letters for intermediate results that the robot does not use."""
+    """Letters for intermediate results, different from the letters of the robot's symbols."""
 
     def __init__(self, notation: Notation, symbols: Members) -> None:
         lengths = [notation.tex[s] for s, (kind, _) in notation.order.items() if kind == LENGTH]
@@ -150,11 +151,11 @@ class Letters:
         self._count: dict[str, int] = {}
 
     def next(self, kind: str) -> sp.Symbol:
-        """Return the next numbered symbol of a kind."""
+        """Return the next numbered symbol for a kind of intermediate result."""
         number = self._count[kind] = self._count.get(kind, 0) + 1
         return self.notation.symbol(f"{self.letters[kind]}_{{{number}}}", (LENGTH, (90, number)))
 
     def of_step(self, kind: str, step: int, axis: str = "") -> sp.Symbol:
-        """Return the symbol of an intermediate result."""
+        """Return the symbol of an intermediate result in a numbered solution step."""
         tex = f"{self.letters.get(kind, kind)}_{{{step}{axis}}}"
         return self.notation.symbol(tex, (LENGTH, (95, step, "hnmpCEPDAB".find(kind), axis)))

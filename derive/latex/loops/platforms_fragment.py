@@ -27,9 +27,10 @@ from .loop_page import LoopPage
 AXES = "xyz"
 PLANE, SPACE = 2, 6
 RANKS = ("l", "J", "k", "n", "u", "w")
-"""Symbols of the elimination. In a product, the factors are printed in this order."""
+"""Quantities in the elimination of the platform position, in the order in which they are printed in
+a product."""
 WHOLE = 0.8 * LINE
-"""Maximum width (pt) of a vector component on one line."""
+"""Maximum width (pt) of a vector component that is printed on one line."""
 ZERO = sp.Integer(0)
 TWIST = (*(f"v_{axis}" for axis in AXES), *(rf"\omega_{axis}" for axis in AXES))
 LETTERS = {
@@ -38,20 +39,21 @@ LETTERS = {
     "sine": (r"\beta", r"\nu", r"\tau"),
     "root": (r"\xi", r"\varsigma", r"\mathrm{z}"),
 }
-"""Letters for the polynomial, in order of preference. Letters that the robot description uses are
-skipped."""
+"""Letters for the symbols in a platform's polynomial, in order of preference. A letter that already
+names a length or joint of the robot is skipped."""
 Vector = tuple[sp.Expr, ...]
 
 
 @dataclass(frozen=True)
 class PrintedRod:
-    """One rod of a platform (meter), with the symbols that the article prints.
+    """A rod of a platform in printed symbols, with all lengths in meters.
 
     Attributes:
-        a: The lower end of the rod, on an actuated body or the base, in the base frame.
-        b: The upper end of the rod, on the platform, in the base frame.
-        pin: The upper end of the rod in the tool frame.
-        length: Its length.
+        a: Position of the rod's lower end, which is on an actuated body or the base, in the base
+            frame.
+        b: Position of the rod's upper end, which is on the platform, in the base frame.
+        pin: Position of the rod's upper end in the tool frame.
+        length: Length of the rod.
     """
 
     a: Vector
@@ -61,13 +63,13 @@ class PrintedRod:
 
 
 class PrintedPlatform:
-    """A platform on legs, with the symbols that the article prints.
+    """The equations of a platform on legs, in printed symbols.
 
     Attributes:
         page: The robot.
-        terms: The terms of the robot, which depend only on coordinates and parameters.
-        rods: The rods in the order of the description.
-        axes: The base axes along which at least one rod has a nonzero component.
+        terms: Table of the robot's named terms, which depend only on coordinates and parameters.
+        rods: The platform's rods, in the order of the robot description.
+        axes: Indices of the base axes along which at least one rod end has a nonzero coordinate.
         free: Indices of the components of the tool twist (in base axes) that can be nonzero.
     """
 
@@ -88,25 +90,25 @@ class PrintedPlatform:
         return len(self.axes) == PLANE
 
     def length(self, length: sp.Expr) -> sp.Expr:
-        """Return the length of a rod."""
+        """Return the length of a rod in printed symbols."""
         is_constant = self.page.terms.is_constant(length)
         return self.page.constant(length) if is_constant else self.of(length)
 
     @cached_property
     def n(self) -> tuple[Vector, ...]:
-        """Return symbols of the rods' unit directions towards the platform."""
+        """Return the symbols of the unit vectors along the rods towards the platform."""
         return self._symbols("n")
 
     @cached_property
     def r(self) -> tuple[Vector, ...]:
-        """Return symbols of the vectors from the tool to the rods' platform ends."""
+        """Return the symbols of the vectors from the tool to the platform end of each rod."""
         return self._symbols("r")
 
     @cached_property
     def J_x(self) -> sp.Matrix:
-        """Return the line coordinates of the rods.
+        """Return the line coordinates of the rods, one row for each rod.
 
-        The columns correspond to the components of the tool twist that can be nonzero.
+        Each column of this matrix belongs to a component of the tool twist that can be nonzero.
         """
         rows = [line_coordinates(n, r) for n, r in zip(self.n, self.r, strict=True)]
         return sp.Matrix([[row[k] for k in self.free] for row in rows])
@@ -136,7 +138,7 @@ class PrintedPlatform:
         return self.page.chain.equations.notation.symbol(tex, (TERM, (rank, tex)))
 
     def of(self, expression: sp.Expr) -> sp.Expr:
-        """Expand an expression of named terms."""
+        """Convert an expression of named terms to printed symbols and expand it."""
         return sp.expand(self.printed_terms.of(expression))
 
     def _symbols(self, letter: str) -> tuple[Vector, ...]:
@@ -152,7 +154,7 @@ class PrintedPlatform:
 
     @cached_property
     def tool(self) -> Vector:
-        """Return the tool position in the base frame."""
+        """Return the tool position in the base frame, in printed symbols."""
         return tuple(map(self.of, tool_position(self.page.hybrid)))
 
     def _rods(self, hybrid: SolvedLoops) -> tuple[PrintedRod, ...]:
@@ -175,13 +177,16 @@ class PrintedTriad:
         phi: The platform's angle.
         letters: Unused letters for the symbols of the platform polynomial.
         equations: The elimination.
-        u: Vectors from the first rod to the other two rods, with named components.
+        u: Vectors along the second and third rod minus the vector along the first rod, with named
+            components.
         norms: Norms of the two vectors `u`, as functions of the components of `u`.
-        k: Right-hand sides of the two linear equations in `w`, as functions of `norms`.
-        w: Symbols of the components of the first rod.
+        k: Right-hand sides of the two linear equations for the first rod's vector `w`, as functions
+            of `norms`.
+        w: Symbols of the components of the vector along the first rod.
         position: The position (x, y) of the platform, as a function of coordinates, parameters and
             ``w``.
-        scale: A squared length. The polynomial in the platform angle is divided by `scale`^3.
+        scale: Squared length that normalizes the polynomial in the platform angle, which is divided
+            by `scale`^3.
     """
 
     def __init__(self, platform: PrintedPlatform, triad: Triad) -> None:
@@ -223,7 +228,7 @@ def free_letters(page: LoopPage) -> dict[str, str]:
 
 
 def platform(page: LoopPage) -> str:
-    """Print the rods, the velocity relation, the singularity types and the assembly modes."""
+    """Print a platform's rods, velocity relation, singularity types and assembly modes."""
     printed = PrintedPlatform(page)
     triad = printed.triad
     return text(

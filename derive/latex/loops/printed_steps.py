@@ -1,9 +1,8 @@
 """Converts the steps of a closed-form loop solution to printed symbols.
 
-Solution steps have equations in their own symbols
-(``StepEquations``). The module replaces the symbols of
-the step equations by printed symbols. Short values are written out. The same code converts all
-kinds of steps.
+Each kind of solution step has equations in its own symbols (``StepEquations``). The same code
+converts all kinds of steps to the symbols of the LaTeX article. Quantities with short values are
+printed as these values, without a symbol.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -50,14 +49,14 @@ class PrintedAngle:
 
 @dataclass(frozen=True)
 class PrintedRate:
-    """A linear equation between rates, with the symbols that the article prints.
+    """A linear equation between rates, in printed symbols.
 
     Attributes:
-        left: Unknown rates with their factors.
-        right: Known rates with their factors.
-        projected: LaTeX names of two vectors. The left side is the dot product of the first vector
-            and the derivative of the second vector. The tuple is empty if the left side is a sum of
-            products.
+        left: Unknown rates on the left-hand side, with their factors.
+        right: Known rates on the right-hand side, with their factors.
+        projected: LaTeX names of two vectors. The left-hand side of the rate equation is the dot
+            product of the first vector and the derivative of the second vector. If the left-hand
+            side is a sum of products, the tuple of vector names is empty.
     """
 
     left: Weighted
@@ -67,23 +66,23 @@ class PrintedRate:
 
 @dataclass(frozen=True)
 class PrintedLoopStep:
-    """A solution step with the symbols that the article prints.
+    """A step of the loop solution, in printed symbols.
 
     Attributes:
-        step: The original solution step.
-        number: Number of the step in the article.
-        unknown: The angles and vectors on the unknown side of the loop equation.
-        given: The known side of the loop equation.
-        vectors: Components and lengths of the known vectors.
-        results: Intermediate results and displacements. Each result depends only on earlier
-            results.
-        angles: The resulting angles.
-        margin: The margin of the step, or None if the step can always be solved.
-        rates: The rate equations of the unknowns.
-        positions: Components of the known vectors whose names appear in the equations.
-        points: Components of the vectors whose names appear in the results.
-        remark: A sentence about the choice of the root.
-        dead_point: Description of the configurations with margin 0.
+        step: The solution step before its conversion to printed symbols.
+        number: Number of the solution step in the LaTeX article.
+        unknown: Pairs (rotation angle, vector) on the unknown side of the loop equation.
+        given: Pairs (rotation angle, vector) on the known side of the loop equation.
+        vectors: Definitions of the components and lengths of the known vectors.
+        results: Definitions of intermediate results and displacements, each after the results on
+            which it depends.
+        angles: Cosine and sine of each angle that the step solves.
+        margin: Margin of the solution step, or None if the step can always be solved.
+        rates: Equations for the rates of the step's unknowns.
+        positions: Components of each known vector that the equations mention by name.
+        points: Components of each vector that the results mention by name.
+        remark: Sentence about the root that the solution step chooses.
+        dead_point: Description of the configurations in which the step's margin is 0.
     """
 
     step: LoopStep
@@ -131,17 +130,18 @@ def printed_steps(
     """Convert the steps of a solution to printed symbols.
 
     Args:
-        terms: Table of the named terms of the robot. The function adds the symbols of the unknowns
-            to `terms`.
+        terms: Table of the robot's named terms, to which the function adds the symbols of the
+            unknowns.
         letters: Unused letters for the unknowns.
-        solution: The solution from the actuators or from the main chain.
+        solution: Solution of the loops for known actuator positions or for known main-chain joints.
         first: Number of the first printed solution step.
         joints: Symbols of the joints.
     """
     values = {solution.values[name]: s for name, s in joints.items() if name in solution.values}
     for name in _leaders(solution):
-        # In the equations of coupled joints, an inverse tangent wraps the angle of this joint to
-        # one turn. The article prints the joint's symbol instead.
+        # In the equations of coupled joints, an inverse tangent wraps the angle of the followed
+        # joint to one turn. The LaTeX article prints the joint's symbol instead of the inverse
+        # tangent.
         wrapped = reported(solution, solution.values, name)
         if wrapped in terms.terms.definitions and wrapped != solution.values[name]:
             terms.call(wrapped, joints[name])
@@ -161,12 +161,12 @@ def _leaders(solution: Solution) -> Iterator[str]:
 
 
 def after(steps: Sequence[PrintedLoopStep], first: int = 1) -> int:
-    """Return the number of the first step that is not printed yet."""
+    """Return the number of the solution step that follows the given steps."""
     return max((step.number for step in steps), default=first - 1) + 1
 
 
 class _Writer:
-    """Converts a solution step to the symbols that the article prints."""
+    """Converts a solution step to printed symbols."""
 
     def __init__(
         self,
@@ -290,7 +290,8 @@ class _Writer:
 
     def _put(self, value: sp.Expr) -> sp.Expr:
         if value.is_Mul and value.args[0].is_Rational and value.args[-1].is_Add:
-            # SymPy would multiply out the factor, so the step stores the factor separately.
+            # SymPy would multiply the rational factor into the sum, so the product is not
+            # evaluated.
             return sp.Mul(value.args[0], self._put(value.args[-1]), evaluate=False)
         return value.xreplace(self.shown)
 

@@ -1,4 +1,4 @@
-r"""Prints the rate equations of every step and the Jacobian."""
+r"""Prints the rate equations of every step of the loop solution, and the Jacobian."""
 
 from collections.abc import Mapping
 
@@ -16,10 +16,10 @@ from .members import dotted
 from .printed_steps import PrintedLoopStep, PrintedRate
 
 MAX_TERMS = 8
-"""Maximum number of terms in a printed rate. In a rate with more terms than this number, symbols
-replace the rates of intermediate results."""
+"""Maximum number of terms in a printed rate. In a longer rate, symbols replace the rates of
+intermediate results."""
 MAX_EXPANDED = 500
-"""Maximum number of terms for which the expansion of a rate is tried."""
+"""A rate is expanded only if it has at most this number of terms after expansion."""
 BRACKET = 0.75 * LINE
 """Maximum width (pt) of a sum in brackets that multiplies a joint rate."""
 
@@ -31,7 +31,7 @@ class Rates:
         dotted: The rate symbol of each coordinate and unknown.
         definitions: The definition of each symbol that is neither a coordinate nor an unknown.
         inner: Symbols for rates of intermediate results, keyed by the symbol of the result. A rate
-            that is printed as an expression has no symbol.
+            that is printed as an expression has no entry in this table.
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:
@@ -42,7 +42,7 @@ class Rates:
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
     def equations(self, step: PrintedLoopStep) -> list[tuple[PrintedRate, sp.Expr]]:
-        """Return each rate equation of a step, with its right-hand side as an expression."""
+        """Return the rate equations of a solution step, with right-hand sides as expressions."""
         self.definitions |= dict(step.vectors)
         results = []
         for rate in step.rates:
@@ -158,7 +158,7 @@ def _rates(
     for step in steps:
         for rate, total in found.equations(step):
             unknowns.append((found.left(rate), page.printed_terms.printer.terms(total)))
-    # A step without equations, such as a serial arm, gives no rates.
+    # A solution step without equations, such as a serial arm, has no rate equations.
     without = {
         symbol
         for step in steps

@@ -23,13 +23,13 @@ from .printed_steps import PrintedLoopStep
 
 SPACE = r"\,"
 MAX_ZEROS = 4
-"""Maximum number of listed dead points of a step."""
+"""The dead points of a solution step are listed only if there are at most this many."""
 MIN_PRINTED = 0.01
-"""A lower bound of a margin is printed only if the bound exceeds this value."""
+"""The lower bound of a step's margin is printed only if the bound exceeds this value."""
 
 
 def solution(page: LoopPage) -> str:
-    """Print the solution from the actuators, then the solution from the main chain."""
+    """Print the solution of the loops for known actuators, then for known main-chain joints."""
     forward, backward = page.hybrid.forward, page.hybrid.backward
     actuated = {c.moves for c in page.mechanism.coordinates}
     main = [joint.name for joint in page.hybrid.robot.moving]

@@ -12,19 +12,20 @@ from .loop_page import LoopPage
 _POSITION = (3, 7, 11)
 """Indices of the position entries in a row-major pose."""
 _BRACKET = 0.36 * LINE
-"""Maximum width (pt) of a sum that is written as a factor."""
+"""Maximum width (pt) of a sum that is printed in brackets as a factor."""
 _LETTER = r"\varrho"
 
 
 def tool_position(page: LoopPage) -> str:
-    """Return the forward kinematics in terms of the actuated coordinates.
+    """Print the tool position as a function of the actuated coordinates.
 
-    The result is empty if an iteration solves the loops.
+    The returned text is empty if an iteration solves the loops.
     """
     fk = next((function for function in page.functions if function.name == "fk"), None)
     if fk is None or page.hybrid.forward.open:
         return ""
-    # The solution steps already name the angles on which the tool position depends.
+    # The solution steps must exist first, because they name the angles on which the tool position
+    # depends.
     assert page.forward_steps is not None
     assert page.backward_steps is not None
     entries = [without_guard(page.terms, fk.outputs[0].entries[k]) for k in _POSITION]
@@ -54,7 +55,7 @@ def tool_position(page: LoopPage) -> str:
 
 
 def without_guard(terms: Terms, entry: sp.Expr) -> sp.Expr:
-    """Return the entry without the addend that is NaN if a loop is open."""
+    """Return a pose entry without the addend that is NaN if a loop does not close."""
     definition = terms.definitions.get(entry, entry)
     kept = [part for part in sp.Add.make_args(definition) if not _is_guard(terms, part)]
     return entry if len(kept) == len(sp.Add.make_args(definition)) else sp.Add(*kept)

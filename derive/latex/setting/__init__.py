@@ -1,1 +1,1 @@
-"""Typesetting of names, symbols and displays."""
+"""Typesetting of names, symbols and displayed equations in LaTeX."""

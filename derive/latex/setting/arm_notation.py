@@ -19,7 +19,7 @@ class ArmNotation(Notation):
         self.q, self.called = tuple(q), tuple(called)
 
     def trigonometric(self, expression: sp.Expr) -> sp.Expr:
-        """Return the cosine or sine unchanged."""
+        """Return a cosine or sine unchanged, without a short symbol."""
         return expression
 
     def entries(self) -> tuple[sp.Symbol | None, ...]:

@@ -1,6 +1,7 @@
 r"""Formats equations and matrices in LaTeX so that they fit the width of the page.
 
-The results need only amsmath. The results must be placed in LaTeX text, not inside a formula.
+The formatted equations need only the LaTeX package amsmath. The formatted equations must be placed
+in LaTeX text, not inside a formula.
 """
 
 from collections.abc import Sequence
@@ -22,22 +23,25 @@ class Display(NamedTuple):
 
 
 INDENT = width(r"\quad\quad")
-"""Indentation of an equation's further lines (pt)."""
+"""Indentation (pt) of all lines of an equation after its first line."""
 COLUMN_GAP = 10.2
 BRACKETS = 15.0
 MARGIN = 6.0
 """Maximum error of an estimated width (pt)."""
 BREAKS = r"\allowdisplaybreaks"
 NO_BREAK = r"\interdisplaylinepenalty=10000\postdisplaypenalty=10000"
-"""Keeps a displayed equation and the text after it on the same page."""
+"""LaTeX commands that keep a displayed equation and the text after it on the same page."""
 SHORTEST_RUN = 4
 """Minimum number of consecutive short equations that are set in two columns."""
 
 
 def aligned(equations: Sequence[Equation], end: str = ".") -> str:
-    """Align equations. Short equations are set in pairs.
+    """Print aligned equations.
 
-    Long right-hand sides continue on an indented line. The list may break across pages.
+    Consecutive short equations are set in two columns.
+
+    A long right-hand side continues on an indented line. The list of equations may break across
+    pages.
     """
     runs = _runs(equations)
     displays = []

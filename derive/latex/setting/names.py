@@ -1,4 +1,4 @@
-"""Converts names to LaTeX."""
+"""Converts the names of joints, parameters and frames to LaTeX."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -11,7 +11,7 @@ _LOWER_FROM_SIGMA = "sigma tau upsilon phi chi psi omega"
 _UPPER = "Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"
 GREEK = frozenset(f"{_LOWER} {_LOWER_FROM_PI} {_LOWER_FROM_SIGMA} {_UPPER}".split())
 LONGEST_WORD = 16
-"""Minimum length of a word that may be broken across lines."""
+"""Maximum length of a word that is never broken across lines."""
 _ESCAPES = {
     "\\": r"\textbackslash{}",
     "{": r"\{",
@@ -49,16 +49,16 @@ _ESCAPES = {
     },
 }
 _WORDS = ("a", "A", "I")
-"""Joint names that are also English words."""
+"""Joint names that are also English words and that sentences therefore never show as symbols."""
 _BREAKS = "_/"
 """Characters after which a long word may be broken."""
 _PARTS = re.compile(r"[A-Za-z]+|[0-9]+")
 _LATIN = frozenset(map(chr, range(0xC0, 0x180))) - frozenset("ĦħĸĿŀŉŦŧſ")
-"""Accented letters in a T1 font."""
+"""Accented letters that a LaTeX font with T1 encoding contains."""
 
 
 def escape(text: str) -> str:
-    """Escape text for a paragraph. Long words may be broken.
+    """Escape text for a LaTeX paragraph and allow line breaks in long words.
 
     Letters that pdfLaTeX cannot set become codes, such as ``[U+4E2D]``.
     """
@@ -99,10 +99,10 @@ def is_symbol(name: str) -> bool:
 
 
 def own_symbols(robot: SerialRobot) -> tuple[str, ...]:
-    """Return the joint names as LaTeX symbols, if all names are suitable.
+    """Return the joint names as LaTeX symbols, or () if a name is unsuitable.
 
-    A suitable name is a Greek letter for an angle, or a lower-case letter for a length. The result
-    is empty if a name is unsuitable or a symbol occurs twice.
+    A suitable joint name is a Greek letter or, for a prismatic joint, a lower-case letter other
+    than q. The tuple is also empty if a symbol occurs twice.
     """
     joints = robot.coordinates
     found = [parameter(joint.name) for joint in joints]
@@ -121,7 +121,7 @@ def _is_own_symbol(joint: Joint | Motor) -> bool:
 
 
 def in_words(words: str, symbols: Mapping[str, str]) -> str:
-    """Escape text for a paragraph and replace joint names by symbols."""
+    """Escape text for a LaTeX paragraph and replace joint names by their symbols."""
     shown = escape(words)
     for name in sorted(symbols, key=len, reverse=True):
         if is_symbol(name) and name not in _WORDS:
@@ -136,7 +136,7 @@ def head(tex: str) -> str:
 
 
 def frame(name: str) -> str:
-    """Format a frame name as an index. Words are upright."""
+    """Format a frame name as a LaTeX index, with words in upright letters."""
     if len(name) == 1 or name.isdigit():
         return name
     return rf"\mathrm{{{_typed(name)}}}"
@@ -159,7 +159,10 @@ def _index(word: str) -> str:
 
 
 def distinct(names: Iterable[str]) -> dict[str, str]:
-    """Return the LaTeX of each parameter. Names that would look alike are set verbatim."""
+    """Return the LaTeX symbol of each parameter.
+
+    Names that would look alike are set verbatim.
+    """
     found: dict[str, str] = {}
     for name in names:
         tex = parameter(name)

@@ -1,7 +1,7 @@
 r"""Prints numbers with nested roots as multiples of a sine or cosine.
 
-An example is ``0.25 \sin 12^\circ``. SymPy evaluates the cosine and sine of many constant angles to
-nested roots. Readers cannot recognize an angle in nested roots.
+An example of such a multiple is ``0.25 \sin 12^\circ``. SymPy evaluates the cosine and sine of many
+constant angles to nested roots. Readers cannot recognize an angle in nested roots.
 """
 
 from collections.abc import Sequence
@@ -18,8 +18,8 @@ from ...model.values import Values
 from .printer import number
 
 STEPS = 30
-"""Number of angles whose cosines and sines are recognized. The angles are the multiples of 1.5
-degrees up to 45 degrees."""
+"""Number of angles whose cosines and sines are recognized, which are the multiples of 1.5 degrees
+up to 45 degrees."""
 DIGITS = 50
 LARGEST_DENOMINATOR = 10**7
 MINUTES = 180 * 60
@@ -33,7 +33,7 @@ def is_nested(value: sp.Expr) -> bool:
 
 
 def as_angle(value: sp.Expr) -> str:
-    """Format an angle as a multiple of pi if it is a multiple of an arc minute, or return ""."""
+    """Format an angle as a multiple of pi, or return "" if it is no multiple of an arc minute."""
     with mpmath.workdps(DIGITS):
         minutes = mpmath.nint(Values().of(value) * MINUTES / mpmath.pi)
     factor = sp.Rational(int(minutes), MINUTES)
@@ -43,7 +43,7 @@ def as_angle(value: sp.Expr) -> str:
 def as_trigonometric(value: sp.Expr) -> str:
     """Format a number as a multiple of a sine or cosine, or return "" if that is impossible.
 
-    The factor must be a rational multiple of 1, sqrt(2) or sqrt(3).
+    The factor of the sine or cosine must be a rational multiple of 1, sqrt(2) or sqrt(3).
     """
     factor, function = value.as_coeff_Mul()
     if isinstance(function, sp.cos | sp.sin):

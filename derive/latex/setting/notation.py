@@ -1,9 +1,8 @@
 r"""Defines the short symbols, named constants and shared terms of an article.
 
-A short symbol, such as a symbol for a cosine, abbreviates an expression. Its SymPy name is LaTeX
-text. The braces in the LaTeX text distinguish a short symbol from a parameter.
-``Notation.meanings`` contains the definition of each short symbol, for the symbol table and for
-tests.
+A short symbol, such as a symbol for a cosine, abbreviates an expression. The SymPy name of a short
+symbol is LaTeX text, whose braces distinguish the symbol from a parameter. ``Notation.meanings``
+contains the definition of each short symbol, for the symbol table and for tests.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -19,8 +18,8 @@ from . import names
 from .shorter import reduced
 
 Order = tuple[int, tuple[object, ...]]
-"""Sort key of a factor in a printed product. The first entry is the kind of the factor, such as
-``LENGTH``."""
+"""Sort key of a factor in a printed product, with the kind of the factor, such as ``LENGTH``, as
+its first entry."""
 CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = range(7)
 
 ACCENTS = ("hat", "tilde", "check", "breve")
@@ -28,11 +27,12 @@ MAX_PARTS = 12
 """Maximum number of named constants in the expression of a numerical value. A number with more than
 ``MAX_PARTS`` named constants is printed as a sum or product."""
 MAX_WRITTEN = 200
-"""Maximum number of symbols and numbers in a constant that is defined by parameters only."""
+"""Maximum number of symbols and numbers in a constant whose definition is written with parameters
+only."""
 COMMAS_FROM = 10
 """If a robot has at least this number of coordinates, commas separate the indices of a symbol."""
 LONG_RUN = 3
-"""Minimum number of consecutive indices that form a range."""
+"""Minimum number of consecutive indices that are printed as a range, such as 1:3."""
 LETTERS = {
     "cos": ("c", "C", r"\mathrm{c}"),
     "sin": ("s", "S", r"\mathrm{s}"),
@@ -47,21 +47,20 @@ used."""
 
 
 class Notation:
-    """The short symbols that one derivation uses.
+    """The short symbols for the printed expressions of one derivation.
 
     Attributes:
-        terms: The terms and constants of the derivation.
+        terms: The named terms and constants of the derivation.
         q: The coordinates.
-        called: LaTeX of the coordinates. `called` is empty if the coordinates are called q_1, q_2,
-            ...
-        tex: LaTeX of coordinates, parameters and short symbols.
+        called: LaTeX symbols of the coordinates, or () if the coordinates are called q_1, q_2, ...
+        tex: LaTeX text of each coordinate, parameter and short symbol.
         order: Sort key of each printed symbol, for the order of the factors in a product.
         meanings: The full expressions that the symbols abbreviate, keyed by symbol.
-        angles: For each angle, the accent and index of the symbols for the cosine and sine of this
-            angle. The angles are in order of first use.
+        angles: Accent and index of the symbols for the cosine and sine of each angle, in order of
+            first use of the angles.
         constants: The named constants, in order of first use.
-        halves: Whether angles of 30 or 60 degrees cause square roots of 3. If `halves` is True,
-            fractions replace decimals such as 0.5.
+        halves: Whether fractions replace decimals such as 0.5, because angles of 30 or 60 degrees
+            cause square roots of 3.
     """
 
     def __init__(
@@ -114,7 +113,7 @@ class Notation:
     def constant(self, expression: sp.Expr) -> sp.Expr:
         """Return the printed form of an expression without coordinates.
 
-        Equal numbers share a name.
+        Numbers with equal values share one name.
         """
         if is_long_number(self.terms, expression):
             return self._numeric(self.terms.value(expression))
@@ -149,7 +148,7 @@ class Notation:
         return expression.func(*map(self._shortened, expression.args))
 
     def expanded(self, expression: sp.Expr) -> sp.Expr:
-        """Replace the named terms of an expression by coordinates and parameters."""
+        """Replace the named terms of an expression by their full definitions."""
         known: dict[sp.Symbol, sp.Expr] = {}
         for symbol in expression.free_symbols:
             definition = self.terms.definitions.get(symbol, self.terms.constants.get(symbol))
@@ -192,7 +191,7 @@ class Notation:
         return (*named, *(None,) * 4)
 
     def symbol(self, tex: str, order: Order, meaning: sp.Expr | None = None) -> sp.Symbol:
-        """Return a symbol with the given LaTeX."""
+        """Return a symbol that is printed as the given LaTeX text."""
         symbol = sp.Symbol(tex, real=True)
         self.tex[symbol], self.order[symbol] = tex, order
         if meaning is not None:
@@ -267,7 +266,8 @@ class Notation:
     def named(self, raw: sp.Expr) -> sp.Symbol:
         """Return the name of the next constant.
 
-        The constant is defined by parameters. A long definition uses earlier short symbols.
+        The definition of the constant is written with parameters, or with earlier short symbols if
+        it is long.
         """
         parts = size(raw, self._sizes)
         if parts <= MAX_WRITTEN:

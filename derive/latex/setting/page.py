@@ -1,4 +1,4 @@
-"""Collects everything that an article prints about a chain."""
+"""Collects everything that a LaTeX article prints about a serial chain."""
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
@@ -21,18 +21,19 @@ __all__ = ["Page", "listed", "named_matrix", "sentence", "text"]
 
 @dataclass(frozen=True)
 class Page:
-    """A serial chain and the data of its article.
+    """A serial chain and the data of its LaTeX article.
 
-    All expressions are created here in a fixed order.
+    This class creates all printed expressions in a fixed order.
 
     Attributes:
         robot: The chain.
         equations: Forward kinematics and Jacobians, printed with short symbols.
         links: Transforms between adjacent frames, printed with short symbols.
         screws: Screw axes and home pose, printed with short symbols.
-        inverse: The inverse functions, printed with the same named terms as the equations.
+        inverse: The inverse kinematics functions, printed with the same named terms as the forward
+            kinematics and Jacobians.
         singular: The singular configurations, printed with short symbols.
-        geometry: The parametric functions, or None if none was derived.
+        geometry: The robot's parametric functions, or None if they were not derived.
     """
 
     robot: SerialRobot
@@ -55,12 +56,13 @@ class Page:
         """Collect the printed expressions of a serial robot.
 
         Args:
-            derivation: A serial robot with its functions.
-            called: LaTeX of the coordinates. By default, a coordinate is called by its joint name
-                if the name is suitable, otherwise q_1, q_2, ...
+            derivation: Derivation of a serial robot's functions.
+            called: LaTeX symbols of the coordinates. By default, the symbols are the joint names if
+                all names are suitable, otherwise q_1, q_2, ...
             coordinates: Number of coordinates that move the main chain of a robot with loops.
-            methods: Names of the inverse functions that appear in the article.
-            reserved: Letters that have another meaning in the article.
+            methods: Solution methods for the inverse kinematics that the LaTeX article may show.
+            reserved: Letters that have another meaning in the LaTeX article, so that no short
+                symbol may use them.
         """
         robot = derivation.robot
         assert isinstance(robot, SerialRobot)
@@ -79,11 +81,11 @@ class Page:
         return cls(robot, found, tuple(links), screws, inverse, singular, geometry)
 
     def tex(self, expression: sp.Expr) -> str:
-        """Format an expression on one line."""
+        """Format an expression as LaTeX on one line."""
         return self.equations.printer.tex(expression)
 
     def words(self, text: str) -> str:
-        """Format a sentence. Joint names become symbols where possible."""
+        """Format a sentence in LaTeX, with symbols instead of joint names where possible."""
         notation = self.equations.notation
         if not notation.called:
             return escape(text)
@@ -92,7 +94,7 @@ class Page:
 
     @property
     def pose(self) -> str:
-        """Return the name of the tool's pose in the base frame."""
+        """Return the LaTeX symbol of the tool pose in the base frame."""
         frames = self.robot.base_frame, self.robot.tool_frame
         return transforms.transform(*map(frame, frames))
 
@@ -108,7 +110,7 @@ class Page:
 def listed(formulas: Iterable[str]) -> str:
     """Join formulas with commas, for use in a sentence.
 
-    Lines may break between formulas.
+    LaTeX may break lines between these formulas.
     """
     return ", ".join(f"${tex}$" for tex in formulas)
 
@@ -119,5 +121,5 @@ def sentence(*blocks: str) -> str:
 
 
 def text(*paragraphs: str) -> str:
-    """Join paragraphs into a fragment."""
+    """Join paragraphs into a fragment of a LaTeX article."""
     return "\n\n".join(paragraph for paragraph in paragraphs if paragraph) + "\n"

@@ -17,23 +17,25 @@ from ...model.robot import Parameter, SerialRobot
 from .notation import Notation
 
 MAX_ADDENDS = 12
-"""Maximum number of terms in a printed factor."""
+"""Maximum number of terms in a printed factor of a Jacobian determinant."""
 CONFIGURATIONS = 4
-"""Number of singular configurations to print if the factors are too long."""
+"""Number of singular configurations to print if the factors of the Jacobian determinant are too
+long."""
 GENERIC = sp.Rational(271, 379)
-"""Generic value (radian or meter) of the first fixed coordinate. The printed sentence about the
-joint axes is tested at this value."""
+"""Generic value (radian or meter) of the first fixed coordinate, at which the printed sentence
+about the joint axes is tested."""
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
-"""Start angles (degree) of the search for a singularity, used cyclically."""
+"""Joint angles (degree) at which the search for a singular configuration starts, used cyclically.
+"""
 
 
 @dataclass(frozen=True)
 class PrintedCondition:
-    """Factors that vanish together in some singular configurations.
+    """Factors that are zero together in some singular configurations of an arm.
 
     Attributes:
-        factors: The factors, written with short symbols.
-        words: Description of how the joint axes lie if the factors are 0, or an empty text.
+        factors: The factors that are zero together, written with short symbols.
+        words: Description of how the joint axes lie if all factors are zero, or an empty text.
     """
 
     factors: tuple[sp.Expr, ...]
@@ -45,13 +47,14 @@ class PrintedSingularities:
     """The singular configurations of an arm.
 
     Attributes:
-        determinant: The constant and the factors of the determinant, with exponents. None if the
-            Jacobian is not square or the factors are long.
-        conditions: The conditions for a singular arm.
-        configurations: Singular configurations (radian, meter). The tuple is empty if the
-            conditions are short enough to be printed.
-        fixed: The fixed coordinates, if the determinant is computed with some joints fixed.
-        rank: The largest rank of the Jacobian, if every configuration is singular.
+        determinant: Constant and factors (with exponents) of the Jacobian determinant, or None if
+            the Jacobian is not square or the factors are long.
+        conditions: The conditions under which the arm is singular.
+        configurations: Singular configurations (radian, meter), or () if the singularity conditions
+            are short enough to be printed.
+        fixed: Coordinates of the joints that are fixed in the determinant, or () if no joint is
+            fixed.
+        rank: Largest rank of the Jacobian if every configuration is singular, otherwise None.
         is_regular: Whether the Jacobian has full rank in every configuration.
     """
 
@@ -71,14 +74,16 @@ def printed_singularities(
     Args:
         robot: A serial robot.
         notation: The short symbols of the robot.
-        given: Indices of the fixed coordinates in the inverse. If the singularity conditions of the
-            complete arm are long, the article also prints the conditions for the free joints alone.
+        given: Indices of the coordinates that are fixed in the inverse kinematics. If the
+            singularity conditions of the complete arm are long, the article also prints the
+            conditions for the free joints alone.
     """
     minors = factored_minors(robot, notation.q)
     if minors == ():
         return PrintedSingularities(None, (), rank=general_rank(robot))
     if minors is not None and not all(minor.factors for minor in minors):
-        # A minor without factors is a nonzero constant.
+        # A minor of the Jacobian without factors is a nonzero constant, so that no configuration is
+        # singular.
         return PrintedSingularities(None, (), is_regular=True)
     if minors is not None and all(map(_is_short, minors)):
         if len(minors) == 1:
@@ -106,8 +111,8 @@ def _singularities_with_fixed_joints(
         joint.fixed_at(joint.direction * values[joint.name]) if joint.name in values else joint
         for joint in robot.joints
     ]
-    # The determinant may depend on the fixed values, so they remain symbols. The printed geometric
-    # condition is tested with the fixed joints at generic values.
+    # The values of the fixed joints remain symbols, because the determinant may depend on them. The
+    # printed geometric condition is tested with the fixed joints at generic values.
     some = [Parameter(str(q), k * GENERIC) for k, q in enumerate(values.values(), 1)]
     q = [symbol for k, symbol in enumerate(notation.q) if k not in given]
     rest = replace(robot, joints=tuple(joints), parameters=(*robot.parameters, *some))

@@ -1,4 +1,4 @@
-"""Converts terms to printed symbols."""
+"""Converts the named terms of a derivation to the symbols that a LaTeX article prints."""
 
 from collections.abc import Callable, Mapping
 
@@ -11,15 +11,15 @@ from .widths import LINE, width
 
 Definition = tuple[sp.Symbol, sp.Expr]
 NARROW = 0.2 * LINE
-"""Maximum width (pt) of a constant without a name."""
+"""Maximum width (pt) of a constant that is printed without a name."""
 BRACKET = 0.36 * LINE
-"""Maximum width (pt) of a sum in a product or a square."""
+"""Maximum width (pt) of a sum that is written out in a product or a square."""
 WRITTEN = 0.5 * LINE
 """Maximum width (pt) at which a sum is printed with all its constants."""
 
 
 class PrintedTerms:
-    """The names of the terms of a solution.
+    """The printed symbols of the named terms of a solution.
 
     Attributes:
         known: The printed symbol of each named term and coordinate, with its sign.
@@ -34,12 +34,12 @@ class PrintedTerms:
         self.printer = FractionPrinter.of(notation)
 
     def call(self, term: sp.Symbol, shown: sp.Expr) -> None:
-        """Assign a signed symbol to a term."""
+        """Assign a printed symbol with its sign to a named term."""
         self.known[term] = shown
         self._written.clear()
 
     def tex(self, expression: sp.Expr) -> str:
-        """Format a printed expression in LaTeX."""
+        """Format an expression in printed symbols as LaTeX."""
         return self.printer.tex(expression)
 
     def of(self, expression: sp.Expr) -> sp.Expr:
@@ -47,20 +47,20 @@ class PrintedTerms:
         ordered = sorted(expression.free_symbols, key=numbered)
         known = {symbol: self._symbol(symbol) for symbol in ordered}
         for function in sorted(expression.atoms(sp.cos, sp.sin), key=str):
-            # Cosines and sines of constant angles come from the robot description.
+            # A cosine or sine that contains only parameters is a constant of the robot description.
             if function.free_symbols <= self.terms.parameters.keys():
                 known[function] = self.notation.constant(function)
         return expression.xreplace(known)
 
     def meaning(self, term: sp.Symbol) -> sp.Expr:
-        """Return the definition of a term, with the symbols that the article prints."""
+        """Return the definition of a named term in printed symbols."""
         definition = self.terms.definitions[term]
         if isinstance(definition, sp.cos | sp.sin):
             return definition.func(self.sum(definition.args[0]))
         return self.of(definition)
 
     def exact(self, expression: sp.Expr) -> sp.Expr:
-        """Return a sum of constants and lengths in the symbols that the article prints.
+        """Return a sum of constants and lengths in printed symbols.
 
         In a long sum, the constant factors of each length are collected.
         """
@@ -85,13 +85,13 @@ class PrintedTerms:
     def shortened(
         self, expression: sp.Expr, named: Callable[[], sp.Symbol]
     ) -> tuple[sp.Expr, list[Definition]]:
-        """Replace long sums in brackets by names.
+        """Replace long sums in brackets by symbols.
 
-        Returns the expression and the definitions.
+        Returns the shortened expression and the definitions of the new symbols.
 
         Args:
-            expression: In printed symbols.
-            named: A function that returns the next symbol.
+            expression: An expression in printed symbols.
+            named: Function that returns the next unused symbol.
         """
         new: list[Definition] = []
 

@@ -24,11 +24,11 @@ _FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arc
 
 
 class Printer:
-    """Prints expressions in the symbols of a notation.
+    """Prints expressions as LaTeX, with the symbols of a notation.
 
     Args:
         tex: LaTeX text of each symbol.
-        order: Position of each symbol in a product.
+        order: Sort key of each symbol among the factors of a product.
         halves: Whether to print fractions such as 1/2 and 3/4 instead of decimals.
     """
 
@@ -44,11 +44,11 @@ class Printer:
 
     @classmethod
     def of(cls, notation: Notation) -> Self:
-        """Return the printer of a notation."""
+        """Return a printer that uses the symbols of a notation."""
         return cls(notation.tex, notation.order, halves=notation.halves)
 
     def tex(self, expression: sp.Expr) -> str:
-        """Format an expression on one line."""
+        """Format an expression as LaTeX on one line."""
         return " ".join(self.terms(expression))
 
     def terms(self, expression: sp.Expr) -> list[str]:
@@ -69,7 +69,8 @@ class Printer:
         coefficient, rest = (-addend if _is_negative(addend) else addend).as_coeff_Mul()
         factors = sorted(sp.Mul.make_args(rest), key=self._factor_key) if rest != 1 else []
         plain = [f for f in factors if f.is_number and not (_base(f).is_Function or f.is_Add)]
-        # A factor printed after a cosine would look like a part of the cosine's argument.
+        # Cosines come last in a product, because a factor after a cosine would look like a part of
+        # its argument.
         others = sorted((f for f in factors if f not in plain), key=_ends_in_argument)
         shown = [self._factor(factor) for factor in others]
         constant = coefficient * sp.Mul(*plain)
@@ -147,7 +148,7 @@ def _comparable(part: object) -> tuple[object, ...]:
 
 
 class FractionPrinter(Printer):
-    """Prints quotients as fractions. Also prints functions with several arguments."""
+    """Prints expressions with quotients as fractions, and functions with several arguments."""
 
     def _product(self, addend: sp.Expr) -> str:
         positive = -addend if _is_negative(addend) else addend

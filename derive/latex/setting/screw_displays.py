@@ -19,8 +19,8 @@ from .widths import LINE, width
 
 MAX_TILTS = 3
 """Maximum number of rotations whose cosines and sines are printed as roots. Rotations by multiples
-of 90 degrees are not counted. If more than this number of rotations are counted, the cosines and
-sines of all counted rotations are printed as decimals."""
+of 90 degrees do not count. With more rotations, the cosines and sines of all counted rotations are
+printed as decimals."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Screws:
     """The product of exponentials of a robot in short symbols.
 
     Attributes:
-        definitions: Shared terms. Each shared term depends only on earlier shared terms.
+        definitions: Definitions of the shared terms, each after the terms on which it depends.
         S: Screw axes as the columns of a matrix (6, moving joints).
         M: Home pose (4, 4).
     """
@@ -44,8 +44,8 @@ class _Decimal(Rotation):
 
 
 WIDEST = 0.4 * LINE
-"""Maximum width (pt) of a printed number. A number wider than this maximum is printed as a decimal;
-a sum wider than this maximum is named."""
+"""Maximum width (pt) of a printed number. A wider number is printed as a decimal, and a wider sum
+gets a name."""
 
 
 @dataclass(frozen=True)
@@ -53,11 +53,11 @@ class ScrewDisplays:
     """The product of exponentials of a robot, ready to be printed.
 
     Attributes:
-        terms: Shared terms. Each shared term depends only on earlier shared terms.
-        columns: One display per screw axis.
+        terms: Equations of the shared terms, each after the terms on which it depends.
+        columns: One displayed equation for each screw axis.
         home: The home pose.
-        named: Names and values of matrix entries that are too wide to print. The matrices are the
-            screw axes and the home pose.
+        named: Names and values of those entries of the screw axes and home pose that are too wide
+            to print.
     """
 
     terms: tuple[Equation, ...]
@@ -142,7 +142,8 @@ def printed_screws(robot: SerialRobot, notation: Notation) -> Screws:
     """Return the screw axes and the home pose in short symbols.
 
     With general angles, each joint adds terms to the product of exponentials. Before the
-    multiplication, cosines and sines without an exact short form become decimals with 40 digits.
+    exponentials are multiplied, cosines and sines without an exact short form become decimals with
+    40 digits.
     """
     S, M = product_of_exponentials(_with_decimals(robot))
     definitions: list[tuple[sp.Symbol, sp.Expr]] = []

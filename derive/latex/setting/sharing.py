@@ -1,9 +1,9 @@
-"""Converts functions to printed equations with shared terms.
+"""Converts the functions of a serial robot to printed equations with shared terms.
 
-A derivation names every intermediate result. Printed equations name fewer intermediate results than
-the derivation. Products and sums that occur once are written out. Sums that are long or occur
-repeatedly become shared terms. All functions of a robot share these terms. For example, the
-Jacobians use terms of the forward kinematics.
+A derivation names every intermediate result, but the printed equations name only some of these
+results. Products and sums that occur once are written out. Sums that are long or occur repeatedly
+become shared terms. All functions of a robot use the same shared terms, so that the Jacobians use
+terms of the forward kinematics.
 """
 
 from collections import Counter
@@ -24,13 +24,13 @@ Definition = tuple[sp.Symbol, sp.Expr]
 PRINTED = ("fk", "jacobian_mixed", "jacobian_space")
 """The printed functions."""
 BRACKET = 0.36 * LINE
-"""Maximum width (pt) of a sum in brackets."""
+"""Maximum width (pt) of a sum that is written out in brackets."""
 DEEPEST = 2
 """Maximum depth of nested brackets."""
 ENTRY = 0.4 * LINE
 """Maximum width (pt) of a Jacobian entry."""
 MAX_FACTORS = 5
-"""Maximum number of factors in an unnamed product; a longer product gets a name."""
+"""Maximum number of factors in a product without a name."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,8 @@ class Printed:
     """The entries of a function, with short symbols for shared terms.
 
     Attributes:
-        definitions: New shared terms of the function. Each term depends only on terms before it.
+        definitions: Definitions of the function's new shared terms, each after the terms on which
+            it depends.
         entries: The entries in row-major order.
         names: The name of each entry, or None for an entry without a name.
     """
@@ -69,10 +70,10 @@ def equations(
     derived.
 
     Args:
-        derivation: A serial robot with its functions.
-        called: LaTeX of the coordinates. If `called` is empty, the coordinates are called q_1, q_2,
-            ...
-        reserved: Letters that have another meaning in the article.
+        derivation: Derivation of a serial robot's functions.
+        called: LaTeX symbols of the coordinates, or () if the coordinates are called q_1, q_2, ...
+        reserved: Letters that have another meaning in the LaTeX article, so that no short symbol
+            may use them.
     """
     robot = derivation.robot
     assert isinstance(robot, SerialRobot)
@@ -99,7 +100,7 @@ class TermNames:
         notation: The robot's short symbols.
         printer: The printer for expressions that contain the short symbols.
         known: The signed symbol of each named term.
-        inlined: The values of the terms without names.
+        inlined: Printed expressions of the terms that have no name.
         definitions: The definitions of the named terms.
     """
 
@@ -110,7 +111,7 @@ class TermNames:
     definitions: list[Definition]
 
     def name_long_factors(self, expression: sp.Expr) -> None:
-        """Give a name to each factor that is too wide or too deep to be printed in brackets."""
+        """Give a name to each factor that is too wide or too deeply nested for brackets."""
         for addend in sp.Add.make_args(expression):
             factors = sp.Mul.make_args(addend.as_coeff_Mul()[1])
             for factor in factors:
@@ -124,9 +125,10 @@ class TermNames:
             self.name(term, value)
 
     def name(self, term: sp.Symbol, value: sp.Expr) -> None:
-        """Define the next shared term.
+        """Define a term as the next shared term.
 
-        The shared term is negated if the printed value starts with a minus sign.
+        If the printed value starts with a minus sign, the shared term is defined as the negated
+        value.
         """
         name = self.notation.term()
         sign = -1 if self.printer.tex(value).startswith("-") else 1
@@ -199,7 +201,7 @@ class _Sharing(TermNames):
     def _value(self, expression: sp.Expr) -> sp.Expr:
         self.name_long_factors(expression)
         known = {}
-        # The symbols are sorted, because the order of a set varies.
+        # The symbols are sorted, because the order of a Python set varies.
         for symbol in sorted(expression.free_symbols, key=numbered):
             if symbol in self.terms.constants:
                 known[symbol] = self.notation.constant(symbol)

@@ -6,10 +6,10 @@ from sympy.simplify.fu import TR10i
 from ...model.sizes import addends, size
 
 MAX_MULTIPLIED = 60
-"""Maximum number of terms for which the expansion of a product of sums is tried."""
+"""A constant is expanded only if it has at most this number of terms after expansion."""
 MAX_ADDED = 400
-"""Maximum number of operations in an expression to which angle addition theorems are applied. SymPy
-compares all pairs of angles."""
+"""Maximum number of operations in an expression to which angle addition theorems are applied,
+because SymPy compares all pairs of angles."""
 MAX_GATHERED = 4
 """Maximum number of terms in a sum from which a common root is factored out."""
 

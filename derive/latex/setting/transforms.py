@@ -14,7 +14,7 @@ PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 
 
 def labels(robot: SerialRobot) -> list[str]:
-    """Return the indices of the frames from the base to the tool.
+    """Return the labels of the frames from the base to the tool.
 
     Frame 0 is the first frame of the chain. Without a base placement, frame 0 is the base frame.
     Without a tool placement, the last link frame is the tool frame.
@@ -34,7 +34,7 @@ def first_number(robot: SerialRobot) -> int:
     """Return the index of the first transform that the article prints.
 
     The index is 0 if only the first joint is fixed, and the robot has neither a base transform nor
-    a base frame named 0. Otherwise, the index is 1.
+    a base frame named 0. In all other cases, the index of the first transform is 1.
     """
     first, *others = robot.joints
     is_mount = first.kind == "fixed" and all(joint.kind != "fixed" for joint in others)

@@ -1,6 +1,7 @@
 r"""Estimates the width of a formula for line breaks.
 
-The widths are for Computer Modern at 10 pt. Lines are 345 pt wide, as in the article class.
+The widths are for Computer Modern at 10 pt. Lines are 345 pt wide, as in the LaTeX document class
+``article``.
 """
 
 import re
