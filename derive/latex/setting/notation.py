@@ -24,8 +24,7 @@ CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = rang
 
 ACCENTS = ("hat", "tilde", "check", "breve")
 MAX_PARTS = 12
-"""Maximum number of named constants in the expression of a numerical value. A number with more than
-``MAX_PARTS`` named constants is printed as a sum or product."""
+"""Maximum number of named constants in the expression of a numerical value."""
 MAX_WRITTEN = 200
 """Maximum number of symbols and numbers in a constant whose definition is written with parameters
 only."""

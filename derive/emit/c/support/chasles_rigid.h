@@ -1,8 +1,9 @@
-/* The rigid pose nearest to a matrix. This file is part of chasles and is the same for every robot.
+/* Computes the rigid pose nearest to a 4 x 4 matrix. This file is part of chasles and is the same
+ * for every robot.
  *
- * An inverse does not correct T, so the residual is never smaller than the distance of T from a
- * rigid pose. Poses in single precision or read from text should first be projected onto rigid
- * poses.
+ * Inverse kinematics does not correct a target pose T, so its residual is at least the distance of
+ * T from a rigid pose. Poses in single precision or read from text should first be projected onto
+ * rigid poses.
  *
  * Example:
  *

@@ -1,6 +1,6 @@
-/* Solves loops whose geometry p is an input. Newton's iteration from the nominal configuration
- * closes the loops; further functions compute derivatives of the tool pose. This file is part of
- * chasles and is the same for every robot.
+/* Solves kinematic loops whose geometry parameters p are an input. Newton's iteration from the
+ * nominal configuration closes the loops. Further functions compute derivatives of the tool pose.
+ * This file is part of chasles and is the same for every robot.
  *
  * This file is included once for each robot, which defines the following macros and tables.
  *

@@ -11,7 +11,7 @@
 
 typedef chasles_general_arm chasles_general_tool_arm;
 
-/* Computes the tool pose and the Jacobian columns of the five joints. */
+/* Computes the tool pose and the Jacobian columns of the five unknown joints. */
 static void chasles_general_tool_forward(const chasles_general_six *six, const double *q, double *T,
                                          double *J)
 {
@@ -24,7 +24,8 @@ static void chasles_general_tool_forward(const chasles_general_six *six, const d
     }
 }
 
-/* Computes a Levenberg-Marquardt step of the five joints, from J and the pose error. */
+/* Computes a Levenberg-Marquardt step of the five unknown joints from the Jacobian J and the pose
+ * error e. */
 static void chasles_general_tool_step(double length, const double *J, const double *e,
                                       double damping, double *step)
 {
@@ -46,8 +47,8 @@ static void chasles_general_tool_step(double length, const double *J, const doub
     memcpy(step, found, 5 * sizeof *step);
 }
 
-/* Refines five joints that nearly reach a pose. Returns the residual after refinement (meter or
- * radian). */
+/* Refines the coordinates of five joints with which the tool nearly reaches a pose. Returns the
+ * residual after refinement (meter or radian). */
 static double chasles_general_tool_polish(const chasles_general_six *six, const double *T,
                                           double *q)
 {
@@ -68,8 +69,8 @@ static double chasles_general_tool_polish(const chasles_general_six *six, const 
     return left;
 }
 
-/* Takes damped steps of five joints from a distant start, until the joints nearly reach the pose.
- */
+/* Moves five joints from a distant start configuration by Levenberg-Marquardt steps, until the tool
+ * nearly reaches the pose. */
 static void chasles_general_tool_descend(const chasles_general_six *six, const double *T, double *q)
 {
     double at[16], J[30], e[6], step[5], next[5], next_J[30], next_e[6], damping = 1e-3;
@@ -96,10 +97,10 @@ static void chasles_general_tool_descend(const chasles_general_six *six, const d
     }
 }
 
-/* Iterates the values of five joints towards a pose, starting from quasi-random values. The start
- * values are multiples of square roots, modulo one turn. If a prismatic joint moves in the plane of
- * other joints, the solutions for six joints form a continuum. The roots of the determinant do not
- * give the solutions in this continuum. */
+/* Moves five joints towards a pose by Levenberg-Marquardt steps from quasi-random start values. The
+ * start values are multiples of square roots of small primes, modulo one turn. If a prismatic joint
+ * moves in the plane of other joints, the solutions of the arm with the added sixth joint form a
+ * continuum. The roots of the determinant do not give the solutions in such a continuum. */
 static void chasles_general_tool_restart(const chasles_general_six *six, const double *T, double *q)
 {
     static const double roots[5] = {1.41421356, 1.73205081, 2.23606798, 2.64575131, 3.31662479};
@@ -135,8 +136,8 @@ static int chasles_general_tool_is_same(const chasles_general_six *six, const do
     return 1;
 }
 
-/* If no configuration is a solution, replaces the configurations by solutions found from
- * quasi-random starts. */
+/* Replaces the configurations, none of which is a solution, by solutions found from quasi-random
+ * start values. */
 static void chasles_general_tool_search(const chasles_general_six *six, const double *T,
                                         double *all, double *left, double *margins)
 {
@@ -156,8 +157,8 @@ static void chasles_general_tool_search(const chasles_general_six *six, const do
     }
 }
 
-/* Writes the solutions of a pose to sixteen solution slots, valid solutions first. The other joints
- * are fixed at `value` (rad or m), or `value` is NULL if no joint is fixed. */
+/* Writes the solutions of a pose to sixteen solution slots, valid solutions first. The argument
+ * `value` contains the values of the fixed joints (rad or m), or is NULL if no joint is fixed. */
 static void chasles_general_tool_ik(const chasles_general_tool_arm *arm, const double *T,
                                     const double *value, double *q, double *residual,
                                     double *margin)
@@ -179,8 +180,8 @@ static void chasles_general_tool_ik(const chasles_general_tool_arm *arm, const d
     }
     if (six.has_slides && !chasles_general_tool_is_solved(left))
         chasles_general_tool_search(&six, T, all, left, margins);
-    /* If several slots converge to the same solution, the first of these slots keeps this
-     * solution. */
+    /* If several solution slots converge to the same solution, only the first of these slots keeps
+     * the solution. */
     for (int k = 0; k < CHASLES_SLOTS; k++) {
         for (int i = 0; i < k && left[k] <= CHASLES_SOLVED; i++) {
             if (left[i] <= CHASLES_SOLVED &&

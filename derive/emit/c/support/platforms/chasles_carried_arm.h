@@ -1,18 +1,18 @@
-/* Solves the joints before the legs of a platform and the joints on the platform. Each leg keeps a
- * ball joint in a plane. Examples are a 3-RPS on a rail and a 3-RPS that carries an arm. This file
- * is part of chasles and is the same for every robot.
+/* Solves for the joints before the legs of a platform and for the joints on the platform. Each leg
+ * keeps a ball joint in a plane. Examples of such mechanisms are a 3-RPS platform on a rail and a
+ * 3-RPS platform that carries an arm. This file is part of chasles and is the same for every robot.
  *
  * Let r_i be a plane (unit normal and negative offset), and b_i the ball joint on the platform that
- * stays in this plane. Let T be the tool pose. A_1 to A_m are the maps of the joints before the
- * legs, and A_(m+1) to A_n the maps of the joints on the platform. The ball joints are in their
- * planes if
+ * stays in this plane. Let T be the tool pose. The matrices A_1 to A_m are the inverse transforms
+ * of the joints before the legs, and A_(m+1) to A_n those of the joints on the platform. The ball
+ * joints are in their planes if
  *
  *     r_i . A_m ... A_1 T A_n ... A_(m+1) b_i = 0,   i = 1, 2, 3.
  *
- * The map of a revolute joint is linear in (1, cos, sin) of its angle. The map of a prismatic joint
- * is linear in (1, x), where x is its displacement. Up to three joints are unknown. The equations
- * are linear in the map of each unknown joint. Therefore, the unknown joints are eliminated one
- * after the other:
+ * The inverse transform of a revolute joint is linear in (1, cos, sin) of its angle. The inverse
+ * transform of a prismatic joint is linear in (1, x), where x is its displacement. Up to three
+ * joints are unknown. The equations are linear in the inverse transform of each unknown joint.
+ * Therefore, the unknown joints are eliminated one after the other:
  *
  * - one angle: the least-squares solution of the equations;
  * - two angles: the 3 x 3 determinant of the equations in (1, cos, sin) of the first angle is a
@@ -22,7 +22,8 @@
  * The equations contain no product of displacements. If two displacements and an angle are unknown,
  * the angle is a zero of a 3 x 3 determinant, which has degree 3 in this angle. If one displacement
  * and two angles are unknown, the displacement is eliminated: linearly if its coefficients are
- * constant, otherwise by a 4 x 4 Dixon determinant. Newton's iteration refines all unknowns.
+ * constant, otherwise by a 4 x 4 Dixon determinant. Newton's iteration refines the values of all
+ * unknown joints.
  */
 #ifndef CHASLES_CARRIED_ARM_H
 #define CHASLES_CARRIED_ARM_H
@@ -32,7 +33,7 @@
 #include "chasles_carried_dixon.h"
 #include "chasles_carried_elimination.h"
 
-/* Writes the values of the unknowns. */
+/* Solves for the unknown joints, and writes all solutions to `found`. */
 static void chasles_arm_solved(const chasles_arm_equations *equations, chasles_arm_solutions *found)
 {
     const chasles_carried_arm_arm *arm = equations->arm;
@@ -68,7 +69,8 @@ static void chasles_arm_solved(const chasles_arm_equations *equations, chasles_a
     }
 }
 
-/* Writes every solution of a tool pose; unused slots contain NaN. */
+/* Writes every inverse-kinematics solution for a tool pose to the solution slots, and NaN to unused
+ * slots. */
 static void chasles_carried_arm_ik(const chasles_carried_arm_arm *arm, const double *T,
                                    const double *given, double *q, double *residual, double *margin)
 {

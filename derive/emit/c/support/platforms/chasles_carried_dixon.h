@@ -1,6 +1,6 @@
-/* Dixon's resultant of three equations. The unknowns are three angles, or two angles and a
- * displacement. The unknown joints are before the legs of a platform, or on the platform. This file
- * is part of chasles and is the same for every robot. */
+/* Dixon's resultant of three equations in three angles, or in two angles and a displacement. The
+ * unknown joints are before the legs of a platform, or on the platform. This file is part of
+ * chasles and is the same for every robot. */
 #ifndef CHASLES_CARRIED_DIXON_H
 #define CHASLES_CARRIED_DIXON_H
 
@@ -8,14 +8,14 @@
 
 #include "chasles_carried_elimination.h"
 
-/* Number of samples of the determinant, and maximum number of steps to a root. */
+/* Number of samples of the Dixon determinant, and maximum number of steps of a root search. */
 #define CHASLES_ARM_CIRCLE 256
 #define CHASLES_ARM_BISECTIONS 40
-/* Number of samples of the slope between two samples of the determinant. */
+/* Number of samples of the determinant's slope between two samples of the determinant. */
 #define CHASLES_ARM_PARTS 16
 #define CHASLES_DIXON 8
-/* Maximum degree of the determinant. The degree is at most 16 if all unknown joints are on one side
- * of the legs. */
+/* Maximum degree of the Dixon determinant, which is a trigonometric polynomial. The degree of the
+ * Dixon determinant is at most 16 if all unknown joints are on one side of the legs. */
 #define CHASLES_ARM_RESULTANT 24
 
 /* Writes the Dixon matrix of three equations. The equations have degree 2 in x, the tangent of half
@@ -105,7 +105,8 @@ static double chasles_arm_determinant(const chasles_arm_equations *equations, do
     return determinant;
 }
 
-/* Returns a root of the determinant between two angles at which it has different signs. */
+/* Returns a root of the determinant between two angles at which the determinant has different
+ * signs. */
 static double chasles_arm_root(const chasles_arm_equations *equations, double low, double at_low,
                                double high, double at_high)
 {
@@ -126,7 +127,7 @@ static double chasles_arm_root(const chasles_arm_equations *equations, double lo
     return fabs(at_low) < fabs(at_high) ? low : high;
 }
 
-/* Solves for the first two unknown joints if the third has the value `angle`. */
+/* Solves for the first two unknown joints, given the value `angle` of the third unknown joint. */
 static void chasles_arm_try(const chasles_arm_equations *equations, double angle,
                             chasles_arm_solutions *found)
 {
@@ -141,7 +142,8 @@ typedef struct {
     double a[CHASLES_ARM_RESULTANT + 1], b[CHASLES_ARM_RESULTANT + 1];
 } chasles_arm_slopes;
 
-/* Computes the slope from samples of the determinant. */
+/* Computes the derivative of the determinant as a trigonometric polynomial, from samples of the
+ * determinant. */
 static void chasles_arm_differentiate(const double *values, chasles_arm_slopes *slopes)
 {
     double c[CHASLES_ARM_CIRCLE], s[CHASLES_ARM_CIRCLE];
@@ -173,8 +175,8 @@ static double chasles_arm_slope(const chasles_arm_slopes *slopes, double angle)
     return sum;
 }
 
-/* Returns the extremum between two angles. The slopes at the two angles must have different signs.
- */
+/* Returns the angle of the determinant's extremum between two angles. The slopes of the determinant
+ * at the two angles must have different signs. */
 static double chasles_arm_extremum(const chasles_arm_slopes *slopes, double low, double high)
 {
     const int falls = chasles_arm_slope(slopes, low) < 0.0;
@@ -188,8 +190,9 @@ static double chasles_arm_extremum(const chasles_arm_slopes *slopes, double low,
     return low;
 }
 
-/* Tries the vertex and the two roots of a parabola with the given value at its vertex. Two nearly
- * equal roots may be real although the computed determinant has no root. */
+/* Tries the vertex and the two roots of a parabola that approximates the determinant near an
+ * extremum. Two nearly equal real roots may exist there, although the computed determinant has no
+ * root. */
 static void chasles_arm_touch(const chasles_arm_equations *equations,
                               const chasles_arm_slopes *slopes, double vertex, double value,
                               double step, chasles_arm_solutions *found)
@@ -202,8 +205,8 @@ static void chasles_arm_touch(const chasles_arm_equations *equations,
         chasles_arm_try(equations, vertex + side * apart, found);
 }
 
-/* Finds the zero of the determinant in an interval of angles, if any. The determinant is monotonic
- * in the interval. */
+/* If the determinant has a zero in an interval of angles, solves for the other two unknown joints
+ * at this zero. The determinant must be monotonic in the interval. */
 static void chasles_arm_between(const chasles_arm_equations *equations, double low, double at_low,
                                 double high, double at_high, chasles_arm_solutions *found)
 {
@@ -211,7 +214,8 @@ static void chasles_arm_between(const chasles_arm_equations *equations, double l
         chasles_arm_try(equations, chasles_arm_root(equations, low, at_low, high, at_high), found);
 }
 
-/* Solves for three angles, or for a displacement and two angles. */
+/* Finds all solutions for three unknown angles, or for an unknown displacement and two unknown
+ * angles. */
 static void chasles_arm_three(const chasles_arm_equations *equations, chasles_arm_solutions *found)
 {
     double values[CHASLES_ARM_CIRCLE], most = 0.0, bounds = 0.0, bound;

@@ -1,5 +1,5 @@
-/* Equations of the joints before and after a platform, with up to two unknown angles. This file is
- * part of chasles and is the same for every robot. */
+/* Equations for the joints before the legs of a platform and on the platform, with up to two
+ * unknown angles. This file is part of chasles and is the same for every robot. */
 #ifndef CHASLES_CARRIED_ELIMINATION_H
 #define CHASLES_CARRIED_ELIMINATION_H
 
@@ -9,8 +9,8 @@
 
 #include "chasles_carried_platform.h"
 
-/* Maximum number of joints before the legs and on the platform, maximum number of unknown joints,
- * and maximum number of solutions. */
+/* Maximum number of joints before the legs and on the platform together, maximum number of unknown
+ * joints, and maximum number of solutions. */
 #define CHASLES_ARM_JOINTS 6
 #define CHASLES_ARM_UNKNOWN 3
 #define CHASLES_ARM_SOLUTIONS 48
@@ -23,20 +23,22 @@ typedef struct {
     int slots, coordinates;
     int joints, before;  /* number of all joints; number of joints before the legs */
     int unknown, slides; /* number of unknowns; number of prismatic unknowns, which come first */
-    int dixon;           /* whether Dixon's resultant gives the last unknown */
+    int dixon;           /* whether Dixon's resultant gives the last unknown joint value */
     int solutions;       /* maximum number of solutions */
-    int places[CHASLES_ARM_JOINTS]; /* index of the joint of each map */
-    int ranks[CHASLES_ARM_JOINTS];  /* for each map: k if unknown k belongs to the map, or -1 - k if
-                                       fixed value k belongs to the map */
-    int kinds[CHASLES_ARM_JOINTS];  /* 1 if the joint of a map is prismatic, otherwise 0 */
+    int places[CHASLES_ARM_JOINTS]; /* for each joint transform in `maps`, the index of its joint */
+    int ranks[CHASLES_ARM_JOINTS];  /* for each transform in `maps`: k if its joint is unknown k, or
+                                       -1 - k if its joint has the fixed value k */
+    int kinds[CHASLES_ARM_JOINTS];  /* for each transform in `maps`: 1 if its joint is prismatic,
+                                       otherwise 0 */
     double size;                    /* length of the mechanism (meter) */
     double maps[CHASLES_ARM_JOINTS][3][16];
-    double planes[3][4]; /* in the frame of the legs (1, meter) */
-    double points[3][4]; /* the ball joints in the platform frame (meter) */
+    double planes[3][4]; /* planes of the ball joints in the frame of the legs: unit normal (1) and
+                            negative offset (meter) */
+    double points[3][4]; /* positions of the ball joints in the platform frame (meter) */
 } chasles_carried_arm_arm;
 
-/* The equations at a tool pose, divided by the size of the mechanism. Each equation is linear in
- * one triple for each unknown: (1, cos, sin) for an angle, and (1, x, 0) for a displacement x. */
+/* The equations for a tool pose, divided by the size of the mechanism. Each equation is linear in
+ * (1, cos, sin) of each unknown angle, and in (1, x, 0) of each unknown displacement x. */
 typedef struct {
     const chasles_carried_arm_arm *arm;
     double at[3][3][3][3];
@@ -51,15 +53,15 @@ typedef struct {
     chasles_arm_solution solution[CHASLES_ARM_SOLUTIONS];
 } chasles_arm_solutions;
 
-/* Up to three equations. Each equation is linear in (1, cos, sin) of an inner angle, and linear in
- * (1, cos, sin) of an outer angle. */
+/* Up to three equations, each linear in (1, cos, sin) of an inner angle and in (1, cos, sin) of an
+ * outer angle. */
 typedef struct {
     int count;
     double at[3][3][3];
 } chasles_arm_pair;
 
-/* Writes (1, cos x, sin x) for a revolute joint or (1, x, 0) for a prismatic joint. Also writes the
- * derivative with respect to x. */
+/* Writes (1, cos x, sin x) for a revolute joint or (1, x, 0) for a prismatic joint to `u`. Writes
+ * the derivative of `u` with respect to x to `rate`. */
 static void chasles_arm_basis(double x, int is_slide, double *u, double *rate)
 {
     u[0] = 1.0;
@@ -70,9 +72,9 @@ static void chasles_arm_basis(double x, int is_slide, double *u, double *rate)
     rate[2] = is_slide ? 0.0 : u[1];
 }
 
-/* Multiplies rows by the inverse pose matrix of one joint. For an unknown joint, each row becomes
- * three rows: the coefficients of 1, of the cosine and of the sine. Returns the new number of rows.
- */
+/* Multiplies the row vectors `rows` by the inverse pose matrix of one joint. For an unknown joint,
+ * each row becomes three rows: the coefficients of 1, of the cosine and of the sine. Returns the
+ * new number of rows. */
 static int chasles_arm_mapped(const chasles_carried_arm_arm *arm, int map, const double *given,
                               int count, double (*rows)[4])
 {
@@ -95,7 +97,7 @@ static int chasles_arm_mapped(const chasles_carried_arm_arm *arm, int map, const
     return parts * count;
 }
 
-/* Writes the equations. Returns 0 if T is not finite. */
+/* Writes the equations for the tool pose T. Returns 0 if T is not finite. */
 static int chasles_arm_setup(const chasles_carried_arm_arm *arm, const double *T,
                              const double *given, chasles_arm_equations *equations)
 {
@@ -136,7 +138,8 @@ static int chasles_arm_setup(const chasles_carried_arm_arm *arm, const double *T
     return most <= DBL_MAX;
 }
 
-/* Writes the errors of the equations and their derivatives. Returns the largest error. */
+/* Writes the errors of the equations at x, and the derivatives of these errors. Returns the largest
+ * absolute error. */
 static double chasles_arm_error(const chasles_arm_equations *equations, const double *x,
                                 double *errors, double (*slopes)[CHASLES_ARM_UNKNOWN])
 {
@@ -161,8 +164,9 @@ static double chasles_arm_error(const chasles_arm_equations *equations, const do
     return most;
 }
 
-/* Writes the step of Newton's iteration. If there are fewer unknowns than equations, writes the
- * Gauss-Newton step. Returns the distance from a singularity. */
+/* Writes the Newton step, or the Gauss-Newton step if there are fewer unknowns than equations.
+ * Returns the distance from a singularity, which is |det A| divided by the product of the row norms
+ * of the step matrix A. */
 static double chasles_arm_step(int unknown, const double *errors,
                                const double (*slopes)[CHASLES_ARM_UNKNOWN], double *step)
 {
@@ -206,7 +210,7 @@ static double chasles_arm_step(int unknown, const double *errors,
     return sizes > 0.0 ? fabs(determinant) / sizes : 0.0;
 }
 
-/* Refines a solution. Returns 0 without convergence. */
+/* Refines a solution by Newton's iteration. Returns 0 if the iteration does not converge. */
 static int chasles_arm_polished(const chasles_arm_equations *equations,
                                 chasles_arm_solution *solution)
 {
@@ -242,8 +246,8 @@ static int chasles_arm_polished(const chasles_arm_equations *equations,
     return error <= closed;
 }
 
-/* Refines a new solution and inserts it into the list. The solutions are sorted by the sum of the
- * cosines of their angles. */
+/* Refines a solution and, if the solution is new, inserts it into the list of solutions. The list
+ * is sorted by the sum of the cosines of the unknown angles, largest sum first. */
 static void chasles_arm_add(const chasles_arm_equations *equations, const double *x,
                             chasles_arm_solutions *found)
 {
@@ -277,9 +281,9 @@ static void chasles_arm_add(const chasles_arm_equations *equations, const double
     found->count++;
 }
 
-/* Writes up to four angles that nearly solve equations in (1, cos, sin): the least-squares
- * solution, and the solutions of the equation with the largest coefficients. Returns their number.
- */
+/* Writes up to three angles that nearly solve linear equations in (1, cos, sin) of an angle. These
+ * angles are the least-squares solution and the two solutions of the equation with the largest
+ * coefficients. Returns the number of angles. */
 static int chasles_arm_angles(int count, const double (*rows)[3], double *angles)
 {
     double A = 0.0, B = 0.0, C = 0.0, D = 0.0, E = 0.0;
@@ -306,9 +310,9 @@ static int chasles_arm_angles(int count, const double (*rows)[3], double *angles
     return 3;
 }
 
-/* Writes the coefficients of the equations in the inner unknown at one value of the outer angle.
- * Returns the determinant of three equations, or the resultant of two equations. The returned value
- * is zero if the equations have a common solution. */
+/* Substitutes a value of the outer angle, and writes the coefficients of the resulting equations in
+ * the inner unknown. Returns the determinant of three equations, or the resultant of two equations.
+ * The returned value is zero if the equations have a common solution. */
 static double chasles_arm_condition(const chasles_arm_pair *pair, double c, double s,
                                     double (*rows)[3])
 {
@@ -333,8 +337,8 @@ static void chasles_arm_scaled(chasles_arm_pair *pair)
     }
 }
 
-/* Writes each value of the outer angle at which the equations have a common inner angle. Returns 0
- * if the equations have a common inner angle for all values of the outer angle. */
+/* Writes each value of the outer angle for which the equations have a common solution. Returns 0 if
+ * the equations have a common solution for every value of the outer angle. */
 static int chasles_arm_outer(const chasles_arm_pair *pair, chasles_circle_roots *roots)
 {
     const double *cosine = chasles_circle_cosine, *sine = chasles_circle_cosine + 72;
@@ -386,7 +390,8 @@ static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_ar
     }
     chasles_arm_scaled(pair);
     if (!chasles_arm_outer(pair, &roots)) {
-        /* Either two equations determine the angles, or any outer angle is a solution. */
+        /* If the determinant is zero everywhere, either two of the equations determine the angles,
+         * or any outer angle is a solution. */
         chasles_arm_pair two = *pair;
         two.count = 2;
         for (int k = 0; inner >= slides && pair->count == 3 && k < 3; k++) {
@@ -415,8 +420,8 @@ static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_ar
     }
 }
 
-/* Eliminates the displacement of the prismatic joint. The coefficients of this displacement are
- * constant. Writes the remaining two equations to `pair`. */
+/* Eliminates the displacement of the prismatic joint, which has constant coefficients in the
+ * equations. Writes the remaining two equations to `pair`. */
 static void chasles_arm_without_slide(const chasles_arm_equations *equations,
                                       chasles_arm_pair *pair)
 {
@@ -438,8 +443,8 @@ static void chasles_arm_without_slide(const chasles_arm_equations *equations,
     pair->count = count;
 }
 
-/* Substitutes a value of the third unknown joint. The results are equations in the first two
- * unknown joints. */
+/* Substitutes a value of the third unknown joint, and writes the resulting equations in the first
+ * two unknown joints. */
 static void chasles_arm_at(const chasles_arm_equations *equations, double angle,
                            chasles_arm_pair *pair)
 {
@@ -452,8 +457,8 @@ static void chasles_arm_at(const chasles_arm_equations *equations, double angle,
                 pair->at[i][a][b] = chasles_carried_dot(equations->at[i][a][b], u);
 }
 
-/* Copies the coefficients of the three equations. The equations are linear in two displacements,
- * and the third unknown is an angle. */
+/* Copies the coefficients of three equations that are linear in two displacements and in (1, cos,
+ * sin) of an angle. */
 static void chasles_arm_columns(const chasles_arm_equations *equations, chasles_arm_pair *pair)
 {
     pair->count = 3;

@@ -1,5 +1,5 @@
-/* Vectors, polynomials and solution slots of a parallel platform with serial joints before or after
- * the platform. This file is part of chasles and is the same for every robot. */
+/* Functions for vectors, polynomials and solution slots of a parallel platform with serial joints
+ * before or after the platform. This file is part of chasles and is the same for every robot. */
 #ifndef CHASLES_CARRIED_PLATFORM_H
 #define CHASLES_CARRIED_PLATFORM_H
 
@@ -10,8 +10,8 @@
 #include "chasles_circle_roots.h"
 #include "chasles_closure_modes.h"
 
-/* Number of samples of a polynomial, and maximum degree of the polynomial. The number of samples
- * divides CHASLES_CELLS. */
+/* Number of samples of a trigonometric polynomial, which must divide CHASLES_CELLS, and maximum
+ * degree of the polynomial. */
 #define CHASLES_CARRIED_SAMPLES 16
 #define CHASLES_CARRIED_DEGREE 4
 #define CHASLES_CARRIED_EVERY (CHASLES_CELLS / CHASLES_CARRIED_SAMPLES)
@@ -45,7 +45,8 @@ static void chasles_carried_series(const double *values, chasles_circle_series *
     series->noise = CHASLES_CARRIED_NOISE * (1.0 + series->most);
 }
 
-/* Writes NaN to the slots from `first` up to `end`; `n` is the number of coordinates per slot. */
+/* Writes NaN to the solution slots from `first` up to, but not including, `end`. The argument `n`
+ * is the number of coordinates per slot. */
 static void chasles_carried_unused(int first, int end, int n, double *q, double *residual,
                                    double *margin)
 {
@@ -55,8 +56,8 @@ static void chasles_carried_unused(int first, int end, int n, double *q, double 
         residual[k] = margin[k] = NAN;
 }
 
-/* Computes the pose of each leg solution with fk, and replaces the residual of the solution by the
- * residual of this pose. A margin above `least` is reduced to `least`. */
+/* Computes the pose of each solution of the legs by forward kinematics, and replaces the residual
+ * of the solution by the residual of this pose. A margin above `least` is reduced to `least`. */
 static void chasles_carried_reached(void (*fk)(const double *q, double *T), const double *T,
                                     double size, double least, int slots, int n, const double *q,
                                     double *residual, double *margin)

@@ -3,10 +3,10 @@
  * robot.
  *
  * The tool pose determines the wrist center. For each of the three balls, the rotation R of the
- * platform satisfies n^T R m = e. Here, n is the normal of the plane, and m is the direction from
- * the wrist center to the ball. The number e is the signed distance from the wrist center to the
- * plane, divided by the distance from the wrist center to the ball. Newton's iteration refines the
- * rotations. */
+ * platform satisfies n^T R m = e. In this equation, n is the normal of the ball's plane, and m is
+ * the direction from the wrist center to the ball. The right-hand side e is the signed distance
+ * from the wrist center to the plane, divided by the distance from the wrist center to the ball.
+ * Newton's iteration refines the rotations of the platform. */
 #ifndef CHASLES_CARRIED_WRIST_H
 #define CHASLES_CARRIED_WRIST_H
 
@@ -17,7 +17,8 @@
 #include "chasles_carried_platform.h"
 
 #define CHASLES_WRIST_ROTATIONS 8
-/* Maximum number of Newton steps; at a double root, each step halves the error. */
+/* Maximum number of Newton steps, which is large because each step only halves the error at a
+ * double root. */
 #define CHASLES_WRIST_STEPS 40
 
 typedef struct {
@@ -33,10 +34,11 @@ typedef struct {
     double tool_center[3]; /* wrist center in the tool frame (meter) */
 } chasles_carried_wrist_arm;
 
-/* The equations of the three balls for a tool pose. `e` contains the right-hand sides, and `first`
- * is the index of the first ball. `c` and `s` are the cosine and sine of the angle between the
- * direction of the first ball and the normal of its plane. The first axis of `base` is the normal
- * of this plane. The first axis of `platform` is the direction of the first ball. */
+/* The equations n^T R m = e of the three balls for a tool pose. `e` contains the right-hand sides.
+ * The first ball is the ball with the smallest |e|, and `first` is its index. `c` and `s` are the
+ * cosine and sine of the angle between the direction of the first ball and the normal of its plane.
+ * The first axis of `base` is the normal of the first ball's plane. The first axis of `platform` is
+ * the direction from the wrist center to the first ball. */
 typedef struct {
     double e[3], c, s, base[3][3], platform[3][3];
     int first;
@@ -47,7 +49,7 @@ typedef struct {
     double R[3][3], trace, margin;
 } chasles_wrist_rotation;
 
-/* Writes right-handed axes whose first axis is the unit vector z. */
+/* Writes a right-handed orthonormal frame whose first axis is the unit vector z. */
 static void chasles_wrist_axes(const double *z, double (*axes)[3])
 {
     int k = 0;
@@ -61,7 +63,8 @@ static void chasles_wrist_axes(const double *z, double (*axes)[3])
     chasles_carried_cross(axes[0], axes[1], axes[2]);
 }
 
-/* Writes the equations. Returns 0 if a ball cannot reach its plane or T is not finite. */
+/* Writes the equations of the three balls for the tool pose T. Returns 0 if a ball cannot reach its
+ * plane or T is not finite. */
 static int chasles_wrist_setup(const chasles_carried_wrist_arm *arm, const double *T,
                                double *center, chasles_wrist_equations *equations)
 {
@@ -83,8 +86,10 @@ static int chasles_wrist_setup(const chasles_carried_wrist_arm *arm, const doubl
     return 1;
 }
 
-/* Writes to `axes` the rotated platform axes for beta = 0. Writes to `linear` the coefficients of
- * cos(beta), sin(beta) and 1 in the equations of the second and third ball. */
+/* The angle alpha turns the first ball about the normal of its plane, and beta turns the platform
+ * about the direction of the first ball. Writes to `axes` the rotated platform axes for beta = 0.
+ * Writes to `linear` the coefficients of cos(beta), sin(beta) and 1 in the equations of the second
+ * and third ball. */
 static void chasles_wrist_linear(const chasles_carried_wrist_arm *arm,
                                  const chasles_wrist_equations *equations, double c, double s,
                                  double (*axes)[3], double (*linear)[3])
@@ -109,7 +114,8 @@ static void chasles_wrist_linear(const chasles_carried_wrist_arm *arm,
     }
 }
 
-/* Writes the polynomial. Returns 0 if the polynomial is zero everywhere. */
+/* Writes the trigonometric polynomial whose zeros are the possible angles alpha. Returns 0 if the
+ * polynomial is zero everywhere. */
 static int chasles_wrist_polynomial(const chasles_carried_wrist_arm *arm,
                                     const chasles_wrist_equations *equations,
                                     chasles_circle_series *series)
@@ -128,7 +134,7 @@ static int chasles_wrist_polynomial(const chasles_carried_wrist_arm *arm,
 }
 
 /* Writes the errors of the three equations, and their derivatives with respect to a rotation vector
- * in base axes. Returns the largest error. */
+ * in base axes. Returns the largest absolute error of the three equations. */
 static double chasles_wrist_error(const chasles_carried_wrist_arm *arm,
                                   const chasles_wrist_equations *equations, const double (*R)[3],
                                   double (*rows)[3], double *errors)
@@ -146,8 +152,8 @@ static double chasles_wrist_error(const chasles_carried_wrist_arm *arm,
     return most;
 }
 
-/* Rotates R by the Rodrigues vector `turn`. This vector is the rotation axis times the tangent of
- * half the rotation angle. */
+/* Rotates R by the Rodrigues vector `turn`, which is the rotation axis times the tangent of half
+ * the rotation angle. */
 static void chasles_wrist_turn(const double *turn, const double (*R)[3], double (*next)[3])
 {
     const double scale = 2.0 / (1.0 + chasles_carried_dot(turn, turn));
@@ -161,7 +167,8 @@ static void chasles_wrist_turn(const double *turn, const double (*R)[3], double 
     }
 }
 
-/* Solves the equations of the three balls by Newton's iteration. Returns 0 without convergence. */
+/* Solves the equations of the three balls by Newton's iteration. Returns 0 if the iteration does
+ * not converge. */
 static int chasles_wrist_polished(const chasles_carried_wrist_arm *arm,
                                   const chasles_wrist_equations *equations,
                                   chasles_wrist_rotation *rotation)
@@ -203,9 +210,10 @@ static int chasles_wrist_polished(const chasles_carried_wrist_arm *arm,
     return error <= CHASLES_WRIST_CLOSED;
 }
 
-/* Iterates from the angles alpha and beta. If the resulting platform rotation is new, it is
- * inserted into the list. The list is sorted by the trace of the rotation matrix, which decreases
- * with the rotation angle. Returns the number of rotations. */
+/* Runs Newton's iteration from the platform rotation with the angles alpha and beta. If the
+ * resulting rotation is new, inserts this rotation into the list of rotations. The list of
+ * rotations is sorted by the trace of the rotation matrix, which decreases with the rotation angle.
+ * Returns the number of rotations in the list. */
 static int chasles_wrist_added(const chasles_carried_wrist_arm *arm,
                                const chasles_wrist_equations *equations, const double (*axes)[3],
                                double beta, chasles_wrist_rotation *found, int count)
@@ -234,7 +242,7 @@ static int chasles_wrist_added(const chasles_carried_wrist_arm *arm,
     return count + 1;
 }
 
-/* Writes all possible rotations of the platform. Returns their number. */
+/* Writes all possible rotations of the platform, and returns the number of rotations. */
 static int chasles_wrist_rotations(const chasles_carried_wrist_arm *arm,
                                    const chasles_wrist_equations *equations,
                                    chasles_wrist_rotation *found)
@@ -268,7 +276,8 @@ static int chasles_wrist_rotations(const chasles_carried_wrist_arm *arm,
     return count;
 }
 
-/* Writes every solution of a tool pose; unused slots contain NaN. */
+/* Writes every inverse-kinematics solution for a tool pose to the solution slots, and NaN to unused
+ * slots. */
 static void chasles_carried_wrist_ik(const chasles_carried_wrist_arm *arm, const double *T,
                                      const double *given, double *q, double *residual,
                                      double *margin)

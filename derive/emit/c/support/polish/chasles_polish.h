@@ -52,10 +52,11 @@
 #include "chasles_polish_lanes.h"
 #include "chasles_polish_tolerances.h"
 
-/* Number of equations of a step: the number of pose components or, if smaller, the number of
- * coordinates. */
+/* Number of equations of a Newton step, which is six, or the number of coordinates if there are
+ * fewer than six. */
 #define POLISH_ROWS (POLISH_N < 6 ? POLISH_N : 6)
-/* Whether to search for pairs of branches at fold points, which requires six moving coordinates. */
+/* Whether the solver searches for pairs of branches at fold points. This search requires six moving
+ * coordinates. */
 #define POLISH_UNFOLDS (POLISH_MOVING == 6 && POLISH_IS_SEARCHED)
 
 #include "chasles_polish_equations.h"
@@ -71,11 +72,11 @@
 
 #if POLISH_IS_SEARCHED
 /* Returns the number of pose lines in the search for further solutions near a branch. A pose line
- * is a straight line of poses through the target.
+ * is a straight line of poses through the target pose.
  *
  * If the pose is just out of reach of the nominal arm, two branches meet at a fold point. If the
  * Jacobian of the nominal arm is singular, the branches of the calibrated arm may be far from the
- * nominal branches. `least` contains the smallest pivots. */
+ * nominal branches. The argument `least` contains the two smallest pivots of the step equations. */
 static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, const double *least)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION, square = unsure * unsure;
@@ -113,7 +114,8 @@ static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *star
         to[i] = LANES_CHOICE(astray, from[i], to[i]);
 }
 
-/* Refines all branches by Newton's iteration; a diverging branch is repeated with halved steps. */
+/* Refines all branches by Newton's iteration, and repeats the iteration of a diverging branch with
+ * halved steps. */
 static LANES_TARGET void POLISH_NAME(refined)(const double *in, const POLISH_NAME(slots) * start,
                                               int b, const lanes_where *near,
                                               POLISH_NAME(configurations) * c, lanes *first)
@@ -127,8 +129,8 @@ static LANES_TARGET void POLISH_NAME(refined)(const double *in, const POLISH_NAM
     POLISH_NAME(newton)(in, near, c, first);
     POLISH_NAME(again)(in, start->q, b, near, first, c);
 #if POLISH_SEEDS
-    /* The iteration from nearby loop variables and the iteration from the reference may end on
-     * different loop branches. */
+    /* The iteration from nearby loop variables and the iteration from the reference coordinates may
+     * end on different loop branches. */
     if (LANES_LT(c->residual2, POLISH_SETTLED * POLISH_SETTLED)) {
         c->seed[0] = NAN;
         POLISH_NAME(evaluate)(in, c);
@@ -137,8 +139,8 @@ static LANES_TARGET void POLISH_NAME(refined)(const double *in, const POLISH_NAM
 }
 #endif
 
-/* Finds all solutions of the true arm, and stores each solution in the slot of its nominal branch.
- * A solution may occur in several slots. */
+/* Finds all solutions of the true arm, and stores each solution in the solution slot of its nominal
+ * branch. The same solution may occur in several solution slots. */
 static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double *in, double *q,
                                            double *residual, double *margin)
 {
@@ -185,7 +187,8 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
     for (int k = 0; k < POLISH_SLOTS; k++) {
         const double *pivots = (const double *)first[k / LANES] + k % LANES;
         int directions = POLISH_NAME(lines)(start.residual[k], residual[k], s->taken[k], pivots);
-        /* If no branch has a solution, any branch may have the smallest residual. */
+        /* If no branch has a solution, any branch may lead to the smallest residual, so the search
+         * includes all branches. */
         if (s->count == 0 && isfinite(start.residual[k]))
             directions = POLISH_FEW_DIRECTIONS;
         is_unsure[k] = directions > 0;
@@ -215,7 +218,7 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
 #endif
 }
 
-/* Writes all solutions of the true arm, each in only one slot. */
+/* Writes all solutions of the true arm, each in only one solution slot. */
 static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, double *residual,
                                                double *margin)
 {

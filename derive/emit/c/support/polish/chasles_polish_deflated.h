@@ -1,29 +1,30 @@
-/* Tests whether the known roots of the determinant are all its real roots. This file is part of
+/* Tests whether the known roots of the determinant are all of its real roots. This file is part of
  * chasles and is the same for every robot.
  *
- * The number n of known roots must be even. The determinant is divided by sin((s - r) / 2) for each
- * known root r. The degree of the quotient is n / 2 less than the degree of the determinant. */
+ * The number n of known roots must be even. The determinant, a trigonometric polynomial in s, is
+ * divided by sin((s - r) / 2) for each known root r. With n known roots, the degree of the quotient
+ * is n / 2 less than the degree of the determinant. */
 #ifndef CHASLES_POLISH_DEFLATED_H
 #define CHASLES_POLISH_DEFLATED_H
 
 #include "chasles_cos_sin.h"
 #include "chasles_general_roots.h"
 
-/* Number of samples around the circle, minimum number of known roots, and maximum number of known
+/* Number of samples per full turn, minimum number of known roots, and maximum number of known
  * roots. */
 #define CHASLES_FEW_SAMPLES 16
 #define CHASLES_MIN_KNOWN 4
 #define CHASLES_MAX_KNOWN 16
 /* Minimum error [rad] of a known root that the test must detect. */
 #define CHASLES_SHOWN 1e-4
-/* Number of cells into which the circle is divided. */
+/* Number of equal cells (angle intervals) into which a full turn is divided. */
 #define CHASLES_WIDE_CELLS 48
-/* Number of bisections of a cell. A root whose imaginary part is below the width of a bisected cell
- * counts as real. */
+/* Maximum number of successive bisections of a cell. A root whose imaginary part is below the width
+ * of a bisected cell counts as real. */
 #define CHASLES_WIDE_HALVINGS 9
 
 /* Computes samples of the determinant at angles x, divided by sin((x - r) / 2) for every known root
- * r. Returns the largest absolute value of the determinant. */
+ * r. Returns the largest absolute value of the determinant samples. */
 static double chasles_polish_quotients(const chasles_general_system *system, const double *root,
                                        int count, double *quotient)
 {
@@ -55,8 +56,8 @@ static double chasles_polish_quotients(const chasles_general_system *system, con
     return most;
 }
 
-/* Computes a polynomial of the given degree from its samples. The coefficients above this degree
- * estimate the error. */
+/* Computes a trigonometric polynomial of the given degree from its samples. The coefficients above
+ * the given degree serve as an estimate of the error. */
 static void chasles_polish_interpolated(const double *value, int degree,
                                         chasles_circle_series *series)
 {
@@ -99,7 +100,8 @@ static double chasles_polish_left_out(const chasles_circle_series *series, int d
 /* Result of a test with one elimination order: whether the known solutions are complete. */
 typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_polish_verdict;
 
-/* If the quotient has no real or nearly real root, the solutions are complete. */
+/* Judges whether the known solutions are complete, which is the case if the quotient has no real or
+ * nearly real root. */
 static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series *series, int degree)
 {
     const double radius = 0.5 * CHASLES_TURN / CHASLES_WIDE_CELLS;

@@ -1,10 +1,9 @@
-/* Solves the linear equations of a damped step, with one configuration per SIMD lane. This file is
- * part of chasles and is the same for every robot. The header chasles_polish.h includes this file
- * once for each robot.
- */
+/* Solves the linear equations of a damped Newton step, with one configuration per SIMD lane. This
+ * file is part of chasles and is the same for every robot. The header chasles_polish.h includes
+ * this file once for each robot. */
 #if POLISH_N >= 6 && POLISH_IS_SEARCHED
-/* Inverts a symmetric matrix in place, given its lower half, and updates the smallest two pivots
- * found so far. */
+/* Inverts a symmetric 3 x 3 block in place, given its lower half, and updates the two smallest
+ * pivots found so far. */
 POLISH_INLINE void POLISH_NAME(inverted)(lanes (*a)[6], int at, lanes *pivots)
 {
     lanes *r0 = a[at] + at, *r1 = a[at + 1] + at, *r2 = a[at + 2] + at;
@@ -25,7 +24,7 @@ POLISH_INLINE void POLISH_NAME(inverted)(lanes (*a)[6], int at, lanes *pivots)
     r2[0] = c20 * scale, r2[1] = c21 * scale, r2[2] = c22 * scale;
 }
 
-/* Multiplies a symmetric matrix by a vector. Only the lower half of the matrix is stored. */
+/* Multiplies a symmetric 3 x 3 block, of which only the lower half is stored, by a vector. */
 POLISH_INLINE void POLISH_NAME(times)(lanes (*a)[6], int at, const lanes *x, lanes *y)
 {
     const lanes *r0 = a[at] + at, *r1 = a[at + 1] + at, *r2 = a[at + 2] + at;
@@ -71,7 +70,7 @@ POLISH_INLINE void POLISH_NAME(solve)(lanes a[6][6], lanes (*b)[6], int sides, l
         POLISH_NAME(solve_again)(a, b[m]);
 }
 
-/* Returns the trace of the inverse of the factored matrix. */
+/* Computes the trace of the inverse of the factored matrix. */
 POLISH_INLINE void POLISH_NAME(inverse_trace)(lanes a[6][6], lanes *trace)
 {
     *trace = a[0][0] + a[1][1] + a[2][2] + a[3][3] + a[4][4] + a[5][5];
@@ -89,7 +88,7 @@ POLISH_INLINE void POLISH_NAME(inverse_trace)(lanes a[6][6], lanes *trace)
 POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (*b)[POLISH_ROWS],
                                       int sides, lanes *pivots)
 {
-    /* In the factorization a = L D L^T, the product L D replaces the lower half, L^T the upper
+    /* In the factorization a = L D L^T, the product L D replaces the lower half of a, L^T the upper
      * half, and 1 / D the diagonal. */
     POLISH_UNROLL
     for (int i = 0; i < POLISH_ROWS; i++) {
@@ -159,8 +158,8 @@ POLISH_INLINE void POLISH_NAME(squared)(lanes (*J)[POLISH_N], const lanes *added
 }
 #endif
 
-/* Computes the matrix of the damped step, which is J^T J or, with six or more coordinates, J J^T.
- */
+/* Computes the matrix of the damped step: J J^T with six or more coordinates, otherwise J^T J, plus
+ * `added` on the diagonal. */
 POLISH_INLINE void POLISH_NAME(equations)(lanes (*J)[POLISH_N], const lanes *added,
                                           lanes a[POLISH_ROWS][POLISH_ROWS])
 {

@@ -7,8 +7,8 @@
  * pose at the displaced configuration q + s v to the target pose. The component of the pose error
  * along u is the quadratic polynomial e(s) = lack - slope s - bend s^2 / 2. If its discriminant
  * slope^2 + 2 bend lack is positive, the quadratic e(s) has two real roots, one on each side of the
- * fold point. If the discriminant is negative, e(s) has no real root. The two real roots of e(s)
- * give starts for two branches of the actual arm, even if the nominal arm has no solution. */
+ * fold point. If the discriminant of e(s) is negative, e(s) has no real root. The two real roots of
+ * e(s) give starts for two branches of the true arm, even if the nominal arm has no solution. */
 /* Data of the fold points that the SIMD lanes process, one fold point per lane. `c` is a
  * configuration near the fold point, and `along` is the joint direction v with the smallest pose
  * change. `lack`, the constant coefficient of the quadratic e(s), is not negative. `step` is the

@@ -2,11 +2,11 @@
  * file is part of chasles and is the same for every robot. The header chasles_polish.h includes
  * this file once for each robot.
  *
- * Near a singularity, even a small deviation of the actual arm from the nominal arm moves solutions
+ * Near a singularity, even a small deviation of the true arm from the nominal arm moves solutions
  * far away. The search uses poses on a straight line through the target pose T, called the pose
  * line. The pose at the line parameter mu is the target T, displaced by the twist -mu u, where u is
  * a constant twist. At both ends of the pose line, the nominal arm is far from its singularity.
- * Newton's iteration therefore finds the solutions of the actual arm at both ends of the pose line.
+ * Newton's iteration therefore finds the solutions of the true arm at both ends of the pose line.
  * From a solution at an end of the pose line, the search follows a curve of configurations. At
  * every configuration of this curve, the pose error relative to the target T is mu u, a multiple of
  * the constant twist u. The curve of configurations may pass through fold points, where two

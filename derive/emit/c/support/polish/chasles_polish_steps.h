@@ -250,7 +250,7 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
             POLISH_NAME(evaluate)(T, c);
         }
 #if !POLISH_IS_SEARCHED
-        /* If the loops of the actual robot are on another branch than the nominal loops, the tool
+        /* If the loops of the true robot are on another branch than the nominal loops, the tool
          * is far from the target pose. */
         if (taken == 0) {
             first[3] = c->cost;

@@ -60,7 +60,7 @@
  */
 #define POLISH_DEVIATIONS(count) \
     ((count) * POLISH_DEVIATION * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0) + 1e-6)
-/* If the nominal arm misses a pose by a residual below this value, the actual arm may reach the
+/* If the nominal arm misses a pose by a residual below this value, the true arm may reach the
  * pose. */
 #define POLISH_REACH POLISH_DEVIATIONS(POLISH_UNSURE)
 /* Maximum residual of the nominal arm at the start of a curve. */
@@ -72,7 +72,7 @@
 /* Maximum residual [m, rad] that rounding near a singularity causes for a pose that the nominal arm
  * reaches. */
 #define POLISH_FOLD 1e-7
-/* The actual arm may be singular if the square root of a pivot of J J^T is below POLISH_UNSURE
+/* The true arm may be singular if the square root of a pivot of J J^T is below POLISH_UNSURE
  * times the axis deviation. For axis deviations from 2.5e-4 to 2.5e-3, this limit is 0.01 rad,
  * because few poses are so near a singularity. */
 #define POLISH_UNSURE \
@@ -84,7 +84,7 @@
 #define POLISH_SWERVED (POLISH_MEETS ? 310.0 : 1300.0)
 /* The search also solves the nominal arm at poses near the target pose. This value is the
  * displacement of these poses from the target pose, as a multiple of the axis deviation. The
- * displacement of the poses exceeds the difference between the nominal and the actual arm. */
+ * displacement of the poses exceeds the difference between the nominal and the true arm. */
 #define POLISH_AROUND 2.5
 /* Half the length of the pose line (a straight line of poses through the target), as a multiple of
  * the axis deviation. At the ends of the pose line, the nominal arm is far enough from its
