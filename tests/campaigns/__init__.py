@@ -1,5 +1,6 @@
-"""Random test campaigns: time-limited trials on random robots, files and poses.
+"""Random test campaigns: series of tests on random robots, files and poses with a time limit.
 
-``make campaign SECONDS=300 SEED=7 ONLY=losses,general`` runs campaigns. Each campaign is a module
-of this package that defines ``CAMPAIGN``. Tests run small fixed samples of the trials.
+The command ``make campaign SECONDS=300 SEED=7 ONLY=losses,general`` runs the campaigns ``losses``
+and ``general`` for 300 s. Each module of ``tests.campaigns`` that defines ``CAMPAIGN`` is one
+random test campaign. The test suite runs only small fixed samples of the random trials.
 """

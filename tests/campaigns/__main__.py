@@ -1,4 +1,4 @@
-"""Command line of the campaigns, called by ``make campaign``."""
+"""Command line of the random test campaigns, called by ``make campaign``."""
 
 import os
 import random
@@ -15,9 +15,9 @@ from .runner import NAMES, Tally, campaign, outcome_of, run
 
 out = Console(highlight=False, soft_wrap=True)
 PACE = 30.0
-"""Seconds between two lines that report the progress."""
+"""Minimum time between two printed progress lines [s]."""
 SHOWN = 20
-"""Maximum number of failures per campaign in the summary."""
+"""Maximum number of failures that the summary prints for each test campaign."""
 
 
 def main(
@@ -42,7 +42,7 @@ def main(
 
 
 class Progress:
-    """Prints failures immediately, and the progress at intervals."""
+    """Prints the failures of random trials immediately, and a progress line at intervals."""
 
     def __init__(self) -> None:
         """Start the clock."""
@@ -61,7 +61,7 @@ class Progress:
 
 
 def repeat(names: list[str], number: int) -> int:
-    """Repeat one trial in the current process. Returns 1 if the trial fails."""
+    """Repeat one random trial in the current process, and return 1 if the trial fails."""
     failed = False
     for name in names:
         outcome = outcome_of(campaign(name), number)
@@ -79,7 +79,7 @@ def checked(outcome: Outcome | Tally) -> str:
 
 
 def summary(tallies: dict[str, Tally]) -> None:
-    """Print a table of all campaigns, and for each listed failure the command that repeats it."""
+    """Print a table of all campaigns, and failures with the commands that repeat their trials."""
     table = Table("campaign", "trials", "seconds", "failures", "checked", title_justify="left")
     for name, tally in tallies.items():
         numbers = (tally.trials, f"{tally.seconds:.0f}", len(tally.failures))

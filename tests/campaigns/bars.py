@@ -1,4 +1,4 @@
-"""Bounds: maximum allowed values of error measures."""
+"""Comparison of the error measures of a random trial with their maximum allowed values."""
 
 from collections.abc import Mapping
 
@@ -6,7 +6,7 @@ from .campaign import Outcome
 
 
 def barred(kind: str, figures: object, bars: Mapping[str, float], title: str = "") -> Outcome:
-    """Return an outcome that fails if an error measure exceeds its bound or is NaN."""
+    """Return a trial outcome that fails if an error measure exceeds its bound or is NaN."""
     values = {name: float(vars(figures)[name]) for name in bars}
     missed = [
         f"{name} {value:.3g}, bar {bars[name]:g}"

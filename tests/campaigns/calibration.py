@@ -4,25 +4,29 @@ Each arm has axis errors up to 1 mm and 1 mrad. The arm is measured at 60 config
 of 0.02 mm and 0.05 mrad. The measurements are poses, positions of three targets, or positions with
 5 mm outliers in 5 % of the rows.
 
-The mean error at validation configurations must decrease by a factor of 20, with all frames
-unknown. An efficient estimator exceeds the reference error with probability ``LEVEL``.
+With all frames unknown, the identification must reduce the mean error at validation configurations
+by a factor of 20, or nearly to the reference error. The reference error is the error that an
+efficient estimator exceeds with probability ``LEVEL``.
 
-The confidence intervals of the axis parameters must contain the true values in 95 of 100 arms. For
-this test, the identification receives the true base frame. An error of an identified base frame
-would shift all axes equally. The intervals of an arm are correlated, so their coverage has no
-simple distribution. A trial therefore divides the errors of all k axes by their standard
-deviations, which gives the vector z. R is the correlation matrix of z, computed from independent
-derivatives. ``z^T R^-1 z / k`` has an F distribution with k and M degrees of freedom. Fisher's
-method combines the probabilities of all arms, separately for too narrow and too wide intervals.
+The confidence intervals of the axis parameters must contain the true values in 95 of 100 arms. To
+test the confidence intervals, the identification receives the true base frame, because an error of
+the base frame would shift all axes equally. The confidence intervals of one arm are correlated, so
+the number of intervals that contain the true value has no simple distribution. A trial therefore
+computes the vector z of the k axis parameter errors, each divided by its standard deviation. The
+correlation matrix R of the normalized axis errors z is computed from independent derivatives. For k
+normalized errors z with correlation matrix R, ``z^T R^-1 z / k`` has an F distribution with k and M
+(residual) degrees of freedom. Fisher's method combines the probabilities of all arms, separately
+for too narrow and too wide intervals.
 
-A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``, which is below 1e-6. With
-outliers, the F distribution is approximate.
+A correct identification fails a random trial with probability ``(DRAWS + 2) LEVEL``, which is below
+1e-6. For measurements with outliers, the errors have the F distribution only approximately.
 
-The odd-numbered trials test the warnings. The robots are arms, a delta and other robots with loops.
-The measuring devices of the trials cover all kinds of measurements. Measurements are few or many,
-exact or noisy, with and without tolerances. Correct measurements must fit within the stated noise
-and cause no warning about the robot. Measurements of a different robot, exchanged columns and a
-wrong angle unit must cause a warning or an error. Too few measured values may cause an error.
+The odd-numbered trials test the warnings of the identification. The robots of these trials are
+serial arms, a delta robot and other robots with loops. The measuring devices of the trials cover
+all kinds of measurements. The simulated measurements are few or many, exact or noisy, with and
+without tolerances. Correct measurements must fit within the stated noise and cause no warning about
+the robot. Measurements of a different robot, exchanged columns and a wrong angle unit must cause a
+warning or an error. Too few measured values may cause an error.
 """
 
 from collections.abc import Callable
@@ -48,20 +52,21 @@ from .tracker import ARMS
 
 ROBOTS = (*ARMS, "bricklaying_gantry")
 JUDGED = (*ROBOTS, "delta", "four_bar", "five_bar", "excavator", "slider_crank", "well_manipulator")
-"""Robots of odd-numbered trials. These trials test the warnings."""
+"""Names of the robots of odd-numbered trials, which test the warnings."""
 DRAWS = 40
 """Number of random arms per trial."""
 SIGMA = 2e-5, 5e-5
-"""Noise [m, rad]."""
+"""Standard deviations of the position and rotation noise [m, rad]."""
 OFF = 1e-3
 GROSS, SHARE = 5e-3, 0.05
 CONFIGURATIONS, HELD = 60, 2_000
 FALL = 20
 """Minimum factor by which the identification must reduce the error."""
 NEAR = 1.1
-"""Maximum ratio of the observed error to the error at the Cramer-Rao bound."""
+"""Maximum ratio of the error after identification to the error that an efficient estimator exceeds
+with probability `LEVEL`."""
 LEVEL = 1e-8
-"""Probability that a correct program fails one test.
+"""Probability that a correct identification fails one statistical test.
 
 A trial tests the error of each arm, and tests whether the confidence intervals are too narrow or
 too wide."""
@@ -83,15 +88,16 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Judged:
-    """Error measures of one arm.
+    """Error measures of the identification of one arm.
 
     Attributes:
-        fall: Ratio of the nominal error to the identified error.
-        over: Ratio of the identified error to the Cramer-Rao bound.
+        fall: Ratio of the nominal robot's mean error to the mean error after identification.
+        over: Ratio of the mean error after identification to the Cramer-Rao bound.
         is_reached: Whether the identified error is at most `NEAR` times the error limit of an
             efficient estimator.
-        inside: Whether each interval contains the true value.
-        probability: Probability that random errors are smaller than the observed errors.
+        inside: Whether each confidence interval contains the true axis parameter.
+        probability: Probability that random errors of the axis parameters are smaller than the
+            observed errors.
     """
 
     fall: float
@@ -107,7 +113,7 @@ def trial(number: int) -> Outcome:
 
 
 def accusations(number: int) -> Outcome:
-    """Identify one robot from correct and from wrong measurements."""
+    """Identify one robot from correct and from wrong measurements, and test the warnings."""
     robot = chasles.load(JUDGED[number % len(JUDGED)], parametric=True)
     failures, counts = [], {"right": 0, "wrong": 0, "too few": 0}
     for seed in np.random.default_rng(number).integers(1 << 32, size=DRAWS):
@@ -155,7 +161,7 @@ def errors(number: int) -> Outcome:
 
 
 def judged(robot, measure: Callable, random: np.random.Generator) -> Judged:
-    """Generates, measures and identifies a random arm."""
+    """Generate, measure and identify a random arm."""
     drawn = _drawn(robot, random)
     measurements = measure(robot, drawn, random)
     found = identify(robot, drawn.q, measurements)
@@ -174,8 +180,8 @@ def _intervals(
     """Return whether each confidence interval contains the true axis parameter, and a probability.
 
     The probability states how likely random errors are to be smaller than the observed errors.
-    Different parameter values can describe the same geometry. One Newton step on noise-free
-    measurements computes the values of the identified parameters that describe the true geometry.
+    Different parameter values can describe the same geometry, so one Newton step on noise-free
+    measurements computes the identified parameters of the true geometry.
     """
     apart = exact._errors(known.poses(drawn.q), known.unknowns)
     J = derivative(robot, known, exact, drawn.q, known.T_W_base, known.p, known.unknowns)

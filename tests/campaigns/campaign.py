@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Outcome:
-    """The result of one trial.
+    """The result of one random trial.
 
     Attributes:
         counts: Number of checked items (poses, branches, files), keyed by name.
-        failures: One line for each violated property.
-        largest: Maximum values such as residuals, keyed by name.
+        failures: One message line for each property that the trial found violated.
+        largest: Largest values that the trial found, such as residuals, keyed by name.
     """
 
     counts: Mapping[str, int] = field(default_factory=dict)
@@ -25,9 +25,8 @@ class Campaign:
 
     Attributes:
         name: The command-line name.
-        summary: The property that each trial checks, as one sentence.
-        trial: Function that runs one trial. The argument of the function is the trial number, which
-            seeds all random values.
+        summary: One sentence that states the property checked by each trial.
+        trial: Function that runs one trial, given the trial number, which seeds all random values.
     """
 
     name: str

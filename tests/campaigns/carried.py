@@ -1,6 +1,7 @@
 """Inverse kinematics of random robots with joints before and after a platform.
 
-Valid solutions reach the target pose, and one of them is the generating configuration.
+Valid solutions must reach the target pose, and one of them must be the configuration that generated
+the pose.
 """
 
 from chasles.derive.inverse.mechanisms.backward_inverse import missing

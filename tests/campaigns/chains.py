@@ -32,11 +32,11 @@ def trial(number: int) -> Outcome:
 
 
 def check_jacobians(seed: int) -> None:
-    """Compare a random chain with Pinocchio."""
+    """Compare poses and Jacobians of a random chain with Pinocchio."""
     generator = random.Random(seed)
     chain = random_chain(generator, generator.randint(1, 12))
     robot = chain.robot()
-    # To save time, each chain is tested with one of the Jacobian frames.
+    # To save time, each chain is tested with only one of the three Jacobian frames.
     name = tuple(FRAMES)[seed % len(FRAMES)]
     wanted = ("fk", "link_poses", f"jacobian_{name}", f"jacobian_{name}_dot")
     functions = dict(
@@ -79,7 +79,7 @@ MOTIONS = (
 def check_motions(seed: int) -> bool:
     """Compare Hessians, twists and accelerations of a chain with Pinocchio.
 
-    Returns whether the chain has a coupled joint.
+    Returns True if the random chain has a coupled joint.
     """
     generator = random.Random(seed)
     chain = random_chain(generator, generator.randint(2, 9))

@@ -15,7 +15,8 @@ from .campaign import Campaign, Outcome
 ARMS, POSES = 5, 2
 """Number of random arms per trial, and number of configurations per arm."""
 ACCURACY = 1e-12
-"""Largest pose difference (meter, radian) that a conversion need not report."""
+"""Largest pose difference (meter, radian) that a format conversion may cause without reporting it.
+"""
 
 
 def trial(number: int) -> Outcome:
@@ -39,7 +40,7 @@ def trial(number: int) -> Outcome:
 
 
 def differences(robot: SerialRobot, conversion: Conversion, draw: Random) -> dict[str, float]:
-    """Return the largest pose differences between the robot and its saved file and CSV table."""
+    """Return the largest pose differences of a robot from its saved file and its CSV table."""
     form = conversion.format
     with TemporaryDirectory() as folder:
         path = Path(folder) / ("arm.urdf" if form == "urdf" else "arm.toml")

@@ -1,15 +1,15 @@
-"""Derives, compiles and tests arms with errors in every parameter.
+"""Random tests of the inverse kinematics of arms with errors in every geometric parameter.
 
-Even-numbered trials use a named arm, and odd-numbered trials use a random arm with round numbers.
-Each trial draws a maximum error between 0.1 and 10 (millimeter, milliradian). Every pose needs a
-solution, and no solution may be wrong. The inverse may lose at most 1 in 10,000 regular
-configurations. In even-numbered trials, six-joint arms are also solved by the method for general
-arms.
+Even-numbered trials use an arm of the list ``ARMS``, and odd-numbered trials use a random arm with
+round dimensions. Each trial draws a maximum geometric error between 0.1 and 10 (millimeter for
+lengths, milliradian for angles). Each pose must have a solution, and every solution must reach its
+pose. The solutions may lack at most 1 in 10,000 nonsingular random configurations. In even-numbered
+trials, the solver for arms without special structure also solves the poses of six-joint arms.
 
-Stricter rules apply to arms with errors of at most 3 mm and 3 mrad. No solution is in two solution
-slots. Every configuration with a smallest singular value above 1e-3 is found, also at multiples of
-90 degrees. On some poses, the regular solutions must equal the set found by multi-start Newton
-iteration.
+Stricter rules apply to arms with errors of at most 3 mm and 3 mrad. The inverse of these arms must
+return each solution only once. The solutions must contain every configuration whose Jacobian has
+singular values above 1e-3, also at joint angles that are multiples of 90 degrees. For some poses,
+the solutions must include every nonsingular solution that multi-start Newton iteration finds.
 """
 
 from math import ceil
@@ -37,20 +37,21 @@ ARMS = (
     *("panda", "iiwa14", "xarm7", "fr3", "stanford", "scara", "photo_robot", "lynxmotion", "xarm5"),
 )
 SIZES = -4.0, -2.0
-"""Decimal logarithms of the minimum and the maximum error (meter, radian)."""
+"""Range of the random geometric error sizes (meter, radian), as decimal logarithms."""
 RANDOM, RIGHT = 10_000, 1000
 """Number of random configurations per arm, and number of configurations at multiples of 90 degrees.
 """
 MAX_LOST = 1e-4
-"""Maximum fraction of regular random configurations that may be missing."""
+"""Maximum fraction of nonsingular random configurations that may be missing from the solutions."""
 REGULAR = 1e-4
-"""Minimum singular value (m or rad per rad) at an isolated solution."""
+"""Minimum singular value (m or rad per rad) of the Jacobian at an isolated solution."""
 SMALL = 3e-3
-"""Maximum errors (meter, radian) of arms without missing or duplicated solutions."""
+"""Maximum geometric error (meter, radian) of arms that must have no missing or duplicated
+solutions."""
 COMPARED = 200
-"""Number of poses per arm at which Newton's method is used to count the solutions."""
+"""Number of poses per arm whose solutions are compared with Newton's method."""
 SAME = 1e-5
-"""Maximum difference (rad) at which solutions of the two solvers count as equal."""
+"""Maximum joint difference (rad) at which two solutions count as equal."""
 
 
 def trial(number: int) -> Outcome:
@@ -90,12 +91,12 @@ def arm_of(number: int) -> SerialRobot:
 
 
 def size_of(number: int) -> float:
-    """Return the error size (meter, radian) for a trial number."""
+    """Return the maximum geometric error (meter, radian) for a trial number."""
     return float(10 ** np.random.default_rng(number).uniform(*SIZES))
 
 
 def strict_failures(judged: Judged, q: np.ndarray, right: np.ndarray) -> list[str]:
-    """Describe missing and duplicated solutions."""
+    """Return failure messages about missing and duplicated solutions."""
     failures = []
     for name, of in {"random": q, "right angles": right}.items():
         parts = np.array_split(of, max(1, -(-len(of) // PART)))
@@ -113,7 +114,7 @@ def strict_failures(judged: Judged, q: np.ndarray, right: np.ndarray) -> list[st
 
 
 def repeated_and_missing(judged: Judged, q: np.ndarray) -> tuple[int, int]:
-    """Count duplicated solutions and missing regular configurations."""
+    """Count duplicated solutions, and nonsingular configurations missing from the solutions."""
     arm, slides = judged.arm, slides_of(judged.robot)
     T, J = arm.fk_jacobian_mixed(q)
     found = arm.ik(T, fixed=judged.fixed(q))
@@ -124,7 +125,7 @@ def repeated_and_missing(judged: Judged, q: np.ndarray) -> tuple[int, int]:
 
 
 def fewer_than_newton(judged: Judged, q: np.ndarray) -> int:
-    """Count regular solutions that only Newton's method finds."""
+    """Count nonsingular solutions that Newton's method finds and ``ik`` misses."""
     arm, T = judged.arm, judged.arm.fk(q)
     own = arm.ik(T, fixed=judged.fixed(q)).valid_q()
     fixed = {k: q[k] for k in range(len(q)) if judged.is_fixed(k)}
@@ -133,7 +134,7 @@ def fewer_than_newton(judged: Judged, q: np.ndarray) -> int:
 
 
 def fewer(arm: chasles.Robot, general: chasles.Robot, q: np.ndarray) -> int:
-    """Count regular solutions that the general solver finds and the inverse of the arm misses."""
+    """Count nonsingular solutions that the general solver finds and the arm's own ``ik`` misses."""
     missing = 0
     for part in np.array_split(q, -(-len(q) // PART)):
         T = arm.fk(part)

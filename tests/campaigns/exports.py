@@ -22,25 +22,26 @@ from tests.support.exports import apart, configurations, expected, inverse_of, r
 from .campaign import Campaign, Outcome
 
 ROBOTS = ("ur5e", "panda", "puma560", "excavator", "planar_3rrr", "jaco2")
-"""The inverses of planar_3rrr and jaco2 call solvers in the shared C files."""
+"""Names of the tested robots, of which planar_3rrr and jaco2 use inverse kinematics solvers in the
+shared C files."""
 IN_CUDA = ROBOTS[:4]
-"""Robots whose inverse has no iterative solver."""
+"""Robots with tested CUDA kernels, whose inverse kinematics has no iterative solver."""
 RIGHT_ANGLES = 2_000
 PLUGINS = ("ur5e", "panda", "puma560")
-"""Robots whose MoveIt plugin is compared."""
+"""Robots whose MoveIt plugin is compared with the C functions."""
 ROWS = 10_000
 EXACT = "-O1 -ffp-contract=off"
-"""Compiler flags in addition to the default flags.
+"""Compiler flags that disable floating-point contraction, in addition to the default flags.
 
-With contraction, compilers combine multiplications and additions differently in each program. Near
-singular poses, the difference between the results exceeds the tolerance.
+With floating-point contraction, compilers combine multiplications and additions differently in each
+program. Near singular poses, the results would then differ by more than the tolerance.
 """
 TOLERANCE = 1e-12
-"""Largest difference between two results. For values above 1, the difference is relative."""
+"""Maximum difference between two results, relative for values above 1 and otherwise absolute."""
 
 
 def trial(number: int) -> Outcome:
-    """Compare all compiled functions of one robot on random inputs."""
+    """Compare the exported functions of one robot with its C functions on random inputs."""
     os.environ["CHASLES_CFLAGS"] = EXACT  # the campaign runner restores CHASLES_CFLAGS
     robot = chasles.load(ROBOTS[number % len(ROBOTS)])
     rng, failures = np.random.default_rng(number), []
@@ -83,10 +84,10 @@ def in_cuda(name: str, folder: Path, rng: np.random.Generator) -> list[str]:
 def plugin_difference(
     robot: chasles.Robot, folder: Path, rng: np.random.Generator
 ) -> tuple[float, int]:
-    """Compare forward kinematics and all regular solutions.
+    """Compare forward kinematics and regular solutions of a MoveIt plugin with the C code.
 
-    Returns the largest difference and the number of compared solutions. A missing or additional
-    solution counts as an infinite difference.
+    Returns the largest difference between plugin and C code, and the number of compared solutions.
+    A missing or additional solution counts as an infinite difference.
     """
     package = moveit.exported(robot.name, folder)
     library = moveit.compiled(package, robot.name, tuple(EXACT.split()))
@@ -110,7 +111,7 @@ def plugin_difference(
 
 
 def in_octave(robot: chasles.Robot, folder: Path, rng: np.random.Generator) -> list[str]:
-    """Call the MATLAB functions in Octave, and return their differences."""
+    """Call the MATLAB functions in Octave, and describe their differences from the C code."""
     octave.exported(robot, folder)
     infos = [info for info in robot.manifest.functions if info.name in octave.FUNCTIONS]
     inputs = {info.name: inputs_of(robot, info, rng, ROWS) for info in infos}
@@ -145,8 +146,8 @@ def in_octave(robot: chasles.Robot, folder: Path, rng: np.random.Generator) -> l
 def difference(found: np.ndarray, expected: np.ndarray) -> float:
     """Compare two arrays.
 
-    Returns the largest relative difference. If only one of two values is NaN or infinite, the
-    result is infinite.
+    Returns the largest relative difference between the two arrays. If only one of two compared
+    values is NaN or infinite, the returned difference is infinite.
     """
     is_same = (found == expected) | (np.isnan(found) & np.isnan(expected))
     relative = np.abs(found - expected) / np.maximum(1, np.abs(expected))

@@ -1,9 +1,11 @@
-"""Derives and tests real arms from external files.
+"""Random tests of the inverse kinematics of real arms whose geometry comes from external files.
 
-Each trial tests one arm at random joint angles and at multiples of 90 degrees. A pose is missed if
-it has no correct solution. A valid solution is wrong if it does not reach its pose. A random
-configuration that is not singular is lost if the solutions of its pose do not contain it. For a
-redundant arm, the inverse gets the value of the fixed joint from the configuration.
+Each trial tests one arm at random joint angles and at multiples of 90 degrees. A pose counts as
+missed if the inverse kinematics returns no correct solution for it. A solution that is marked valid
+counts as wrong if it does not reach the target pose. A nonsingular random configuration counts as
+lost if the solutions for its pose do not contain this configuration. For a redundant arm, the
+inverse kinematics receives the fixed joint value of the configuration from which the pose was
+computed.
 """
 
 from pathlib import Path
@@ -34,8 +36,8 @@ def trial(number: int) -> Outcome:
 def judgement(arm: FieldArm, folder: Path, random: int, right: int, seed: int) -> Outcome:
     """Test an arm at random joint angles and at multiples of 90 degrees.
 
-    The argument `random` is the number of poses at random joint angles. The argument `right` is the
-    number of poses at multiples of 90 degrees.
+    The arguments `random` and `right` are the numbers of poses at random joint angles and at
+    multiples of 90 degrees.
     """
     try:
         derived(arm, folder)
@@ -66,7 +68,7 @@ def judgement(arm: FieldArm, folder: Path, random: int, right: int, seed: int) -
 
 
 def own(case: FieldCase, q: np.ndarray) -> Answers:
-    """Solve the poses of configurations (m, n) with chasles."""
+    """Solve the inverse kinematics for the poses of configurations (m, n) with chasles."""
     found = case.robot.ik(case.pose(q), fixed=fixed_values(case.robot, case.others(q)))
     return Answers(found.q, found.valid)
 

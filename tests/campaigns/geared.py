@@ -1,7 +1,7 @@
 """Random linkages with gears, racks and planetary stages between their joints.
 
-The expected poses, joint values, Jacobians and accelerations come from loops that Newton's method
-closes.
+The expected poses, joint values, Jacobians and accelerations are computed by a Newton iteration
+that closes the loops.
 """
 
 import tempfile
@@ -37,8 +37,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(number: int) -> tuple[Errors, str]:
-    """Derive and load a random linkage. Returns the measured errors and the family of the
-    linkage."""
+    """Derive a random linkage, and return the errors of its functions and its family name."""
     linkage = geared_linkage(number)
     derivation = derive(linkage.mechanism)
     with tempfile.TemporaryDirectory() as folder:

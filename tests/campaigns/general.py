@@ -1,9 +1,10 @@
-"""Derives, compiles and tests arms that belong to no closed-form family.
+"""Random tests of the inverse kinematics of arms that belong to no closed-form family.
 
-Trials alternate between six revolute joints, seven revolute joints, and seven to ten joints with up
-to two prismatic joints. The inverse solves poses at random joint angles and at multiples of 90
-degrees. Every pose needs a solution, and no solution may be wrong. Each regular configuration must
-be among the solutions.
+Trials alternate between arms with six revolute joints, with seven revolute joints, and with seven
+to ten joints, of which up to two are prismatic. The target poses are computed from random joint
+angles and from multiples of 90 degrees. Each pose must have a solution, and every solution must
+reach its pose. The solutions must include every nonsingular configuration from which a target pose
+was computed.
 """
 
 from collections.abc import Collection, Sequence
@@ -25,22 +26,24 @@ from tests.support.generators.random_arms import long_arm, random_arm
 from .campaign import Campaign, Outcome
 
 RANDOM, RIGHT = 2000, 1000
-"""Number of configurations per arm: random, and at multiples of 90 degrees."""
+"""Number of random configurations per arm, and number of configurations at multiples of 90 degrees.
+"""
 OTHERS, COUNTED = 200, 10
-"""Number of poses with different values of the fixed joints. Number of poses for which Newton's
-method counts the solutions."""
+"""Number of poses with different fixed joint values, and number of poses for which Newton's method
+counts the solutions."""
 PART = 1000
 """Number of poses per batch."""
 SAME = 1e-6
 """Maximum difference (rad) at which two solutions count as equal."""
 WRONG = 1e-8
-"""Maximum pose error of a solution (meter, or entry of a rotation); the runtime allows 1e-9."""
+"""Maximum pose error of a correct solution (meter, or rotation matrix entry), larger than the limit
+1e-9 of the runtime."""
 REGULAR = 1e-5
 """Minimum singular value (m or rad per rad) of the Jacobian at a regular configuration."""
 STARTS, STEPS = 1500, 60
 """Number of random start configurations, and maximum number of steps of Newton's iteration."""
 STILL = 1e-12
-"""Step size (rad) at which Newton's iteration ends."""
+"""Step size (rad) below which Newton's iteration ends."""
 SIX = 6
 SLIDE = 0.5
 """Maximum displacement of a prismatic joint in either direction [m]."""
@@ -52,8 +55,7 @@ LANGUAGES = emitters_of(("c", "python"))
 
 @dataclass(frozen=True)
 class Judged:
-    """A compiled arm, and its description `robot`. The solutions are verified with the
-    description."""
+    """A compiled arm, and its description `robot`, which is used to verify the solutions."""
 
     robot: SerialRobot
     arm: chasles.Robot
@@ -63,7 +65,7 @@ class Judged:
         return fixed_at(self.arm, q)
 
     def true_poses(self, q: np.ndarray) -> np.ndarray:
-        """Compute poses (..., 4, 4) in extended precision from the joint placements."""
+        """Compute tool poses (..., 4, 4) in extended precision from the joint placements."""
         before, *placed = (E.astype(np.longdouble) for E in numbers(self.robot))
         T = np.broadcast_to(before, (*q.shape[:-1], 4, 4))
         for k, (joint, E) in enumerate(zip(self.robot.moving, placed, strict=True)):
@@ -77,7 +79,7 @@ class Judged:
         return T
 
     def lost(self, q: np.ndarray) -> tuple[int, ...]:
-        """Count regular and lost configurations, unsolved poses and wrong solutions."""
+        """Count nonsingular configurations, missing ones, unsolved poses and wrong solutions."""
         parts = np.array_split(q, max(1, -(-len(q) // PART)))
         return tuple(map(int, np.sum([self._lost(part) for part in parts], axis=0)))
 
@@ -97,12 +99,12 @@ class Judged:
         return any(joint == item.index for item in self.arm.redundancy)
 
     def elsewhere(self, q: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        """Find other configurations with the same poses by multi-start iteration."""
+        """Find other configurations with the same poses by iteration from random start values."""
         found = self.arm.ik_numeric(self.arm.fk(q), random.uniform(-np.pi, np.pi, q.shape))
         return np.asarray(found.q[found.valid])
 
     def counts(self, T: np.ndarray, q: np.ndarray, random: np.random.Generator) -> int:
-        """Count poses for which Newton's method finds a different number of solutions.
+        """Count poses for which ``ik`` and Newton's method find different numbers of solutions.
 
         The configurations q (m, n) contain the values of the fixed joints.
         """
@@ -113,7 +115,7 @@ class Judged:
     def everywhere(
         self, T: np.ndarray, at: np.ndarray, random: np.random.Generator
     ) -> list[np.ndarray]:
-        """Solve a pose by Newton's method from random configurations."""
+        """Find the solutions of a pose by Newton's method from random start configurations."""
         n = len(at)
         free = [k for k in range(n) if not self.is_fixed(k)]
         q = np.tile(at, (STARTS, 1))
@@ -138,7 +140,7 @@ class Judged:
 def configurations(
     robot: SerialRobot, count: int, right: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return ``count`` random configurations and ``right`` configurations with right angles."""
+    """Return ``count`` random configurations and ``right`` ones at multiples of 90 degrees."""
     n = len(robot.moving)
     q = rng.uniform(-np.pi, np.pi, (count, n))
     quarters = rng.integers(0, 4, (right, n)) * np.pi / 2
@@ -149,7 +151,7 @@ def configurations(
 
 
 def apart(q: np.ndarray, other: np.ndarray, slides: Collection[int] = ()) -> np.ndarray:
-    """Return the maximum joint difference (rad, m), modulo full turns."""
+    """Return the maximum joint difference (rad, m), modulo full turns of revolute joints."""
     turns = np.array([k not in slides for k in range(q.shape[-1])])
     difference = q - other
     wrapped = (difference + np.pi) % (2 * np.pi) - np.pi
@@ -157,7 +159,7 @@ def apart(q: np.ndarray, other: np.ndarray, slides: Collection[int] = ()) -> np.
 
 
 def errors(T: np.ndarray, A: np.ndarray) -> np.ndarray:
-    """Return pose errors (..., 6) in base axes: position, then axis times sine."""
+    """Return pose errors (..., 6) in base axes: position error, and rotation axis times sine."""
     E = T[..., :3, :3] @ np.swapaxes(A[..., :3, :3], -1, -2)
     w = [E[..., 2, 1] - E[..., 1, 2], E[..., 0, 2] - E[..., 2, 0], E[..., 1, 0] - E[..., 0, 1]]
     return np.concatenate([T[..., :3, 3] - A[..., :3, 3], np.stack(w, -1) / 2], -1)
@@ -188,7 +190,7 @@ def trial(number: int) -> Outcome:
 
 
 def arm_of(number: int) -> SerialRobot:
-    """Return in turn a six-joint, a seven-joint or a longer arm."""
+    """Return a random arm, whose number of joints depends on the trial number."""
     kinds = (random_arm, lambda seed: random_arm(seed, "///////"), long_arm)
     return kinds[number % len(kinds)](number)
 
@@ -196,13 +198,13 @@ def arm_of(number: int) -> SerialRobot:
 def loaded(
     robot: SerialRobot, folder: Path, functions: Sequence[str] = DERIVED, **families: tuple[()]
 ) -> chasles.Robot:
-    """Derives, compiles and loads a robot."""
+    """Derive, compile and load a robot."""
     put(files_of(derive(robot, functions=functions, **families), LANGUAGES), folder)
     return chasles.load(folder)
 
 
 def violations(regular: int, lost: int, none: int, wrong: int, may_lose: float = 0) -> list[str]:
-    """Describe the failures of an arm."""
+    """Return failure messages for lost configurations, unsolved poses and wrong solutions."""
     found = {"lost": lost * (lost > may_lose), "without a solution": none, "wrong": wrong}
     return [f"{count} {name}, {regular} regular" for name, count in found.items() if count]
 

@@ -1,9 +1,10 @@
-"""The general solver on every pattern of consecutive axes.
+"""Random tests of the general inverse solver on arms with every pattern of consecutive axes.
 
 Consecutive axes are skew, parallel or intersecting, which gives 243 patterns of six joints. Each
-trial uses 27 of the 243 patterns, once with six revolute joints and once with a prismatic joint.
-The solver is compiled once and reads the tables of each arm. Every pose needs a solution, and each
-regular configuration must be among the solutions.
+trial tests arms with 27 of the 243 axis patterns, once with six revolute joints and once with a
+prismatic joint. The general solver is compiled only once, and reads the numerical tables of each
+arm. Each pose must have a solution, and every nonsingular configuration must be among the
+solutions.
 """
 
 import ctypes
@@ -33,7 +34,8 @@ SHIM = Path(__file__).parents[1] / "support" / "native" / "any_arm.c"
 PATTERNS = tuple(map("".join, product(LINKS, repeat=5)))
 STRIDE = 9
 POSES = 1000
-"""Number of random configurations per arm; one third as many are at multiples of 90 degrees."""
+"""Number of random configurations per arm, in addition to a third as many configurations at
+multiples of 90 degrees."""
 SLOTS = 16
 SAME, REACHED, REGULAR = 1e-6, 1e-8, 1e-5
 """Maximum joint error (radian or meter) of a recovered configuration. Maximum residual (meter or
@@ -133,9 +135,9 @@ def _arm_of(tables: GeneralArm) -> Arm:
 
 
 def _found(q: np.ndarray, given: tuple[int, ...], slides: Collection[int]) -> Found:
-    """Compute the inverse for the poses of configurations (m, n).
+    """Solve the inverse kinematics for the poses of configurations (m, n).
 
-    Counts configurations that are not solutions.
+    Counts unsolved poses, and nonsingular configurations that are not among the solutions.
     """
     m, n = q.shape
     slots, residual = np.empty((m, SLOTS, n)), np.empty((m, SLOTS))

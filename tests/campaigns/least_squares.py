@@ -1,9 +1,10 @@
 """Mechanisms with displaced joints, whose loops are closed in the least-squares sense.
 
-Every joint and closure is shifted by up to 0.5 mm and rotated by up to 2 mrad about each axis. The
-configurations must match an independent minimization with exact derivatives. Derivatives must agree
-with finite differences. ``actuators`` and ``ik`` must return the coordinates from which the
-configuration was computed.
+Random errors shift every joint and loop closure by up to 0.5 mm, and rotate it by up to 2 mrad
+about each axis. The computed configurations must match an independent minimization of the closure
+errors with exact derivatives. The derivatives of the mechanism's functions must agree with finite
+differences. ``actuators`` and ``ik`` must return the coordinates from which the configuration was
+computed.
 """
 
 import tempfile
@@ -28,7 +29,7 @@ PLANES: dict[str, Placement] = {
     "slider_crank": (),
     "five_bar": (),
 }
-"""Names of the robots, each with the rotation from the z axis to its pin axis."""
+"""Rotation from the z axis to the pin axis of each robot, keyed by robot name."""
 FUNCTIONS = (
     *("fk", "fk_jacobian_mixed", "configuration", "configuration_D_q", "margin"),
     *("chain", "chain_D_q", "chain_rates", "chain_accelerations"),
@@ -36,7 +37,8 @@ FUNCTIONS = (
 )
 C_ALONE = ("c", "python")
 POSES, JUDGED = 100, 10
-"""Numbers of configurations and of minimizations per mechanism."""
+"""Number of configurations per mechanism, and number of configurations that are compared with a
+minimization."""
 STEP = 1e-6
 """Step of central differences (radian or meter)."""
 BARS = {"closure": 1e-9, "slope": 1e-6, "rate": 1e-6, "back": 1e-9, "lost": 0.0, "open": 0.0}
@@ -49,9 +51,11 @@ class Judged:
     Attributes:
         closure: Largest joint difference from the least-squares minimum (radian, meter).
         slope: Largest error of the derivative of the configuration with respect to the coordinates.
-        rate: Largest error of the main-chain accelerations at unit actuator velocities.
-        back: Largest difference between coordinates and ``actuators(chain(q))``.
-        lost: Number of configurations that ``ik`` does not recover, or 0 without an inverse.
+        rate: Largest error of the main-chain joint accelerations at random actuator velocities.
+        back: Largest error of ``actuators(chain(q))`` and of its derivative, compared with q and
+            the identity matrix.
+        lost: Number of configurations that ``ik`` does not recover, or 0 if the test derives no
+            ``ik``.
         open: Number of configurations near the reference at which the loops do not close.
     """
 
@@ -91,7 +95,7 @@ def judged(mechanism: Mechanism, rng: np.random.Generator) -> Judged:
 
 
 def _around(robot: chasles.Robot, rng: np.random.Generator) -> np.ndarray:
-    """Return coordinates (POSES, n) within a tenth of the limit range from the reference."""
+    """Return random coordinates (POSES, n) within a tenth of the limit range from the reference."""
     limits = np.array([(c.lower, c.upper) for c in robot.coordinates], dtype=float)
     span = np.where(np.isfinite(limits).all(-1), limits[:, 1] - limits[:, 0], np.pi)
     return robot.reference.q + 0.1 * span * rng.uniform(-1, 1, (POSES, robot.n))

@@ -1,12 +1,13 @@
-"""Inverse kinematics of random platforms with jointed legs and iterated loops.
+"""Inverse kinematics of random platforms with jointed legs and iteratively closed loops.
 
-Platforms have three RPS, PRS or RRS legs, or six UPS, PUS or RUS legs. The six legs are all of one
-type or mixed. Tripteron, Exechon, 3-UPU, 3-URU, 3-PUU and 3-RUU have no ball joints. In platforms
-such as the 5-UPS/UPU, a passive chain guides the platform. Further kinds are a Par4, a delta with a
-telescopic shaft, a pentapod, and an Exechon or a Tricept with a wrist.
+Platforms have three RPS, PRS or RRS legs, or six UPS, PUS or RUS legs. The legs of a platform are
+all of one type or of mixed types. The platforms Tripteron, Exechon, 3-UPU, 3-URU, 3-PUU and 3-RUU
+have no ball joints. In platforms such as the 5-UPS/UPU, a passive chain guides the platform.
+Further kinds of platforms are a Par4, a delta with a telescopic shaft, a pentapod, and an Exechon
+or a Tricept with a wrist.
 
 Valid solutions must reach the target pose in the correct assembly mode. ``fk`` must agree with
-Newton's method in small steps from the reference.
+Newton's method, which follows the platform in small steps from the reference configuration.
 """
 
 import tempfile
@@ -30,11 +31,12 @@ from .campaign import Campaign, Outcome
 
 INPUTS = 200
 REACH = {"rad": 0.5, "m": 0.08}
-"""Maximum difference between a coordinate and its reference value."""
+"""Maximum difference between a random coordinate and its reference value, keyed by unit."""
 FOLLOWED = 20
-"""Number of inputs at which the results are compared with a Newton solution from the reference."""
+"""Number of actuator inputs at which ``fk`` is compared with Newton's method."""
 AGREE = 1e-9
-"""Maximum difference from Newton's method (relative to the size, or radian)."""
+"""Maximum pose difference from Newton's method (position relative to the robot size, rotation
+matrix entries)."""
 KINDS = LEG_KINDS | MACHINE_KINDS | GUIDED_KINDS
 EQUAL_LEGS = {f"{n}-{leg}": (leg,) * n for n, of in ((3, FLAT), (6, SPATIAL)) for leg in of}
 """Leg types of platforms whose legs are all of the same type, keyed by title."""
@@ -44,7 +46,7 @@ FUNCTIONS = ("fk", "ik", "fk_jacobian_mixed", "chain", "margin")
 
 
 def trial(number: int) -> Outcome:
-    # Even-numbered platforms have a named kind, such as a tripteron.
+    # Even-numbered trials draw a platform of a named kind, such as a tripteron.
     if number % 2 == 0:
         kind = NAMED[number // 2 % len(NAMED)]
         return outcome(named(kind, number), number, kind)
@@ -60,7 +62,7 @@ def named(kind: str, number: int) -> Mechanism:
 
 
 def outcome(mechanism: Mechanism, number: int, title: str) -> Outcome:
-    """Compare the solutions of a platform with its forward kinematics near the reference."""
+    """Compare inverse solutions of a platform with its forward kinematics near the reference."""
     derivation = derive(mechanism, functions=FUNCTIONS)
     with tempfile.TemporaryDirectory() as folder:
         put(files_of(derivation), Path(folder))
@@ -88,8 +90,8 @@ def outcome(mechanism: Mechanism, number: int, title: str) -> Outcome:
 def from_newton(mechanism: Mechanism, q: Array, T: Array, size: float) -> Array:
     """Return the differences between poses T (N, 4, 4) and poses that Newton's method computes.
 
-    Singular poses are not compared. If only Newton's method finds a pose, the difference is
-    infinite. Lengths are divided by ``size``.
+    Singular poses are not compared. If only Newton's method finds a pose, the pose difference is
+    infinite. Position differences are divided by ``size``.
     """
     model = Model(mechanism)
     z, regular = followed(model, q * model.ratio)

@@ -1,7 +1,7 @@
-"""Random coordinates of the shipped robots with loops.
+"""Random tests of the loop closure of the shipped robots with loops.
 
-The coordinates are drawn from a range that is twice as wide as the joint limits. If a robot reports
-open loops, all values must be NaN.
+The coordinates are drawn from a range that is twice as wide as the joint limits. The joint values
+of a configuration must be finite exactly if the robot reports closed loops.
 """
 
 import tomllib
@@ -30,7 +30,7 @@ def with_loops(pattern: str = "*.toml") -> tuple[Mechanism, ...]:
     """Return the shipped robots with loops whose files match a pattern."""
     files = sorted(ROBOTS.glob(pattern))
     tables = {file: tomllib.loads(file.read_text(encoding="utf-8")) for file in files}
-    # An extending file includes the loops of the extended file.
+    # A robot file with the key `extends` includes the loops of the file that it extends.
     found = (read(file) for file, at in tables.items() if has_loops(at) or "extends" in at)
     return tuple(robot for robot in found if isinstance(robot, Mechanism) and robot.loop_joints)
 
@@ -45,7 +45,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(mechanism: Mechanism, rng: np.random.Generator) -> tuple[int, int, float]:
-    """Return (number of closed configurations, number of wrong ones, largest closure error)."""
+    """Return the numbers of closed and wrong configurations, and the largest closure error."""
     robot, numbers = chasles.load(mechanism.name), Multistart(mechanism)
     is_map = robot.loop_solution == "closed form"
     closed, wrong, largest = 0, 0, 0.0
@@ -61,7 +61,7 @@ def judged(mechanism: Mechanism, rng: np.random.Generator) -> tuple[int, int, fl
 def _configurations(
     robot: chasles.Robot, numbers: Multistart, rng: np.random.Generator, is_map: bool
 ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-    """Return joint values keyed by name, and the flags (valid, finite)."""
+    """Return random joint values keyed by name, and flags that mark valid and finite values."""
     if is_map:
         q = np.stack(list(_random(robot.coordinates, rng, numbers.size)), axis=-1)
         z = robot.configuration(q)

@@ -1,10 +1,10 @@
 """Searches for poses of random arms for which the inverse kinematics misses solutions.
 
-Each inverse of a random arm solves poses at random coordinates, at multiples of 90 degrees and near
-these multiples. Every pose needs a solution, and no solution may be wrong. The equations run in
-CasADi, so nothing is compiled. Poses that ``ik`` solves only after refinement are also counted.
-Six-joint arms that belong to no closed-form family need compiled C code. The campaign ``general``
-tests these arms.
+Each inverse kinematics function of a random arm solves poses at random coordinates, at multiples of
+90 degrees and near these multiples. Each pose must have a solution, and every solution must reach
+its pose. CasADi evaluates the derived equations, so the test compiles no C code. Poses that ``ik``
+solves only after refinement are also counted. The campaign ``general`` tests six-joint arms that
+belong to no closed-form family, because these arms need compiled C code.
 """
 
 from collections.abc import Iterator
@@ -28,14 +28,15 @@ QUARTERS = np.arange(-1, 3) * (np.pi / 2)
 
 @dataclass(frozen=True)
 class Loss:
-    """Counts of the failures of an inverse on one set of poses.
+    """Failures of one inverse kinematics function on one set of poses.
 
     Attributes:
-        arm: Number of the arm.
+        arm: Trial number of the random arm.
         structure: Description of the arm's structure.
         function: Name of the inverse kinematics function.
         poses: Name of the pose set.
-        verdict: Numbers of missed, wrong and lost configurations after refinement.
+        verdict: Numbers of unsolved poses, wrong solutions and lost configurations after
+            refinement.
         unrefined: Number of unsolved poses without refinement.
     """
 
@@ -48,7 +49,7 @@ class Loss:
 
     @property
     def is_real(self) -> bool:
-        """Test whether errors remain after refinement."""
+        """Test whether failures remain after the refinement of the solutions."""
         return bool(self.verdict.missed or self.verdict.wrong or self.verdict.lost)
 
     def __str__(self) -> str:
@@ -62,7 +63,7 @@ class Loss:
 
 
 def trial(number: int) -> Outcome:
-    """Test each inverse of one random arm. Trials with odd numbers fix random joints."""
+    """Test each inverse of one random arm, with random fixed joints in odd-numbered trials."""
     try:
         arm = random_arm(number)
         cases = cases_for_given(arm, number) if number % 2 else cases_of(arm)
@@ -98,7 +99,7 @@ def sets(case: Derived, rng: np.random.Generator) -> Iterator[tuple[Derived, Pos
 
 
 def right_angles(case: Derived, rng: np.random.Generator) -> np.ndarray:
-    """Return coordinates (m, n) at special values.
+    """Return coordinates (m, n) at round values and multiples of 90 degrees.
 
     Revolute joints are at multiples of 90 degrees, and prismatic joints at round values.
     """
@@ -113,7 +114,7 @@ def right_angles(case: Derived, rng: np.random.Generator) -> np.ndarray:
 
 
 def determines(case: Derived) -> bool:
-    """Test whether the task has finitely many solutions."""
+    """Test whether the inverse kinematics task of a case has finitely many solutions."""
     rows = case.jacobian(np.zeros((1, case.robot.n))).shape[-2]
     inputs = [name for name in case.given if name in case.robot.functions]
     return len(case.solved) <= rows + len(inputs)

@@ -1,9 +1,10 @@
-"""Compares the branches of random mechanisms with multi-start Newton iteration.
+"""Compares the solution branches of random mechanisms with multi-start Newton iteration.
 
-Each mechanism of ``drawn_mechanisms.py`` is derived and loaded. The trial compares all branches of
-the actuator map and of its inverse at several inputs. No branch may be missing, duplicated or
-wrong. A valid solution closes the loops with positive cylinder lengths. Valid solutions of ``ik``
-must reach the target pose, and one of them must be the generating configuration.
+The random mechanisms come from the generator ``drawn_mechanisms.py``. Each trial compares all
+solution branches of the actuator map and of its inverse map at several inputs. No solution branch
+may be missing, duplicated or wrong. A valid solution must close the loops with positive cylinder
+lengths. Valid solutions of ``ik`` must reach the target pose, and one of them must be the
+configuration that generated the pose.
 """
 
 import tempfile
@@ -26,9 +27,10 @@ from .campaign import Campaign, Outcome
 
 INPUTS = 20
 LEFT = 1e-12
-"""Maximum loop residual of a valid solution slot, relative to the mechanism size."""
+"""Maximum loop residual of a valid solution, relative to the mechanism size."""
 AT_DEAD_POINT = 1e-5
-"""Margin below which two branches nearly coincide and the number of solutions is uncertain."""
+"""Margin below which two solution branches nearly coincide, so that the number of solutions is
+uncertain."""
 FAULTS = (
     "missing",
     "repeated",
@@ -49,14 +51,14 @@ class Verdict:
     """Faults found in one mechanism.
 
     Attributes:
-        seed: Seed of the mechanism.
+        seed: Random seed that generates the mechanism.
         family: Family of the mechanism.
         faults: Number of faults, keyed by kind.
-        branches: Number of compared branches.
+        branches: Number of solution branches that Newton's method finds at the compared inputs.
         inputs: Number of compared inputs.
         largest: Largest loop residual of a valid solution, divided by the mechanism size.
-        open: Whether the loops have no closed form.
-        open_inputs: Number of inputs without an assembly mode.
+        open: Whether the loops have no closed-form solution.
+        open_inputs: Number of inputs at which the loops do not close.
     """
 
     seed: int
@@ -149,8 +151,8 @@ def _silent(
 ) -> None:
     """Count finite results for open loops and non-finite results for closed loops.
 
-    The input values (N, n) are away from dead points. The mask `closed` (N,) is the result of an
-    independent oracle.
+    The input values (N, n) are away from dead points. The mask `closed` (N,) marks the input values
+    at which the loops close.
     """
     verdict.open_inputs += int((~closed).sum())
     if closed.sum() < 2:
@@ -178,17 +180,17 @@ def _slots(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, q: np.
 def _reference(
     verdict: Verdict, numbers: Multistart, drawn: DrawnMechanism, robot: chasles.Robot
 ) -> None:
-    """Count a fault if ``chain`` returns a different branch at the reference."""
+    """Count a fault if ``chain`` does not return the reference branch at the reference input."""
     theta = np.array([drawn.mode[name] for name in numbers.chain])
     apart = numbers.wrapped(numbers.chain, robot.chain(drawn.q[None])[0] - theta)
     verdict.faults["wrong"] += int(not np.abs(apart).max() < SAME)
 
 
 def _valid(verdict: Verdict, numbers: Multistart, robot: chasles.Robot, theta: np.ndarray) -> None:
-    """Check that a result is valid exactly if the actuators reproduce theta.
+    """Check that ``chain_closes`` is true exactly if ``chain(actuators(theta))`` equals theta.
 
-    Near a dead point, a wrong mode may be within the tolerance, so the result must be closer to
-    theta than half the distance to any other mode.
+    The tolerance is half the distance from theta to the nearest other mode, because a wrong mode
+    may be close near a dead point.
     """
     q = robot.actuators(theta)
     apart = np.abs(numbers.wrapped(numbers.chain, robot.chain(q) - theta)).max(-1)
@@ -200,7 +202,7 @@ def _valid(verdict: Verdict, numbers: Multistart, robot: chasles.Robot, theta: n
 def half_distance(numbers: Multistart, modes: list[dict[str, float]], theta: np.ndarray) -> float:
     """Return half the distance from theta to the nearest other assembly mode.
 
-    The result is at most 100 times ``SAME``.
+    The returned distance is limited to 100 times ``SAME``.
     """
     others = np.array([[mode[name] for name in numbers.chain] for mode in modes])
     apart = np.abs(numbers.wrapped(numbers.chain, others.reshape(-1, len(theta)) - theta)).max(-1)
@@ -215,7 +217,7 @@ def _count(
     labels: tuple[str, ...],
     modes: list[list[dict[str, float]]],
 ) -> None:
-    """Match the branches of each input one to one."""
+    """Match the branches of each input one to one with the modes that Newton's method finds."""
     (known, values), (names, (branches, valid, margin)) = given, found
     verdict.faults["unlabelled"] += int(len(set(labels)) < len(labels) or not all(labels))
     for row, of in enumerate(modes):
@@ -258,7 +260,7 @@ def _match(
 def _distinct(
     numbers: Multistart, names: list[str], modes: list[dict[str, float]]
 ) -> list[dict[str, float]]:
-    """Remove each mode that differs from an earlier mode only in passive joints."""
+    """Remove assembly modes that differ from an earlier mode only in joints outside `names`."""
     kept: list[dict[str, float]] = []
     for mode in modes:
         values = np.array([mode[name] for name in names])

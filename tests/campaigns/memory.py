@@ -1,7 +1,7 @@
-"""Runs the generated C of shipped robots with compiler sanitizers.
+"""Runs the generated C code of shipped robots with compiler sanitizers.
 
-Sanitizers detect out-of-bounds access, undefined behavior and data races, which may leave the
-results unchanged.
+Sanitizers detect out-of-bounds access, undefined behavior and data races even if such faults do not
+change the results.
 """
 
 import os
@@ -32,8 +32,8 @@ SOLVER_SOURCES = [
 GCC = shutil.which("gcc")
 
 # A default build contains code for several instruction sets and selects one at run time. The test
-# hides newer instruction sets so that the code for older instruction sets also runs. Linux lists
-# the instruction sets of the processor.
+# hides newer instruction sets so that the code for older instruction sets also runs. The test reads
+# the processor's instruction sets from the list that Linux provides.
 CHOSEN = [
     *("-include", str(DRIVER.with_name("chosen_sets.h"))),
     "-D__builtin_cpu_supports(set)=chosen_sets_have(set)",
@@ -45,10 +45,11 @@ SETS = {
 }
 
 ROBOTS = ("ur5e", "panda", "scara")
-"""All robots are serial, because loops cannot be closed at arbitrary inputs."""
+"""Names of the tested robots, which are serial because loops cannot be closed at arbitrary inputs.
+"""
 CASES = 40 * 6 + 4
-"""Number of cases per function: 40 batch lengths with 6 memory layouts each, and 4 long batches
-with different memory alignments."""
+"""Number of test cases per function: 40 batch lengths with 6 memory layouts each, and 4 long
+batches with different memory alignments."""
 
 
 def build(name, folder, *flags, compiler=GCC):

@@ -1,9 +1,9 @@
-"""Mutated URDFs keep the robot's structure, and pose errors do not exceed the stated error.
+"""Mutated URDF files keep the robot's structure, and pose errors stay within the stated error.
 
 Each trial writes a shipped serial robot as a URDF and mutates the file (see
-``tests/support/generators/mutated_urdfs.py``). Each mutant must still have the structure of its
-robot, or chasles must state the violated conditions. Pinocchio computes the tool pose from the same
-file for comparison.
+``tests/support/generators/mutated_urdfs.py``). The mutated robot must keep the structure of the
+original robot, or chasles must state which structural conditions are violated. For comparison,
+Pinocchio computes the tool pose from the same mutated URDF file.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -24,24 +24,25 @@ from tests.support.generators.mutated_urdfs import Mutant, arm_of_robot, mutated
 from .campaign import Campaign, Outcome
 
 MUTANTS = 20
-"""Number of mutants per trial."""
+"""Number of mutated URDF files per trial."""
 POSES = 20
 ORACLE = 1e-12
 """Maximum difference between two computations of the same pose [m and rad]."""
 UNLIMITED = 3.0
-"""Maximum absolute value of a joint that has no limits [rad]."""
+"""Maximum absolute value of a random coordinate of a joint without limits [rad]."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """The structure and the pose error of a mutant.
+    """Structure and pose error of the robot in a mutated URDF file.
 
     Attributes:
         mutant: The mutant.
         cleaning: Summary of the numbers that noise removal snapped to exact values.
-        excess: Maximum pose difference, divided by the stated pose error. A value above 1 disproves
-            the stated pose error.
-        kept: Whether the mutant keeps the structure and the solution method.
+        excess: Ratio of the maximum pose difference to the stated pose error, which is too small if
+            the ratio exceeds 1.
+        kept: Whether the mutated robot keeps the structure and the solution method of the original
+            robot.
         missed: Description of the violated structural conditions.
     """
 
@@ -90,7 +91,7 @@ def serial_robots() -> list[SerialRobot]:
 
 
 def findings(arms: Sequence[Mutant], numbers: Iterable[int]) -> Iterator[Finding]:
-    """Test changed descriptions of several arms."""
+    """Yield the test results of mutated URDF files of several arms."""
     structures: dict[str, Classification] = {}
     with TemporaryDirectory() as folder:
         path = Path(folder) / "mutant.urdf"
@@ -103,7 +104,7 @@ def findings(arms: Sequence[Mutant], numbers: Iterable[int]) -> Iterator[Finding
 
 
 def read_mutant(path: Path, mutant: Mutant) -> SerialRobot:
-    """Write the file of a mutant, and return the robot that the file describes."""
+    """Write a mutated URDF file, and return the robot that the file describes."""
     path.write_text(mutant.text, encoding="utf-8")
     return read(path, tip=mutant.tip)
 
@@ -168,7 +169,7 @@ def _range(limits: tuple[object, object]) -> tuple[float, float]:
 
 
 def pose(robot: SerialRobot, q: Sequence[float]) -> np.ndarray:
-    """Return the tool pose (4, 4) of a robot without parameters."""
+    """Return the tool pose (4, 4) of a robot without symbolic parameters."""
     T = matrix(robot.base)
     values = iter(q)
     for joint in robot.joints:
@@ -182,7 +183,7 @@ def pose(robot: SerialRobot, q: Sequence[float]) -> np.ndarray:
 
 
 def matrix(placement: Placement, more: float = 0.0) -> np.ndarray:
-    """Return a placement (4, 4).
+    """Return a placement as a matrix (4, 4).
 
     The angle ``more`` is added to each rotation angle of the placement.
     """

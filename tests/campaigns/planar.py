@@ -1,9 +1,10 @@
 """Assembly modes of random planar platforms agree with Newton's method.
 
 Each platform has three legs with revolute and prismatic joints. At the reference and at nearby
-inputs, the function must report a complete list of modes. The list must include every mode that
-Newton's method finds from random starts. Newton's method must converge back to each listed mode.
-Modes with a margin below 1e-4 are not compared, because Newton's method converges slowly there.
+inputs, the function ``modes`` must report a complete list of assembly modes. The list must include
+every assembly mode that Newton's method finds from random start values. Newton's method, started
+near a listed mode, must converge back to this mode. Assembly modes with a margin below 1e-4 are not
+compared, because Newton's method converges slowly to such modes.
 """
 
 import tempfile
@@ -24,13 +25,14 @@ SAME, REGULAR = 1e-6, 1e-4
 """The tests treat modes closer than `SAME` as equal, and ignore modes with a margin below
 `REGULAR`."""
 AGAIN = 100
-"""Number of Newton starts from each mode, with random passive joints of all three legs."""
+"""Number of Newton starts from each assembly mode, with random passive joint values of all three
+legs."""
 STEPS, LONGEST_STEP = 50, 0.5
 SLIDE = 2.0
 """Standard deviation of the start values of passive prismatic joints, relative to 1 plus the
 largest absolute position coordinate (meter)."""
 NEAR = 0.3
-"""Maximum distance of inputs from the reference (radian or meter)."""
+"""Maximum difference between an actuator input and its reference value (radian or meter)."""
 
 
 @dataclass(frozen=True)
@@ -38,10 +40,10 @@ class Compared:
     """Comparison of the assembly modes of a platform with Newton's method, at one input.
 
     Attributes:
-        missed: Number of modes that only Newton's method finds.
-        wrong: Number of modes from which Newton's method moves to a different pose.
-        unsure: Whether the list of modes may be incomplete.
-        modes: Number of assembly modes that the function returns.
+        missed: Number of assembly modes that only Newton's method finds.
+        wrong: Number of returned assembly modes to which Newton's method does not converge back.
+        unsure: Whether the list of assembly modes may be incomplete.
+        modes: Number of assembly modes that the function ``modes`` returns.
     """
 
     missed: int
@@ -70,9 +72,9 @@ def trial(number: int) -> Outcome:
 def derived(
     platform: DrawnPlatform, folder: Path, functions: tuple[str, ...] = FUNCTIONS
 ) -> chasles.Robot:
-    """Derive and load some functions of a platform."""
+    """Derive the given functions of a platform, and load the robot."""
     path = folder / "platform"
-    # The option `exact` is set because a random number may look like a rounded angle.
+    # The option `exact` prevents a random number from being taken for a rounded angle.
     described = read_text(platform.text("platform"), exact=True)
     write(described, path, functions=functions, languages=LANGUAGES)
     return chasles.load(path)

@@ -1,9 +1,9 @@
 """Assembly modes of random six-rod platforms agree with Newton's method.
 
 Each platform is of one of four kinds: general, flat, 6-3 or 3-3. A 6-3 platform has three double
-joints on the platform. A 3-3 platform has three double joints on the platform and three on the
-base. The rod lengths are computed from a random pose. The solver must find all modes that
-multi-start Newton iteration finds, with correct rod lengths.
+joints on the moving platform. A 3-3 platform has three double joints on the moving platform and
+three on the base. The rod lengths are computed from a random platform pose. The C solver must find
+all assembly modes that multi-start Newton iteration finds, with correct rod lengths.
 """
 
 import ctypes
@@ -26,7 +26,7 @@ OF_EACH_KIND, STARTS = 2, 2_000
 KINDS = ("6-6", "flat", "6-3", "3-3")
 WRONG, SAME, REGULAR = 1e-10, 1e-6, 1e-5
 """Maximum rod length error, maximum distance at which two modes count as equal, and minimum
-determinant of a regular mode."""
+Jacobian determinant of a regular mode."""
 NEWTON = Path(__file__).parents[1] / "support" / "native" / "rods_newton.c"
 AXES = (2, 1, 0)
 SHIM = """
@@ -74,14 +74,14 @@ class Platform(ctypes.Structure):
 
 @dataclass(frozen=True)
 class Judged:
-    """The modes of a platform, compared with Newton's iteration.
+    """Comparison of the assembly modes of a six-rod platform with Newton's method.
 
     Attributes:
-        missed: Number of modes that only Newton's method finds.
-        wrong: Number of modes whose rod lengths are wrong.
-        more: Number of regular modes that Newton's method does not find.
+        missed: Number of assembly modes that only Newton's method finds.
+        wrong: Number of assembly modes whose rod lengths are wrong.
+        more: Number of nonsingular assembly modes that only the C solver finds.
         unsure: Whether the list of complex modes may be incomplete.
-        modes: Number of modes found by the C solver.
+        modes: Number of assembly modes found by the C solver.
     """
 
     missed: int
@@ -110,7 +110,7 @@ def trial(number: int) -> Outcome:
 
 
 def random_rods(kind: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return rod ends a and b (6, 3), and rod lengths (6,) at a random pose."""
+    """Return rod ends a (base) and b (platform) (6, 3), and rod lengths (6,) at a random pose."""
     a = rng.normal(size=(6, 3))
     b = rng.normal(size=(6, 3)) * rng.uniform(0.3, 1)
     if kind == "flat":
@@ -132,7 +132,7 @@ def judged(
     count: int,
     rng: np.random.Generator,
 ) -> Judged:
-    """Compare the modes of a platform with the poses that Newton's method finds."""
+    """Compare the assembly modes of a platform with the poses that Newton's method finds."""
     theta, unsure = modes(a, b, lengths)
     own_e, own_p = quaternions(theta), theta[:, :3]
     left, _ = excess(a, b, lengths, own_e, own_p)
@@ -169,7 +169,7 @@ class Solved:
 def numbered(
     a: np.ndarray, b: np.ndarray, usual: np.ndarray, *, eliminates: bool = True
 ) -> Platform:
-    """Return the parameters of a platform."""
+    """Return the parameters of a six-rod platform as a C structure."""
     joints = double_joints(a.tolist(), b.tolist()) if eliminates else NO_JOINTS
     drawn = np.random.default_rng(0).uniform(0.8, 1.2, (12, 6)) * usual
     rods = RodNumbers(np.tile(a, (12, 1, 1)), b, drawn)
@@ -193,7 +193,7 @@ def solved(platform: Platform, a: np.ndarray, lengths: np.ndarray) -> Solved:
 def newton(
     a: np.ndarray, b: np.ndarray, lengths: np.ndarray, count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return quaternions and positions of distinct modes from random start poses."""
+    """Return the distinct modes (quaternions, positions) that Newton finds from random poses."""
     e = rng.normal(size=(count, 4))
     e /= np.linalg.norm(e, axis=1, keepdims=True)
     # At the start poses, the distance between the ends of the first rod equals the rod length.

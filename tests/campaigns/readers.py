@@ -1,9 +1,9 @@
 """Mutates files of every kind that chasles reads, and reads the mutated files.
 
-Each trial mutates the files in `corpus`, results of a robot, and manifests. Mutations change bytes,
-words, lines, JSON values or arrays. The function that reads a file must return a value within the
-time limit, or raise a chasles error that names the file. Some XML descriptions are read in a
-separate process, as in normal use.
+Each trial mutates the example files in `corpus`, meshes, saved motions and workspaces of a robot,
+and manifests. A mutation changes bytes, words, lines, JSON values or arrays of a file. The function
+that reads a file must return a value within the time limit, or raise a chasles error that names the
+file. Some XML descriptions are read in a separate process, as in normal use.
 """
 
 import json
@@ -40,11 +40,11 @@ from .campaign import Campaign, Outcome
 
 CORPUS = Path(__file__).parent / "corpus"
 SECONDS = 20.0
-"""Time limit for one file."""
+"""Time limit for reading one mutated file [s]."""
 KEPT = Path(__file__).parents[2] / "build" / "readers"
-"""Folder that receives the file of each failure."""
+"""Folder that keeps each file whose reading failed."""
 BYTEWISE = 0.3
-"""Fraction of files with mutated bytes; the other mutations keep words, values or arrays intact."""
+"""Fraction of files in which bytes are mutated instead of whole words, values or arrays."""
 ARM = """<robot name="drawn"><link name="base"><visual><geometry><mesh filename="{}"/></geometry>
 </visual></link></robot>"""
 Mutation = Callable[[bytes, random.Random], bytes]
@@ -56,7 +56,7 @@ class Reader:
 
     Attributes:
         name: Name of the read function in the printed table.
-        files: Number of files per trial.
+        files: Number of mutated files per trial.
         file: Name of the file that is read.
         corpus: Valid files.
         read: Reads a file.
@@ -75,7 +75,7 @@ def trial(number: int) -> Outcome:
     dice = random.Random(number)
     counts: dict[str, int] = {}
     failures = []
-    # MuJoCo writes a log into the working directory.
+    # The working directory is temporary, because MuJoCo writes a log into it.
     with TemporaryDirectory() as folder, chdir(folder), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         for reader in readers():
@@ -193,7 +193,7 @@ def _opened(file: Path) -> object:
     try:
         return opened(file).robot(None, None, None)
     except NotExact as error:
-        # The process pool adds the file name to the error.
+        # In normal use, the process pool adds the file name to the error.
         raise DescriptionError(f"{file}: {error}") from error
 
 
@@ -213,7 +213,7 @@ def mutant(reader: Reader, dice: random.Random) -> bytes:
 
 
 def attempt(reader: Reader, path: Path) -> str:
-    """Read a file. Returns "read", "refused", or a description of the failure."""
+    """Read a file, and return "read", "refused" or a description of the failure."""
     try:
         with at_most(SECONDS):
             reader.read(path)

@@ -1,8 +1,8 @@
 """Redundancy resolution of a camera robot on random camera paths.
 
-The camera moves on a spline through random points for 10 s, and points at a fixed target. Limits
-are random. If a search on a dense grid finds a continuous motion, the redundancy resolution must
-also find a motion along the path within the limits.
+The camera moves on a spline through random points for 10 s, and points at a fixed target. The joint
+limits are random. If a search on a dense grid finds a continuous motion, the redundancy resolution
+must also find a motion along the path within the limits.
 """
 
 import numpy as np
@@ -15,12 +15,12 @@ from tests.support.oracles.self_motion import look_at, reached_poses
 from .campaign import Campaign, Outcome
 
 SAMPLES, CELLS = 400, 48
-"""Number of poses on a path. Number of grid points of the reference solution for each redundancy
-parameter."""
+"""Number of poses on a camera path, and number of grid points per redundancy parameter in the
+reference solution."""
 ORACLE = 51
 """Number of path poses that the reference solution tests, including the first and last pose."""
 ON_PATH = 1e-9
-"""Maximum distance of the motion from the path [m]."""
+"""Maximum pose difference between motion and path (meter, rotation matrix entries)."""
 
 
 def trial(number: int) -> Outcome:
@@ -43,7 +43,7 @@ def trial(number: int) -> Outcome:
 
 
 def drawn_path(robot, rng):
-    """Return limits (n, 2), poses (m, 4, 4) and a seed (n,)."""
+    """Return joint limits (n, 2), camera poses (m, 4, 4) and a seed configuration (n,)."""
     half = np.where([c.unit == "m" for c in robot.coordinates], 0.4, rng.uniform(0.6, 2.8))
     half = half * rng.uniform(0.6, 1.4, robot.n)
     middle = rng.uniform(-0.4, 0.4, robot.n)

@@ -1,7 +1,7 @@
 """Reads and derives mutated robot files and random arms with round numbers.
 
-Every attempt must end within the time limit, with a robot or an error of chasles. An error message
-about a file must contain the name of the file.
+Reading or deriving must end within the time limit, with a robot or a chasles error. An error
+message about a file must contain the name of the file.
 """
 
 import random
@@ -23,14 +23,14 @@ from tests.support.generators.round_arms import round_arm
 from .campaign import Campaign, Outcome
 
 READ, DERIVED, ARMS = 200, 2, 6
-"""Numbers of tests per trial.
+"""Numbers of read files, derived files and derived random arms per trial.
 
 A trial reads 200 mutated files, derives 2 mutated files, and derives 6 random arms.
 """
 READ_SECONDS, DERIVE_SECONDS = 40.0, 200.0
-"""Time limits for reading and deriving."""
+"""Time limits for reading a robot file and for deriving a robot [s]."""
 KEPT = Path(__file__).parents[2] / "build" / "robust"
-"""Folder that receives the file of each failure."""
+"""Folder that keeps each robot file whose test failed."""
 URDF = """<robot name="arm">
   <link name="base"/><link name="one"/><link name="two"/><link name="tool"/>
   <joint name="turn" type="revolute">
@@ -52,12 +52,12 @@ URDF = """<robot name="arm">
 URDFS = 5
 """Number of copies of each URDF among the source files."""
 Text = tuple[str, str]
-"""Suffix of the file, and its text."""
+"""Suffix and text of a robot file."""
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """Result of one attempt. The message contains the error and its location."""
+    """Result of one attempt to read or derive a robot, with the message of an error."""
 
     end: Literal["made", "refused", "endless", "crashed"]
     message: str = ""
@@ -82,9 +82,9 @@ def trial(number: int) -> Outcome:
 
 
 def _attempts(number: int, folder: Path) -> Iterator[tuple[Path, bool, Attempt]]:
-    """Yield the robot file, a flag and the result of each attempt.
+    """Yield the robot file, a derivation flag and the result of each attempt.
 
-    The flag is True if the attempt includes the derivation of the robot.
+    The derivation flag is True if the attempt includes the derivation of the robot.
     """
     derived = 0
     for k, text in enumerate(islice(mutants(random.Random(number)), READ)):
@@ -107,7 +107,7 @@ def sources() -> list[Text]:
 
 
 def mutants(dice: random.Random) -> Iterator[Text]:
-    """Yield mutated sources endlessly."""
+    """Yield mutated robot files endlessly."""
     texts = sources()
     while True:
         suffix, text = dice.choice(texts)
@@ -124,7 +124,7 @@ def written(stem: Path, text: Text) -> Path:
 def attempt(path: Path, *, derive: bool) -> Attempt:
     """Read a file and optionally derive its robot.
 
-    Failing files are kept.
+    Files that cause a failure are copied to the folder `KEPT`.
     """
     found = _attempt(path, derive=derive)
     if not found.is_good:

@@ -46,15 +46,16 @@ NAMES = (
         "exports",
     ),
 )
-"""Names of all campaigns; each is a module of this package."""
+"""Names of all test campaigns, each of which is a module of this package."""
 TRIALS_OF_A_SEED = 1_000_000
-"""Trial k of seed S has the number ``S * TRIALS_OF_A_SEED + k``."""
+"""Count of trial numbers reserved for each seed. Trial k of seed S has the number ``S *
+TRIALS_OF_A_SEED + k``."""
 LONGEST = 900.0
 """Time limit of a trial in seconds."""
 QUICK_FLAGS = "-O1"
-"""Compiler flags of most trials; compilation is twice as fast as with the default flags."""
+"""Compiler flags of most trials, which make compilation twice as fast as the default flags."""
 USER_FLAGS_EVERY = 5
-"""If the trial number is a multiple of this value, the robot is compiled with the default compiler
+"""Trials whose number is a multiple of this value compile the robot with the default compiler
 flags."""
 
 
@@ -71,7 +72,7 @@ class Tally:
         trials: Number of finished trials.
         seconds: Total time of the finished trials.
         counts: Number of checked items by kind.
-        largest: Maxima of the reported values.
+        largest: Maximum of each reported value over all trials, keyed by name.
         failures: Trial number and text of each failure.
     """
 
@@ -91,7 +92,7 @@ class Tally:
 
 
 Report = Callable[[str, int, Outcome, float], None]
-"""Callback with campaign name, trial number, outcome and duration in seconds."""
+"""Callback that receives campaign name, trial number, outcome and duration in seconds."""
 
 
 def run(
@@ -131,8 +132,8 @@ def run(
 def _next(tallies: dict[str, Tally], started: Counter[str], *, is_over: bool) -> str | None:
     """Return the campaign of the next trial, or None if no trial may start.
 
-    A campaign without a trial comes first. If the time is over, no other trial starts. Otherwise,
-    the campaign with the least used time is next.
+    A campaign without a started trial comes first. When the time is over, no campaign starts a
+    further trial. Before that time, the campaign with the least used time is next.
     """
     new = [name for name in tallies if not started[name]]
     if new:
@@ -148,7 +149,7 @@ def _expected(tally: Tally, started: int) -> float:
 
 
 def isolated(name: str, number: int) -> tuple[Outcome, float]:
-    """Run a trial in a separate process. Returns (outcome of the trial, duration in seconds)."""
+    """Run a trial in a separate process, and return its outcome and duration in seconds."""
     context = get_context("forkserver")
     context.set_forkserver_preload([__name__, "chasles.derive"])
     receive, send = context.Pipe(duplex=False)

@@ -1,10 +1,10 @@
-"""Planned paths of robots with loops, checked at a finer resolution.
+"""Planned paths of robots with loops, checked at a finer resolution than the planner uses.
 
-Spheres almost touch the robot in random configurations, so paths pass close to them. Each path is
-sampled at ten times as many configurations as the planner tested. At each sample, the robot must
-not collide, and the loops must be closed. Newton's method follows the path from sample to sample
-and keeps the assembly mode. The joint values of each sample must equal the joint values from
-Newton's method.
+Spheres almost touch the robot in random configurations, so the planned paths pass close to the
+spheres. Each path is sampled at ten times as many configurations as the planner tested. At each
+sampled configuration of a path, the robot must not collide and its loops must be closed. Newton's
+method follows the path from sample to sample and keeps the assembly mode. The joint values of each
+sample must equal the joint values from Newton's method.
 """
 
 from dataclasses import dataclass, field, fields
@@ -33,13 +33,12 @@ CLOSED = 1e-11
 STEPS = 4
 """Number of Newton steps from one configuration to the next configuration."""
 FOLLOWED = 1e-6
-"""If joint values differ by more than this value [rad or m], they belong to different assembly
-modes."""
+"""Joint difference [rad or m] above which two configurations belong to different assembly modes."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """The result of one random scene.
+    """The result of path planning in one random scene.
 
     Attributes:
         found: Whether a path was found.

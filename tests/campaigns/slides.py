@@ -1,4 +1,4 @@
-"""Arms with prismatic joints: decoupled, intersecting and planar arms, and cranes.
+"""Random tests of decoupled, intersecting and planar arms with prismatic joints, and of cranes.
 
 Axes and lengths are random in even trials.
 """
@@ -17,7 +17,7 @@ ORDERS = ("RRP", "RPR", "PRR")
 
 
 def arms_of(number: int) -> list[SerialRobot]:
-    """Return one random arm of each group."""
+    """Return a random decoupled, intersecting and planar arm, and two random cranes."""
     arms = [decoupled(DECOUPLED[number % len(DECOUPLED)], number + 2)]
     arms += [decoupled(MEETING[number % len(MEETING)], number + 2, meeting=True)]
     arms += [planar(PLANAR[number % len(PLANAR)], number)]

@@ -1,7 +1,8 @@
 """Inverse kinematics of arms with two to four joints and axes in any direction.
 
-Each regular random configuration must be among the solutions. Multi-start Newton iteration must
-find the same number of solutions.
+The solutions must include every nonsingular random configuration from which a target pose was
+computed. Multi-start Newton iteration must find the same number of solutions as the inverse
+kinematics.
 """
 
 import random
@@ -58,7 +59,7 @@ def expected(kinds: str) -> set[str]:
 
 
 def inverses_of(robot: SerialRobot) -> list[Derived]:
-    """Return the inverse kinematics of an arm.
+    """Return the inverse kinematics functions of an arm.
 
     An arm with three revolute joints also has `ik_orientation`.
     """

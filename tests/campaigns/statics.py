@@ -1,6 +1,6 @@
 """Static loads of mechanisms agree with MuJoCo's inverse dynamics at rest.
 
-A trial has random configurations, masses, gravity and a wrench on the tool. Actuator and strut
+Each trial draws random configurations, masses, gravity and a wrench on the tool. Actuator and strut
 forces and all joint wrenches must equal MuJoCo's values.
 """
 
@@ -25,7 +25,7 @@ BARS = {"actuators": 1e-9, "joints": 1e-9, "struts": 1e-9}
 
 @dataclass(frozen=True)
 class Differences:
-    """Largest differences from MuJoCo's loads, relative to the largest load of a configuration."""
+    """Largest load differences from MuJoCo, relative to the largest load at a configuration."""
 
     actuators: float
     joints: float

@@ -1,7 +1,7 @@
-"""Draws random arms with a known axis structure, and finds poses that their inverses miss.
+"""Searches for poses that the inverses of random arms with a known axis structure miss.
 
-The structure is fixed, and lengths and angles are random decimals. The campaign ``losses`` tests
-arms with random round numbers, which rarely have a known axis structure.
+Each arm has a prescribed axis structure, and its lengths and angles are random decimals. The
+campaign ``losses`` tests arms with random round numbers, which rarely have a known axis structure.
 """
 
 from tests.support.generators.drawn_arms import cases_of
@@ -23,12 +23,12 @@ STRUCTURES = (
     *("R/P/P", "P=R/P", "RLP/R", "RLPLR/RxrxR", "RLPLP", "R=P/P", "P/R=P"),
     *("P=RLP/RxrxR", "R/P/P/RxrxR", "R=P=R/RxrxR"),
 )
-"""Structures of chains for every family of inverses, in the notation of
+"""Axis structures for every closed-form family of inverse kinematics, in the notation of
 `tests.support.generators.synthetic`."""
 
 
 def trial(number: int) -> Outcome:
-    """Test each inverse of one arm, whose skew axes have right or random angles."""
+    """Test each inverse of one arm, whose skew axes are at right angles or at random angles."""
     turn, index = divmod(number, 2 * len(STRUCTURES))
     chain, right = STRUCTURES[index // 2], bool(index % 2)
     if turn % 3 == 2:

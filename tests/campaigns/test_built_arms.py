@@ -19,7 +19,7 @@ def test_inverse_of_designed_arm_stays_within_error_limits():
 
 
 def test_inverse_of_built_arm_is_complete_near_singularities():
-    """The built arm has several solutions for poses that the nominal arm cannot reach."""
+    """The as-built arm has several solutions for poses that the nominal arm cannot reach."""
     assert_within_bars(judged(99150880000001))
 
 

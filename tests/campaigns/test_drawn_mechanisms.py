@@ -17,10 +17,11 @@ from tests.support.oracles.multi_start import Multistart
 
 INPUTS = 3
 FIRST = 520
-"""Random seed of the first mechanism family, four-bar. Family k of the list `FAMILIES` has the seed
-`FIRST` + k."""
+"""Random seed of the four-bar linkage, the first of the mechanism families. Family k of the list
+`FAMILIES` has the random seed `FIRST` + k."""
 SAMPLE = ("Watt", "slider-crank", "boom", "palletizer", "RSUR")
-"""A six-bar linkage, an actuated slider, cylinders, parallelograms and a spatial loop."""
+"""Tested mechanism families: a six-bar linkage, an actuated slider, cylinders, parallelograms and a
+spatial loop."""
 MAPS = (
     *("chain", "passive", "configuration", "margin", "chain_all"),
     *("actuators", "actuator_margin", "actuators_all"),

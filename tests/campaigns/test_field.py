@@ -1,4 +1,4 @@
-"""The campaign writes correct URDF files and detects wrong inverses."""
+"""The test campaign ``field`` writes correct URDF files and detects wrong inverse kinematics."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ from tests.support.peers.interface import Answers
 
 POSES = 40
 FUNCTIONS = ["fk", "jacobian_mixed", "ik"]
-"""Functions that the campaign needs."""
+"""Robot functions that the test campaign ``field`` needs."""
 C_ALONE = ("c", "python")
 
 
@@ -77,7 +77,7 @@ def test_underivable_arm_is_reported(tmp_path):
 
 
 def test_double_solutions_at_right_angles_occupy_single_slot(tmp_path):
-    """Without refinement, a double solution occurs in several solution slots.
+    """Without refinement, the inverse kinematics returns a double solution several times.
 
     Six-joint arms have an even number of solutions.
     """

@@ -13,7 +13,7 @@ from tests.support.generators.random_arms import long_arm, random_arm, sliding_a
 PATTERNS = ["//////", "/=/==/", "==x/=/", "x/x=//"]
 """Axis patterns.
 
-The second pattern has three parallel axes after two other axes.
+The second axis pattern has three parallel axes after two other axes.
 """
 
 
@@ -98,9 +98,9 @@ def test_judge_detects_missed_configurations(monkeypatch):
 
 
 def test_errors_on_a_self_motion_leave_a_solution():
-    """On the exact arm, joints 1 and 4 have a self-motion.
+    """On the exact arm, joints 1 and 4 have a self-motion, which does not move the tool.
 
-    On the arm with geometric errors, the same motion moves the tool.
+    On the arm with geometric errors, the self-motion of the exact arm moves the tool.
     """
     arm = displaced(read(description("crx10")), 1.83181e-4, 375254000000)
     q = np.array([[3, 0, 1, 1, 2, 1]]) * (np.pi / 2)

@@ -28,8 +28,8 @@ COMMANDS = (
     "{{ cycler.__init__.__globals__.os.system('touch mark') }}",
     "\\immediate\\write18{touch mark}",
 )
-"""Texts that create a file if they are run as commands: in shells, spreadsheets, YAML, Python,
-xacro, templates or LaTeX."""
+"""Texts that create a file if a shell, spreadsheet, YAML reader, Python, xacro, template engine or
+LaTeX runs them as commands."""
 PLACES = re.compile(
     r"(?<=\")[^\"\n]+(?=\")|(?<=[=,:] )[^\s,]+|(?<=,)[^\s,]+|^[^\s,<>]+", re.MULTILINE
 )

@@ -1,4 +1,4 @@
-"""Mutated robot files give a robot or an error of chasles."""
+"""Reading a mutated robot file gives a robot or a chasles error."""
 
 import random
 from itertools import islice
@@ -43,7 +43,8 @@ xyz = ["0.7", "0.3", "-0.4"]
 rpy = ["pi/3", 0, 0]
 axis = [0, 1, 0]
 """
-"""The tool is on the last axis, so the position does not determine the last angle."""
+"""The tool of this arm is on the last axis, so the tool position does not determine the last joint
+angle."""
 
 
 SLIDES = """name = "arm"
@@ -58,7 +59,7 @@ alpha = "pi/4"
 [[joints]]
 alpha = "-pi/4"
 """
-"""Two prismatic joints and a revolute joint that does not move the tool point."""
+"""An arm with two prismatic joints and a revolute joint that does not move the tool point."""
 
 
 @pytest.mark.parametrize("text", [ZEROS, SLIDES], ids=["zero offsets", "prismatic joints"])
@@ -83,7 +84,7 @@ beta = "-5*pi/6"
 d = "2/5"
 theta = "pi/2"
 """
-"""One screw entry is a sum of roots that equals 0 but is not simplified to 0."""
+"""An arm in which one screw entry is a sum of roots that equals 0 but is not simplified to 0."""
 
 
 def test_article_prints_unsimplified_zero_expression():

@@ -1,7 +1,7 @@
 """The inverse of robots with loops returns every solution exactly once.
 
-For a delta robot, Newton's method finds all actuator values from many start values. For random
-mechanisms, the poses come from random configurations.
+For a delta robot, Newton's method with many start values finds all expected actuator values. For
+random mechanisms, the target poses are computed from random configurations.
 """
 
 import numpy as np
@@ -15,17 +15,18 @@ from tests.support.generators.drawn_mechanisms import drawn_mechanism
 
 SAME = 1e-7
 AT_DEAD_POINT = 1e-6
-"""Below this margin, two solutions of the inverse nearly merge."""
+"""Margin below which two solutions of the inverse kinematics nearly merge."""
 FOUND = 1e-5
-"""Tolerance in radian, or relative to the mechanism's size; accuracy is lower near dead points."""
+"""Tolerance of a solution (radian, or length relative to the mechanism size), which allows for
+lower accuracy near dead points."""
 POSES = 50
 FUNCTIONS = ("fk", "ik")
 SEEDS = (0, 1, 14)
-"""Random mechanisms whose inverse has a closed form."""
+"""Seeds of random mechanisms whose inverse kinematics has a closed form."""
 
 
 def slots(functions, compiled, T):
-    """Return coordinates (N, k, n), margins and validity (N, k) at poses (16, N)."""
+    """Return coordinates (N, k, n), and margins and residuals (N, k), at poses (16, N)."""
     ik = next(f for f in functions if f.name == "ik")
     found = []
     for signs in patterns(ik) if ik.signs else [None]:
@@ -60,7 +61,7 @@ def faults(functions, compiled, q, turns, size):
 
 
 def evaluated(mechanism):
-    """Return `fk` and `ik` as equations and in CasADi."""
+    """Return `fk` and `ik` as derived equations and as CasADi functions."""
     functions = derive(mechanism, functions=FUNCTIONS).functions
     assert {f.name for f in functions} == {*FUNCTIONS}
     return functions, dict(zip((f.name for f in functions), lower(functions, "drawn"), strict=True))
@@ -69,7 +70,7 @@ def evaluated(mechanism):
 def drawn_faults(seed):
     """Count the faults of a random mechanism.
 
-    The pose is the only input of the inverse.
+    The mechanism's `ik` must have the pose as its only input.
     """
     mechanism = drawn_mechanism(seed).mechanism
     functions, compiled = evaluated(mechanism)
@@ -105,12 +106,13 @@ PLATFORM_POSES = 4
 
 
 def rods(q, p):
-    """Return squared rod lengths minus l^2 for q (..., 3), and their derivatives."""
+    """Return errors of the squared rod lengths for angles q (..., 3), and their derivatives."""
     f, slope = [], []
     for k in range(3):
         c, s = np.cos(2 * np.pi / 3 * k), np.sin(2 * np.pi / 3 * k)
         out, cross_p, up = c * p[0] + s * p[1], -s * p[0] + c * p[1], p[2]
-        # Each arm rotates about y of its frame. A positive angle lowers the arm.
+        # Each arm of the delta robot rotates about the y axis of its frame, and a positive angle
+        # lowers the arm.
         x = out + PLATFORM - BASE - ARM * np.cos(q[..., k])
         z = up + ARM * np.sin(q[..., k])
         f.append(x**2 + cross_p**2 + z**2 - ROD**2)

@@ -12,7 +12,7 @@ pin = pytest.importorskip("pinocchio", reason="the oracle needs the extra `cross
 
 SERIAL = ["ur5e", "puma560", "panda", "iiwa14", "stanford", "scara", "lynxmotion", "photo_robot"]
 BORDER = 0.05
-"""Maximum singular value for which the solver damps the joint rates in these tests. Many random
+"""Singular value below which the solver damps the joint rates in these tests. Many random
 configurations have singular values below 0.05."""
 AGREES = 1e-9
 """Allowed relative difference from NumPy's joint rates at a condition number of 1 / BORDER."""
@@ -21,7 +21,7 @@ MIXED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
 
 def model_of(S, M):
-    """Build a chain with home screws S (6, n) and tool home pose M."""
+    """Build the Pinocchio model of a chain with home screws S (6, n) and tool home pose M."""
     model, parent, at = pin.Model(), 0, pin.SE3.Identity()
     for k, (v, w) in enumerate(zip(S[:3].T, S[3:].T, strict=True)):
         turns = np.linalg.norm(w) > 0.5
@@ -125,7 +125,7 @@ def test_random_chain_rates_with_fixed_joints_match_reduced_model():
 
 
 def random_screws(dice, rng, n):
-    """Return random screws (6, n). Many axes are parallel or intersect."""
+    """Return random screws (6, n), of which many axes are parallel or intersect."""
     columns = []
     for _ in range(n):
         axis = np.eye(3)[dice.randrange(3)] if dice.random() < 0.6 else rng.normal(size=3)

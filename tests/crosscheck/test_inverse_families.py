@@ -1,6 +1,6 @@
-"""Each family of inverses agrees with independent forward kinematics on random arms.
+"""Each closed-form inverse family agrees with independent forward kinematics on random arms.
 
-``make campaign ONLY=structures`` tests more arms of each structure.
+The command ``make campaign ONLY=structures`` tests more arms of each axis structure.
 """
 
 import re
@@ -59,8 +59,8 @@ SEVEN = ("RxrxRLrLRxrxR", "RxrxR/R/RxrxR", "RxrxRxRxRxrxR")
 elbow of three concurrent axes."""
 PLANE = ("R=R=R", "R=R=R=P", "R=R=P=R", "R=P=R=R", "P=R=R=R")
 WRISTED = {"R/R=R": False, "R=R=P": True, "P=R=R": True}
-"""Each case is an arm with a spherical wrist, and a flag that is true if its skew axes are at right
-angles.
+"""Structures of arms with a spherical wrist, each with a flag that is True if its skew axes are at
+right angles.
 
 The position problem of these arms is a quadratic equation. Two structures of three joints have no
 position inverse. The position inverse is tested for every structure that has one. Some structures

@@ -11,7 +11,7 @@ from tests.support.tolerances import ORACLE, WORST_INVERSE
 
 SMALL = Sizes(random=500, singular=50, grid=512)
 TARGETS = 1
-"""Number of targets. Newton's method counts the solutions of each target."""
+"""Number of target poses for which Newton's method counts the solutions."""
 SIX = ("ur5e", "puma560", "irb6640")
 LOCKED = ("iiwa14", "panda")
 COUNTED = 100

@@ -2,8 +2,8 @@
 
 The Pinocchio model has numerical placements, a joint for each coordinate-dependent motion, and one
 more joint at the tool. Each column of the regressor is the tool twist caused by a unit displacement
-of one placement. A complex-step derivative gives the displacement of each placement per unit of a
-parameter. This derivative is exact up to rounding errors.
+of one placement. A complex-step derivative, exact up to rounding errors, gives the displacement of
+each placement per unit of a parameter.
 """
 
 import numpy as np
@@ -45,12 +45,12 @@ def largest_difference(path, random, names=("identification_jacobian",)):
 
 
 def test_identification_jacobian_matches_pinocchio():
-    """The robot is described in Craig's convention."""
+    """The robot lynxmotion is described in Craig's convention."""
     assert largest_difference(ROBOTS / "lynxmotion.toml", np.random.default_rng(7)) <= 1e-10
 
 
 def test_identification_jacobian_matches_pinocchio_in_every_frame():
-    """The robot has a prismatic joint, and is described in the Denavit-Hartenberg convention."""
+    """The robot scara has a prismatic joint, and is described in Denavit-Hartenberg convention."""
     path = ROBOTS / "scara.toml"
     assert largest_difference(path, np.random.default_rng(8), FRAMES) <= 1e-10
 

@@ -28,8 +28,8 @@ def models():
 def test_manipulability_measures_match_robotics_toolbox(name, components):
     oracle, robot = models()[name], chasles.load(name)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (POSES, robot.n))
-    # The `panda` of chasles includes a hand and the `panda` of the toolbox does not. Therefore,
-    # both programs get the Jacobian from chasles.
+    # Both programs get the Jacobian of `panda` from chasles, because only the `panda` of chasles
+    # includes a hand.
     given = [{"J": robot.jacobian_mixed(at)} if name == "panda" else {"q": at} for at in q]
     found = robot.manipulability(q, components=components, characteristic_length=1.0)
     for field, method in (("measure", "yoshikawa"), ("min_singular_value", "minsingular")):

@@ -9,7 +9,8 @@ KINDS = (built_robots, built_arms, single_errors, rounded_numbers)
 def trial(number: int) -> Outcome:
     """Derive a robot with errors in its dimensions and test its functions.
 
-    The trial number selects the kind of trial.
+    The trial number selects the kind of robot: board installer, driven arm, robot with single
+    errors, or robot with rounded numbers.
     """
     return KINDS[number % len(KINDS)].trial(number)
 

@@ -1,7 +1,7 @@
-"""Random arms with measured lengths. Cylinders, rods and cranks drive the joints.
+"""Random arms with length errors, whose joints are driven by cylinders, rods and cranks.
 
-Each trial adds errors to all lengths of a random arm. The inverse must recover the configurations
-around the reference, and all solutions must be correct.
+Each trial adds errors to all lengths of a random arm. The inverse kinematics must recover the
+configurations near the reference configuration, and all solutions must be correct.
 """
 
 import tempfile
@@ -21,7 +21,8 @@ from ..campaign import Outcome
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "chain", "ik")
 C_ALONE = ("c", "python")
 POSES, REACH = 400, 0.2
-"""Number of configurations, and their maximum distance from the reference (radian, meter)."""
+"""Number of tested configurations, and maximum difference of their coordinates from the reference
+configuration (radian, meter)."""
 FOUND = 1e-6
 """Maximum coordinate difference (radian, meter) at which two solutions count as equal."""
 BARS = {"absent": 0.0, "lost": 0.01, "wrong": 1e-10}
@@ -29,12 +30,13 @@ BARS = {"absent": 0.0, "lost": 0.01, "wrong": 1e-10}
 
 @dataclass(frozen=True)
 class Judged:
-    """Error measures of one arm.
+    """Error measures of the inverse kinematics of one arm.
 
     Attributes:
-        absent: 1 if the arm has no inverse.
+        absent: 1 if chasles derives no inverse kinematics for the arm, otherwise 0.
         lost: Fraction of the configurations that ``ik`` does not recover.
-        wrong: Largest pose error of a valid solution (meter, rotation entries).
+        wrong: Largest pose error of a valid solution (position in meters, entries of the rotation
+            matrix).
     """
 
     absent: float

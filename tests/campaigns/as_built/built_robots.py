@@ -1,8 +1,8 @@
 """Copies of the robot board_installer with geometric errors.
 
-Every length of the pantograph and of the parallelograms is changed.
+Random errors change every length of the robot's pantograph and parallelograms.
 
-The loops must close, and ``ik`` must recover every configuration.
+The loops of each copy must close, and ``ik`` must recover every configuration.
 """
 
 import tempfile
@@ -25,10 +25,11 @@ POSES = 2000
 FOUND = 1e-6
 """Maximum joint difference (radian, meter) at which two solutions count as equal."""
 NEAR = 0.02
-"""Maximum difference between the tool poses of both robots on the same branch (position in meters,
-entries of the rotation matrix)."""
+"""Maximum tool pose difference (meter, rotation matrix entries) at which the nominal robot and its
+copy with errors count as on the same branch."""
 SAME_CONFIGURATION = 0.25
-"""Maximum joint difference between both robots in the same configuration (radian, meter)."""
+"""Maximum joint difference (radian, meter) at which solutions of the nominal robot and of its copy
+count as the same configuration."""
 MAX_STEPS = 60
 C_ALONE = ("c", "python")
 BARS = {"closure": 1e-12, "lost": 0, "fewer": 0}
@@ -41,9 +42,9 @@ class Judged:
     Attributes:
         closure: The largest closure error of the loops (meter).
         lost: Number of configurations that ``ik`` does not recover.
-        fewer: Number of true solutions that ``ik`` misses and Newton's method in this module finds.
-            Newton's method starts only from nominal solutions at which ``fk`` of the true and the
-            nominal robot nearly agree.
+        fewer: Number of solutions of the robot with errors that ``ik`` misses and Newton's method
+            finds. Newton's method starts only from nominal solutions at which the tool poses of
+            both robots nearly agree.
     """
 
     closure: float
@@ -78,7 +79,7 @@ def _apart(difference: np.ndarray) -> np.ndarray:
 def _fewer(
     robot: chasles.Robot, nominal: chasles.Robot, T: np.ndarray, found: chasles.Solutions
 ) -> int:
-    """Count missing solutions that Newton's method finds from nominal solutions."""
+    """Count solutions that ``ik`` misses and Newton's method finds from nominal solutions."""
     start = nominal.ik(T)
     of, slot = np.nonzero(start.valid)
     q = start.q[of, slot]
@@ -91,9 +92,9 @@ def _fewer(
 
 
 def _leads_to(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> bool:
-    """Test whether a damped Newton iteration converges from q to a pose.
+    """Test whether a damped Newton iteration converges from coordinates q to a tool pose.
 
-    If the pose is out of reach, the iteration ends at a minimum of the error.
+    If the robot cannot reach the pose, the Newton iteration ends at a minimum of the pose error.
     """
     error, J = _error(robot, q, T)
     for _ in range(MAX_STEPS):
@@ -109,9 +110,9 @@ def _leads_to(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> bool:
 
 
 def _error(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the tool's pose error (meter, sine) and the Jacobian.
+    """Return the tool's pose error (meter, sine of the angle) and the Jacobian.
 
-    If the loops cannot close, the error is infinite.
+    If the loops cannot close, the returned pose error is infinite.
     """
     (here,), (J,) = robot.fk_jacobian_mixed(q[None])
     if not (np.isfinite(here).all() and np.isfinite(J).all()):

@@ -1,8 +1,8 @@
-"""Robots with loops and rounded decimals, half of them on a rotated base.
+"""Robots with loops whose dimensions are rounded decimals, half of them on a rotated base.
 
-A shipped robot is written with 4 to 12 decimal places. The robot with rounded numbers must have the
-same closed-form solution steps as the exact robot. The loops of the rounded robot must close,
-except for rounding errors.
+Each trial rounds the lengths and angles of a shipped robot to 4 to 12 decimal places. The robot
+with rounded numbers must have the same closed-form solution steps as the exact robot. The loops of
+the rounded robot must close up to rounding errors.
 """
 
 from dataclasses import dataclass, field
@@ -23,7 +23,8 @@ from ..loops import with_loops
 PLACES = (4, 12)
 POSES = 50
 AROUND = 0.05
-"""Maximum distance from the reference (radian, or relative to the size)."""
+"""Maximum difference of a coordinate from its reference value (radian, or length relative to the
+mechanism size)."""
 NOISE = 1e-9
 """Closure error caused by rounding and by noise in the numbers of the robot file, relative to the
 mechanism size."""
@@ -35,10 +36,11 @@ class Judged:
     """Error measures of a robot with rounded numbers.
 
     Attributes:
-        lost: 1 if the closed-form steps of the exact and the rounded robot differ, otherwise 0.
+        lost: 1 if the closed-form solution steps of the exact and the rounded robot differ,
+            otherwise 0.
         gap: Largest closure error of the rounded robot, in units of the last decimal place.
-        forms: Closed-form steps of the robot with exact numbers, then of the robot with rounded
-            numbers.
+        forms: Closed-form solution steps of the robot with exact numbers, and those of the robot
+            with rounded numbers.
     """
 
     lost: int
@@ -63,8 +65,8 @@ def trial(number: int) -> Outcome:
 def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Generator) -> Judged:
     """Derive and test a robot with rounded numbers.
 
-    The dimensions of the mechanism `design` are exact. The dimensions of the mechanism `written`
-    are rounded to `places` decimals.
+    The mechanism `design` has exact dimensions, and the mechanism `written` has dimensions rounded
+    to `places` decimals.
     """
     robot = cleaned(written)
     forms = _form(design), _form(robot)

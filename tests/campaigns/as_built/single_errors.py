@@ -1,11 +1,12 @@
 """Shipped robots with loops, each with an error in one or all of its lengths and axes.
 
-One length is 0.2 mm longer, one axis is rotated by 0.1 degrees, or all lengths and axes have an
-error. The loops must close at configurations near the reference. If the loops cannot close, the
-robot must report an open loop, and minimize the sum of squared closure errors. If the designed
-robot has an inverse, the inverse of the as-built robot must return the configurations from which
-the tool poses were computed. If the loops close, the main chain must determine the actuated
-coordinates.
+In each as-built robot, one length is 0.2 mm longer, one axis is rotated by 0.1 degrees, or all
+lengths and axes have an error. The loops of the as-built robot must close at configurations near
+the reference configuration. If the loops cannot close, the robot must report an open loop, and
+minimize the sum of squared closure errors. If the designed robot has inverse kinematics, the
+inverse kinematics of the as-built robot must recover the configurations that generated the tool
+poses. If the loops close, ``actuators`` must recover the actuated coordinates from the joint values
+of the main chain.
 """
 
 import tempfile
@@ -30,29 +31,32 @@ FUNCTIONS = (
     *("actuators", "ik"),
 )
 OPTIONAL = ("margin", "actuators", "ik")
-"""Functions that only some of the robots have."""
+"""Functions that some of the tested robots lack."""
 C_ALONE = ("c", "python")
 LEAST_SQUARES = "least squares"
 POSES, SHARPENED = 200, 5
-"""Numbers of tested configurations, and of comparisons with the least-squares minimum."""
+"""Number of tested configurations, and number of configurations compared with an independent
+least-squares minimization."""
 AROUND = 0.05
-"""Maximum distance of a coordinate from the reference, as a fraction of the limit range. For a
-coordinate without limits, the distance is a fraction of pi."""
+"""Maximum difference of a coordinate from its reference value, as a fraction of its limit range, or
+of pi for a coordinate without limits."""
 BARS = {"open": 0, "gap": 1e-12, "least": 1e-9, "lost": 0, "maps": 1e-9}
 
 
 @dataclass(frozen=True)
 class Judged:
-    """Test results of a robot with one changed dimension.
+    """Test results of a robot with errors in its dimensions.
 
     Attributes:
         tier: Closure method: ``closed form``, ``newton`` or ``least squares``.
-        open: Number of configurations in which only the nominal loops close.
+        open: Number of configurations in which the loops of the nominal robot close but the loops
+            of the as-built robot do not.
         gap: Largest remaining closure error of the solved loops, relative to the robot size.
-        least: Largest joint difference from the least-squares configuration (radian, meter).
-        lost: Number of configurations that ``ik`` does not recover. The value is infinity if only
-            the nominal robot has ``ik``, and 0 if the nominal robot has no ``ik``.
-        maps: Largest error of the coordinates from ``actuators`` (radian, meter).
+        least: Largest joint difference from an independently computed least-squares configuration
+            (radian, meter).
+        lost: Number of configurations that ``ik`` does not recover, infinity if only the nominal
+            robot has ``ik``, or 0 if the nominal robot has none.
+        maps: Largest error of the actuated coordinates that ``actuators`` returns (radian, meter).
     """
 
     tier: str
@@ -78,10 +82,10 @@ def trial(number: int) -> Outcome:
 
 
 def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Judged:
-    """Derive a robot with one changed dimension, and test its functions.
+    """Derive a robot with errors in its dimensions, and test its functions.
 
-    The mechanism `built` has the changed dimension. The mechanism `design` has no changed
-    dimension.
+    The mechanism `built` has errors in its dimensions, and the mechanism `design` is the robot
+    without errors.
     """
     robot = chasles.load(design.name)
     has_ik = "ik" in robot.functions
@@ -132,7 +136,7 @@ def _valid(robot: chasles.Robot, q: np.ndarray) -> np.ndarray:
 
 
 def _gaps(robot: chasles.Robot, built: Mechanism, q: np.ndarray) -> tuple[float, float]:
-    """Return the closure error and the distance from the least-squares minimum."""
+    """Return the largest closure error, and the largest distance from the least-squares minimum."""
     numbers = Multistart(built)
     names = [variable.name for variable in robot.configuration_variables]
     z = robot.configuration(q)
@@ -144,7 +148,7 @@ def _gaps(robot: chasles.Robot, built: Mechanism, q: np.ndarray) -> tuple[float,
 
 
 def _map_error(robot: chasles.Robot, q: np.ndarray) -> float:
-    """Return the largest coordinate error of ``actuators``."""
+    """Return the largest error of the actuated coordinates that ``actuators`` returns."""
     if "actuators" not in robot.functions:
         return 0.0
     off = robot.actuators(robot.chain(q)) - q

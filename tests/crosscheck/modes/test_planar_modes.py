@@ -89,7 +89,7 @@ def test_modes_are_complete_for_three_line_platform(lines):
 def test_ik_planar_contains_every_newton_leg_solution(name, request):
     generator = np.random.default_rng(2)
     platform, robot = request.getfixturevalue(name)
-    # With a crank, the legs reach only two of the three poses.
+    # The legs of the platform with a crank reach only two of the three poses.
     poses = platform.pose + generator.uniform(-0.1, 0.1, (3, 3))
     q, _, _, valid = robot.ik_planar(poses)
     counted = 0
@@ -112,7 +112,7 @@ def apart(one, other, leg):
 
 
 def leg_inverse(platform, k, pose, generator, starts=60):
-    """Solve the actuator values of a leg by Newton's method."""
+    """Compute the actuator values of a leg at a platform pose by Newton's method."""
     leg = platform.legs[k]
     turns = np.array([leg.kinds[i] == "R" for i in (leg.actuated, leg.passive)])
     x = np.where(turns, generator.uniform(-np.pi, np.pi, (starts, 2)), 0)

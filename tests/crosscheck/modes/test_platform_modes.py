@@ -24,7 +24,7 @@ DIETMAIER_PLATFORM = [
     [-0.137087, -0.235121, 0.353913],
 ]
 DIETMAIER_LENGTHS = [1, 0.645275, 1.086284, 1.503439, 1.281933, 0.771071]
-# The default machine of LinuxCNC's genhexkins.
+# Rod end positions of the default machine in LinuxCNC's kinematics module genhexkins.
 HEXKINS_BASE = [(-22.95, 13.25), (22.95, 13.25), (22.95, 13.25), (0, -26.5), (0, -26.5)]
 HEXKINS_BASE = [*HEXKINS_BASE, (-22.95, 13.25)]
 HEXKINS_PLATFORM = [(-1, 11.5), (1, 11.5), (10.459, -4.884), (9.459, -6.616), (-9.459, -6.616)]
@@ -33,8 +33,7 @@ HEXKINS_PLATFORM = [*HEXKINS_PLATFORM, (-10.459, -4.884)]
 
 @cache
 def general_rods():
-    """Return endpoints and lengths of six rods of a platform. The platform loses assembly modes at
-    a singularity."""
+    """Return rod ends and lengths of a platform that loses assembly modes at a singularity."""
     return platforms.random_rods("6-6", np.random.default_rng(5))
 
 
@@ -62,7 +61,7 @@ def errors(a, b, lengths, theta):
 
 
 def test_dietmaier_platform_has_40_real_modes():
-    """All solutions of this platform are real (Dietmaier 1998)."""
+    """All 40 assembly modes of this platform are real (Dietmaier 1998)."""
     a, b, lengths = map(np.array, (DIETMAIER_BASE, DIETMAIER_PLATFORM, DIETMAIER_LENGTHS))
     theta, unsure = platforms.modes(a, b, lengths)
     assert len(theta) == 40
@@ -78,7 +77,8 @@ def test_linuxcnc_hexapod_modes_match_newton():
     lengths = distances(a, b, R, np.array([*generator.uniform(-3, 3, 2), 20]))
     theta, unsure = platforms.modes(a, b, lengths)
     assert unsure == 0
-    # Platform and base are flat, so each mode has its mirror image.
+    # Platform and base are flat, so the mirror image of each assembly mode is also an assembly
+    # mode.
     assert len(theta) % 2 == 0
     np.testing.assert_allclose(theta[:, 2], -theta[::-1, 2], atol=1e-9)
     assert errors(a, b, lengths, theta).max() < 1e-12 * 50
@@ -134,7 +134,7 @@ def test_impossible_leg_lengths_give_no_mode():
 
 
 def test_mode_count_drops_by_two_at_singularity():
-    """Two modes merge at a singular pose."""
+    """Two assembly modes of the platform merge at a singular pose."""
     a, _, lengths = general_rods()
     platform = general_platform()
     counts = []
@@ -174,7 +174,7 @@ def test_elimination_agrees_with_continuation_for_double_joints(kind):
         np.testing.assert_allclose(found.theta[:, :3], expected.theta[:, :3], atol=1e-7)
         counts.add(int(np.isfinite(found.margin).sum()))
         if kind == "3-3":
-            # The base is flat, so each mode has its mirror image.
+            # The base is flat, so the mirror image of each assembly mode is also an assembly mode.
             assert counts <= {0, 2, 4, 6, 8, 10, 12, 14, 16}
     assert len(counts) > 2
     assert left <= 2

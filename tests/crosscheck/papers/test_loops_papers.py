@@ -60,7 +60,8 @@ def test_well_manipulator_cylinders_and_joints_match_paper(time, theta1):
     angles, lengths, swings = WELL[time]
     q, theta = well_q(theta1, lengths), well_theta(theta1, angles)
     found = r.actuators(theta)[[1, 2, 4, 6]] / MM
-    # The angles are rounded to 1e-8 degrees, which moves a point at one meter by 1e-7 mm.
+    # The joint angles are rounded to 1e-8 degrees, which moves a point at a distance of one meter
+    # by 1e-7 mm.
     assert found == pytest.approx(lengths, abs=4 * HALF)
     # The tolerance is the effect of rounded lengths on the joint values, plus half a unit in the
     # last digit of an angle.
@@ -103,9 +104,10 @@ def test_well_manipulator_stage_4_rates_match_paper():
     ("time", "height"), [(25, 1020.0), (37, 1020.0 - 2166.0)], ids=["25 s", "37 s"]
 )
 def test_well_manipulator_tool_pose_over_well_matches_paper(time, height):
-    """The rotation 0_R_7 equals the printed matrix.
+    """The rotation of the tool must equal the matrix 0_R_7 printed in the paper.
 
-    At a distance of 3 m, an angle of 1e-8 degrees corresponds to 5e-7 mm.
+    The position tolerance is 1e-6 mm, because an angle of 1e-8 degrees corresponds to 5e-7 mm at a
+    distance of 3 m.
     """
     r = robot("well_manipulator")
     T = r.fk(r.actuators(well_theta(0.0, WELL[time][0])))
@@ -128,7 +130,7 @@ def test_well_manipulator_rates_after_27_s_match_paper():
 
 
 def check_rates(r, angles, rates):
-    """Check the map from joint rates (deg/s) to cylinder speeds (mm/s) and its inverse."""
+    """Return cylinder speeds (mm/s) for joint rates (deg/s), and check the inverse map."""
     theta = well_theta(0.0, angles)
     t3, t5, t7 = rates * DEG
     thetad = np.array([0, 0, t3, 0, t5, 0, t7])
@@ -209,7 +211,8 @@ BOARDS = {
     ),
 }
 MOVED_ALONG = {(0, 0): 1.0, (1, 1): 1.0, (5, 3): 1.0, (7, 5): 1.0}
-"""Joints of the main chain that are actuated, with the expected derivatives of ``chain``."""
+"""Expected derivatives of the actuated main-chain joints, keyed by row and column of ``chain_D_q``.
+"""
 
 
 @pytest.mark.parametrize("case", BOARDS)
@@ -219,7 +222,7 @@ def test_board_installer_matches_paper_cases(case):
     D = np.zeros((8, 6))
     for (row, column), value in (MOVED_ALONG | slopes).items():
         D[row, column] = value
-    # The coordinates are rounded to nine decimal places, which sets the tolerance.
+    # The tolerance follows from the coordinates, which are rounded to nine decimal places.
     H = np.abs(r.jacobian_space(q + 1e-4) - r.jacobian_space(q)).sum() / 1e-4
     slack = PRINTED_9 * (1 + np.abs(D).sum(1))
     assert (np.abs(r.chain(q) - chain) <= slack).all()
@@ -245,10 +248,10 @@ def screw_exp(xi, theta):
 
 
 def test_board_installer_arm_only_translates():
-    """The oracle is exp(xi2 th2) ... exp(xi5 th5) = Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin
-    q3).
+    """The exponentials of joints 2 to 5 multiply to a translation.
 
-    The pantograph ratio is k, and the link length is r.
+    The translation is (k r (cos q3 - 1) - (k - 1) q2, 0, k r sin q3), with pantograph ratio k and
+    link length r.
     """
     r = robot("board_installer")
     L1, L2, k, z_G, g0, crank = 1.0, 1.2, 5, 0.54, -0.2, 0.16
@@ -293,7 +296,7 @@ def test_board_installer_fk_matches_product_of_exponentials():
         for xi, value in zip(screws, theta, strict=True):
             T = T @ screw_exp(xi, value)
         np.testing.assert_allclose(r.fk(row), T @ home, atol=1e-13)
-        # The triangle that contains the push rod of the board installer.
+        # The law of cosines gives the length of the board installer's push rod.
         l0 = np.sqrt(0.24**2 + 0.15**2 - 0.24 * 0.15)
         square = 0.24**2 + 0.15**2 - 2 * 0.24 * 0.15 * np.cos(np.pi / 3 + theta[6])
         assert (l0 + row[4]) ** 2 == pytest.approx(square, abs=1e-14)
@@ -348,8 +351,9 @@ AREAS = {
 
 @pytest.mark.parametrize(("name", "degrees"), AREAS)
 def test_constant_orientation_area_matches_published_value(name, degrees):
-    """Count the grid poses that all legs reach. The error is the boundary length times the cell
-    width.
+    """Compute the area from the number of grid poses that all legs reach.
+
+    The area error is the boundary length times the cell width.
     """
     step = 0.0015
     x = np.arange(-0.25, 0.25, step)
@@ -405,16 +409,16 @@ def test_gantry_drop_positions_match_paper(x, y, theta, r, omega):
 
 
 def test_bricklaying_planar_arm_reaches_paper_target():
-    """Links of 7, 5 and 5 inches reach the point (11, 8).
+    """The planar arm with links of 7, 5 and 5 inches reaches the point (11, 8) inches.
 
-    The last link points at the target.
+    The last link lies on the line from the base to the target.
     """
     r = robot("bricklaying_planar")
     line, distance = np.arctan2(8, 11), np.sqrt(185) - 5
     A = np.arccos((7**2 + distance**2 - 5**2) / (2 * 7 * distance))
     B = np.arccos((7**2 + 5**2 - distance**2) / (2 * 7 * 5))
     assert np.degrees([A, line]) == pytest.approx([35.5, 36.03], abs=0.05)
-    # The paper continues with a rounded distance.
+    # The paper computes the elbow angle from a rounded distance.
     rounded = np.arccos((7**2 + 5**2 - 8.61**2) / (2 * 7 * 5))
     assert np.degrees(rounded) == pytest.approx(90.11, abs=0.005)
     for side in (1, -1):

@@ -52,7 +52,7 @@ def test_lynxmotion_position_and_pitch_match_paper(degrees):
     position, pitch = LYNXMOTION[degrees]
     T = chasles.load("lynxmotion").fk([*np.radians(degrees), 0.0])
     assert np.abs(T[:3, 3] - np.array(position)).max() <= PRINTED_9
-    # The tool points along z5, so its elevation is the pitch.
+    # The tool points along axis z5, so the elevation of z5 is the pitch angle of the tool.
     assert np.degrees(np.arcsin(T[2, 2])) == pytest.approx(pitch, abs=1e-9)
 
 

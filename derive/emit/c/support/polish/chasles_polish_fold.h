@@ -109,7 +109,7 @@ static int POLISH_NAME(is_known)(const POLISH_NAME(search) * s, const double *q,
 }
 
 /* Returns whether a solution branch without a new solution may end at a fold point. Either Newton's
- * iteration found no new solution on the branch, or the nominal arm misses a pose that the actual
+ * iteration found no new solution on the branch, or the nominal arm misses a pose that the true
  * arm may reach. */
 static int POLISH_NAME(is_folded)(double residual, double pivot)
 {
