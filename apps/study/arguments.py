@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 Rng = int | np.random.Generator | None
 
 _SEEDS = 2**63
-"""Seeds that are drawn from a random generator are less than this value."""
+"""Exclusive upper bound of the seeds that are drawn from a random generator."""
 
 
 def real(name: str, values: Any) -> FloatArray:
@@ -43,7 +43,7 @@ def finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -
 
     Raises:
         InputTypeError: `values` contains complex numbers or values that are not numbers.
-        ShapeError: The array has the wrong shape.
+        ShapeError: The array does not have the expected shape.
         InputValueError: A number is NaN or infinite.
     """
     array = real(name, values)
@@ -68,7 +68,7 @@ def above_0(name: str, value: float) -> float:
 
 
 def number(name: str, value: Any) -> float:
-    """Return a real number, possibly infinite.
+    """Return a scalar argument as a float, which may be infinite.
 
     Raises:
         InputTypeError: The value is not a real number.
@@ -84,8 +84,8 @@ def poses(name: str, T: ArrayLike) -> FloatArray:
     """Return rigid poses (..., 4, 4). Nearly rigid poses are projected to the nearest rigid poses.
 
     Raises:
-        ShapeError: The last dimensions are not (4, 4).
-        InputValueError: A number is not finite, or a pose is not rigid.
+        ShapeError: The last two dimensions of `T` are not (4, 4).
+        InputValueError: `T` contains a number that is not finite, or a pose that is not rigid.
     """
     array = real(name, T)
     if array.shape[-2:] != (4, 4):
@@ -95,11 +95,11 @@ def poses(name: str, T: ArrayLike) -> FloatArray:
 
 
 def integer_at_least(name: str, value: Any, least: int) -> int:
-    """Return an integer, from an int or a float such as 1e9.
+    """Return an integer argument, which may be passed as an int or as a float such as 1e9.
 
     Raises:
         InputTypeError: The value is not a real number.
-        InputValueError: The number has a fractional part, or is below the minimum.
+        InputValueError: The number has a fractional part or is less than `least`.
     """
     found = number(name, value)
     if not found.is_integer() or found < least:
@@ -111,11 +111,12 @@ def key_of(name: str, rng: Rng) -> int:
     """Return the int that seeds the random number generator.
 
     Args:
-        name: Name of the function, for error messages.
-        rng: A seed, a generator that supplies the seed, or None for fresh entropy.
+        name: Name of the calling function, for error messages.
+        rng: Seed of the random numbers, a generator that supplies the seed, or None for an
+            unpredictable seed.
 
     Raises:
-        InputTypeError: rng has an unsupported type.
+        InputTypeError: `rng` is not an int, a `Generator` or None.
         InputValueError: The seed is negative.
     """
     if rng is None:

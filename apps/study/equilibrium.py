@@ -1,15 +1,15 @@
 """Equations of static equilibrium of the rigid bodies of a robot.
 
 A wrench is (force, moment about the base origin) in base axes. The power of a wrench on a body is
-the scalar product of the wrench and the twist (v, omega) of the body at the base origin. The
-unknowns are the forces x of struts, closures and couplings. For each coordinate j of the joint
-tree, the virtual work of all forces is 0:
+the scalar product of the wrench and the twist (v, omega) of the body at the base origin. The vector
+x contains the unknown loads of struts, joint couplings and closures (joints that close loops). For
+each coordinate j of the joint tree, the virtual work of all forces is 0:
 
     G_j x + Q_j + tau_j = 0
 
-Q_j is the generalized force of weights and tool wrench. tau_j is the actuator force on the
-coordinate. For a coordinate without an actuator, tau_j is 0. The equations of the coordinates
-without actuators determine x.
+In this equation, Q_j is the generalized force of the weights and the tool wrench on coordinate j.
+The actuator force tau_j on coordinate j is 0 if the coordinate has no actuator. The equations of
+the coordinates without actuators determine the unknown loads x.
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ from .tolerances import STATICALLY_SINGULAR
 FloatArray = NDArray[np.float64]
 _FORCES = {"pin": (0, 1, 2), "ball": (0, 1, 2), "slider": (0, 1), "weld": (0, 1, 2)}
 _MOMENTS = {"pin": (0, 1), "ball": (), "slider": (0, 1, 2), "weld": (0, 1, 2)}
-"""Indices of axes of the closure frame, for each type of closure. The closure transmits forces
-along the first set of axes, and moments about the second set."""
+"""For each type of closure, `_FORCES` contains the indices of the closure frame axes along which
+the closure transmits forces. `_MOMENTS` contains the indices of the axes about which the closure
+transmits moments."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,8 @@ class PointMass:
             `chasles.drawing.skeleton(robot).bodies` contains all names.
         mass: Mass [kg].
         at: (3,) center of mass in the frame of the link or section [m]. The z axis of a strut
-            section points from the first end of the strut to the second. On a strut section, x and
-            y are 0.
+            section points from the first end of the strut to the second. On a strut section, the x
+            and y coordinates of the center of mass are 0.
     """
 
     link: str
@@ -52,33 +53,35 @@ class PointMass:
 
 
 class Equilibrium:
-    """The equilibrium of all bodies at a batch of configurations.
+    """The equations of static equilibrium of all bodies of a robot, at m configurations.
 
     Attributes:
         robot: The robot.
-        skeleton: The bodies.
-        poses: (m, bodies, 4, 4) pose of each body.
+        skeleton: The rigid bodies of the robot.
+        poses: (m, bodies, 4, 4) pose of each body in the base frame.
         screws: (m, bodies, 6) twist (v, omega) of each joint per unit of the joint value.
-        carries: (bodies, bodies) mask. Entry (i, j) is true if the joint of body i moves body j.
-        coordinates: Indices of the tree coordinates in z, or in q for a serial robot.
+        carries: (bodies, bodies) mask whose entry (i, j) is true if the joint of body i moves body
+            j.
+        coordinates: Indices of the joint-tree coordinates in the configuration vector z, or in q
+            for a serial robot.
         ratios: (bodies, coordinates) change of the joint value of each body per unit of each
             coordinate.
-        lengths: (coordinates,) reference length of each coordinate: the robot size if the
-            coordinate is an angle, and 1 if it is a length.
+        lengths: (coordinates,) reference length of each coordinate: the robot size [m] for an
+            angle, and 1 for a length.
         struts: The struts (rods and cylinders), keyed by name.
-        cylinders: Names of the struts with two sections.
-        driven: One pair per actuator. The first entry is the name of the driven strut, or the row
-            index of the driven coordinate in G. The second entry is the motion of this strut or
-            coordinate per unit of q.
-        free_rows: The rows of G whose coordinates have no actuator.
-        unknowns: Names of the struts, closures and couplings with unknown forces.
-        unit_wrenches: (m, bodies, 6) wrenches on all bodies for the unit value of each unknown
-            force.
-        G: (m, coordinates, unknowns) virtual work of the unit wrenches on each coordinate.
+        cylinders: Names of the cylinders, which are the struts with two sections.
+        driven: One pair (driven element, ratio) per actuator. The driven element is the name of a
+            strut, or the row index of a coordinate in G. The ratio is the motion of the driven
+            element per unit of q.
+        free_rows: Row indices in G of the coordinates without actuators.
+        unknowns: Name of the strut, closure or coupling of each unknown load in x.
+        unit_wrenches: For each unknown load, the wrenches (m, bodies, 6) on all bodies if this load
+            has the unit value.
+        G: (m, coordinates, unknowns) virtual work of the unit wrenches per unit of each coordinate.
     """
 
     def __init__(self, robot: Robot, skeleton: Skeleton, poses: FloatArray) -> None:
-        """Set up the equilibrium equations. The poses must not contain NaN."""
+        """Set up the equilibrium equations for body poses, which must not contain NaN."""
         self.robot, self.skeleton, self.poses = robot, skeleton, poses
         tree = [body for body in skeleton.bodies if body.span is None]
         self.carries = np.eye(len(tree), dtype=bool)
@@ -136,7 +139,7 @@ class Equilibrium:
         return found
 
     def coordinate_name(self, row: int) -> str:
-        """Return the name of the coordinate of a row of G."""
+        """Return the name of the coordinate that belongs to a row of G."""
         variables = self.robot.configuration_variables or self.robot.coordinates
         return variables[self.coordinates[row]].name
 
@@ -146,12 +149,12 @@ class Equilibrium:
         return np.asarray(T[:, :3, :3] @ np.array([*at]) + T[:, :3, 3])
 
     def work(self, wrenches: FloatArray) -> FloatArray:
-        """Return the virtual work (m, coordinates) of wrenches (m, bodies, 6)."""
+        """Return the generalized forces (m, coordinates) of wrenches (m, bodies, 6) on bodies."""
         on_joints = (self.screws * (self.carries @ wrenches)).sum(-1)
         return np.asarray(on_joints @ self.ratios)
 
     def wrenches(self, x: FloatArray) -> FloatArray:
-        """Return the wrenches (m, bodies, 6) of the unknown forces x."""
+        """Return the wrenches (m, bodies, 6) that the unknown loads x exert on the bodies."""
         found = self._zeros()
         for k, wrenches in enumerate(self.unit_wrenches):
             found += x[:, k, None, None] * wrenches
@@ -209,9 +212,9 @@ class Equilibrium:
     def _coupling_wrenches(
         self, row: Sequence[float], moving: Iterable[tuple[int, BodyJoint]]
     ) -> FloatArray:
-        """Return the wrenches of a coupling, such as the torques of two gears.
+        """Return the wrenches of a joint coupling on the bodies, such as the torques of two gears.
 
-        Each torque or force acts between the two links of a joint, along the joint axis.
+        Each coupling torque or force acts between the two links of a joint, along the joint axis.
         """
         found, tree = self._zeros(), self.skeleton.bodies
         for k, joint in moving:
@@ -226,6 +229,8 @@ class Equilibrium:
 
     def _normal(self, closure: ClosureFrames, axis: FloatArray) -> FloatArray | None:
         """Return the normal (m, 3) of the plane in which a loop moves, or None.
+
+        The function returns None if the loop has no rotating joint, or does not move in one plane.
 
         The closure of a planar loop is assumed to transmit forces in the plane only. If the closure
         also transmitted a normal force and moments about axes in the plane, these loads would be
@@ -248,7 +253,7 @@ class Equilibrium:
         return normal if max(off) < STATICALLY_SINGULAR else None
 
     def weights(self, masses: Sequence[PointMass], gravity: FloatArray) -> FloatArray:
-        """Return the wrenches (m, bodies of the tree, 6) of the weights."""
+        """Return the wrenches (m, bodies of the joint tree, 6) of the weights of point masses."""
         index = {body.name: k for k, body in enumerate(self.skeleton.bodies)}
         found = self._zeros()
         for mass in masses:
@@ -266,10 +271,10 @@ class Equilibrium:
     ) -> list[tuple[int, FloatArray, FloatArray]]:
         """Split a force at a point on the axis of a strut into forces on the two ends.
 
-        The lever rule distributes the transverse component to both ends. An axial force on the
-        barrel of a cylinder acts only on the end of the barrel. An axial force on the piston acts
-        only on the end of the piston. An axial force on a rod is divided equally between its two
-        ends.
+        The lever rule distributes the transverse component of the force to both ends of the strut.
+        An axial force on the barrel of a cylinder acts only on the end of the barrel. An axial
+        force on the piston acts only on the end of the piston. An axial force on a rod is divided
+        equally between its two ends.
         """
         a, b = self.ends(span)
         length = np.linalg.norm(b - a, axis=-1, keepdims=True)

@@ -1,25 +1,26 @@
-"""A grid of equal cells, and the estimated volume of the body that the visited cells cover.
+"""Grids of equal cells, and volume estimates from the cells that contain sample points.
 
-The estimate counts visited cells, because the density of points is not uniform. The visited cells
-have a larger volume than the body. Along a line parallel to x, the visited cells extend half a cell
-beyond the body on average, at each end of the body. An open face is a face between a visited cell
-and a cell that was not visited. Let h be the side of a cell. The volume of the visited cells
-exceeds the volume of the body by h/2 times the area of the open faces. The total area of the open
-faces normal to x equals the area of the body's surface projected along x. Let c be half the number
-of open faces normal to an axis, divided by the number of visited cells. For each axis, the estimate
-multiplies the volume of the visited cells by 1 - c. The resulting volume is exact for boxes and
-never negative. The points are too few if a random half of the points misses many of the visited
-cells. With too few points, larger cells are used.
+A visited cell contains at least one sample point. The volume estimate counts visited cells instead
+of points, because the density of points is not uniform. The visited cells have a larger volume than
+the body. Along a line parallel to x, the visited cells extend beyond each end of the body by half a
+cell on average. An open face is a face between a visited cell and a cell that was not visited. For
+cells of side h, the volume of the visited cells exceeds the body volume by h/2 times the area of
+the open faces. The total area of the open faces normal to x equals the area of the body's surface
+projected along x. Let c be half the number of open faces normal to an axis, divided by the number
+of visited cells. The estimate multiplies the volume of the visited cells by the correction factor 1
+- c of each axis. The corrected volume is exact for boxes and never negative. If a random half of
+the points misses many of the visited cells, the points are too few, and larger cells are used.
 
-Four errors remain. First, if the surface of the body is parallel to the faces of the cells, all
-lines leave the body at the same position within a cell. For a surface parallel to cell faces, the
-excess volume is between 0 and h times the area of the open faces. On such a surface, adjacent open
-faces are coplanar. Second, the points may miss a cell that contains only a small corner of the
-body. The number of missed cells is assumed to decrease as a power of the number of points. The
-estimate compares the cells that all points visit with the cells that a random half of the points
-visits. Third, the correction uses the average margin by which the visited cells extend beyond the
-body. If the body covers few cells, this margin is estimated from few lines. Fourth, the correction
-by the factors 1 - c is exact only for boxes.
+The volume estimate has four remaining errors. First, if the body surface is parallel to cell faces,
+all lines normal to it leave the body at the same position within a cell. For such a parallel
+surface, the visited cells exceed the body volume by 0 to h times the area of the open faces. On a
+surface parallel to cell faces, adjacent open faces are coplanar. Second, the points may miss a cell
+that contains only a small corner of the body. The number of missed cells is assumed to decrease as
+a power of the number of points. The number of missed cells is estimated by comparing the cells
+visited by all points with the cells visited by a random half. Third, the volume correction uses the
+average distance by which the visited cells extend beyond the body. If the body covers few cells,
+only few lines contribute to this average distance. Fourth, the volume correction by the factors 1 -
+c is exact only for boxes.
 
 Source:
     L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for the area
@@ -45,10 +46,11 @@ IntArray = NDArray[np.intp]
 CountArray = NDArray[np.uint32]
 
 _GROWTH = 2 / 3
-"""The number of missed cells is assumed proportional to 1 / (number of points)^_GROWTH."""
+"""Exponent for the assumption that the number of missed cells is proportional to 1 / (number of
+points)^_GROWTH."""
 _SLOPING = 0.1
-"""Relative error of the volume correction at sloping surfaces. At a sloping surface, adjacent open
-faces are not coplanar."""
+"""Relative error of the volume correction at sloping surfaces, where adjacent open faces are not
+coplanar."""
 
 
 _CHANCE = 0.5
@@ -56,11 +58,12 @@ _SECOND = 0.5
 """Assumed error of the correction terms of second and higher order, as a fraction of these terms.
 """
 _MISSED = 0.1
-"""Maximum fraction of the visited cells that a random half of the points may miss."""
+"""Maximum fraction of the visited cells that a random half of the points may miss before adjacent
+cells are merged."""
 _FEWEST = 4
-"""Minimum number of cells along the longest side."""
+"""Minimum number of cells along the longest side of the grid after cells are merged."""
 _MAX_CELLS = 10**9
-"""Maximum number of cells. The counts of a billion cells take 4 GB."""
+"""Maximum number of cells of a grid. The point counts of a billion cells take 4 GB of memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +72,8 @@ class Grid:
 
     Attributes:
         lower: (3,) lower corner [m].
-        side: The side of a cell [m].
-        shape: Number of cells along x, y and z. If the box has no extent along an axis, the number
-            of cells along this axis is 1.
+        side: Side length of the cubic cells [m].
+        shape: Number of cells along x, y and z, which is 1 along an axis without extent.
     """
 
     lower: FloatArray
@@ -84,7 +86,7 @@ class Grid:
     def from_bounds(cls, lower: ArrayLike, upper: ArrayLike, resolution: int) -> Self:
         """Return a grid that covers a box with a margin.
 
-        The margin on each side is half a cell to one cell.
+        The grid extends beyond each side of the box by half a cell to one cell.
 
         Args:
             lower: (3,) lower corner [m].
@@ -132,7 +134,7 @@ class Grid:
         return sum(n > 1 for n in self.shape)
 
     def centers(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """(nx,), (ny,), (nz,) coordinates of the cell centers [m]."""
+        """Return the x (nx,), y (ny,) and z (nz,) coordinates of the cell centers [m]."""
         x, y, z = (
             low + self.side * (np.arange(n) + 0.5)
             for low, n in zip(self.lower, self.shape, strict=True)
@@ -141,15 +143,15 @@ class Grid:
 
 
 def indices(grid: Grid, points: FloatArray) -> IntArray:
-    """Return the cell indices of points.
+    """Return the index of the grid cell that contains each point.
 
     Args:
         grid: The grid.
         points: (m, 3) positions [m].
 
     Returns:
-        (m,) indices into the `count` cells in C order. Points outside the box have the index of the
-        nearest cell. A point with a NaN has the index `count`.
+        (m,) cell indices in C order, less than `grid.count`. Points outside the grid have the index
+        of the nearest cell. A point with NaN has the index `grid.count`, which is no cell.
     """
     nx, ny, nz = grid.shape
     place = points - grid.lower
@@ -171,12 +173,12 @@ largest extent."""
 
 
 class SizeEstimate(NamedTuple):
-    """A volume, an area or a length, depending on the dimension of the workspace.
+    """The estimated volume, area or length of a workspace, depending on its dimension.
 
     Attributes:
-        value: The estimate.
-        error: Error of the estimate, usually an upper bound.
-        unit: "m^3", "m^2" or "m".
+        value: Estimated volume, area or length, in `unit`.
+        error: Estimated error of `value`, usually an upper bound of the true error.
+        unit: Unit of `value` and `error`: "m^3", "m^2" or "m".
     """
 
     value: float
@@ -184,13 +186,13 @@ class SizeEstimate(NamedTuple):
     unit: str
 
     def __str__(self) -> str:
-        """Text with value, error and unit, such as "volume 3.25 ± 0.02 m^3"."""
+        """Return a text with value, error and unit, such as "volume 3.25 ± 0.02 m^3"."""
         name = {"m": "length", "m^2": "area"}.get(self.unit, "volume")
         return f"{name} {self.value:.4g} ± {self.error:.2g} {self.unit}"
 
 
 def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
-    """Estimate the size of the body that fills the visited cells.
+    """Estimate the length, area or volume of a body from the cells that contain points.
 
     If there are too few points for the number of cells, adjacent cells are merged.
 
@@ -206,17 +208,17 @@ def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
             value, error = _estimate(all_points, some)
             of_cell = (times * grid.side) ** grid.dimension
             return SizeEstimate(value * of_cell, error * of_cell, unit)
-    # Even the largest cells contain too few points. The body is at most as large as the
-    # box.
+    # Even the largest merged cells contain too few points. The estimate is half the size of the
+    # box, because the body is at most as large as the box.
     box = grid.count * grid.side**grid.dimension
     return SizeEstimate(box / 2, box / 2, unit)
 
 
 def _estimate(visited: BoolArray, halved: BoolArray) -> tuple[float, float]:
-    """Return (number of filled cells, error).
+    """Return (size of the body, error of this size), both as numbers of cells.
 
-    `visited` marks the cells that contain points. `halved` marks the cells that contain points of a
-    random half of all points.
+    The array `visited` marks the cells that contain points. The array `halved` marks the cells that
+    contain points of a random half of all points.
     """
     value, error = _corrected(visited)
     unseen = (value - _corrected(halved)[0]) / (2**_GROWTH - 1)
@@ -244,7 +246,7 @@ def _joined(hits: CountArray, times: int) -> CountArray:
 
 
 def _filled(visited: BoolArray) -> BoolArray:
-    """Fill holes of a single cell."""
+    """Return the visited cells plus the holes that consist of a single cell."""
     padded = np.pad(visited, [(1, 1) if n > 1 else (0, 0) for n in visited.shape])
     axes = [axis for axis, n in enumerate(visited.shape) if n > 1]
     adjacent = sum(np.roll(padded, step, axis).astype(np.int8) for axis in axes for step in (1, -1))
@@ -253,7 +255,7 @@ def _filled(visited: BoolArray) -> BoolArray:
 
 
 def _corrected(visited: BoolArray) -> tuple[float, float]:
-    """Return (corrected number of filled cells, error of the correction)."""
+    """Return (number of visited cells after the volume correction, error of this number)."""
     count = float(visited.sum())
     if count == 0:
         return 0.0, 0.0

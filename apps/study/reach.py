@@ -1,8 +1,9 @@
-"""Reachable poses, and the limits that exclude other poses.
+"""Tests which tool poses a robot reaches, and which coordinate limits exclude the other poses.
 
-The inverse returns the solutions for each pose on all branches. The solutions are compared with the
-limits. For a revolute joint, all values that differ by full turns are compared with the limits.
-Base placement tests several base poses.
+The inverse kinematics function `ik` returns the solutions of all branches for each pose. Each
+solution is compared with the coordinate limits. For a revolute joint, all values that differ by
+full turns are compared with the limits. The function `base_placement` compares several base poses
+of a robot.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ FREE, OUT_OF_REACH = -1, -2
 _TURN = 2 * math.pi
 _BLOCKS_A_PIECE = 16
 _MAX_COUNT = 255
-"""Largest number of solutions that is stored for a pose. Larger numbers are replaced by this value,
-because one byte stores the number."""
+"""Largest number of solutions that is stored for a pose. Larger numbers of solutions are replaced
+by 255, because the number is stored in one byte."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +46,12 @@ class Reach(StudyResult):
         robot: The robot's name.
         coordinate_names: The names of the robot's coordinates.
         n_solutions: (m, k) number of `ik` solutions within limits, for m positions and k
-            orientations. Solutions that differ only by full turns of a joint count as one.
+            orientations. Solutions that differ only by full turns of a joint count as one solution.
         limiting_coordinate: (m, k) index of the coordinate that is beyond its limit, in the
             solution that exceeds the limits the least. The index is -1 for a reached pose, and -2
             for a pose that is out of reach even without limits.
-        grid: The grid whose cell centers are the positions, or None if `reach` got no grid.
+        grid: The `Grid` whose cell centers are the tested positions, or None if the argument
+            `targets` of `reach` was not a `Grid`.
     """
 
     _parts = (Grid,)
@@ -77,7 +79,7 @@ class Reach(StudyResult):
 
     @property
     def reached(self) -> BoolArray:
-        """(m, k) mask, True if a solution is within limits."""
+        """(m, k) mask of the poses with an `ik` solution within limits."""
         return self.n_solutions > 0
 
     @property
@@ -140,8 +142,9 @@ def reach(
             position. None means `uniform_orientations(20)`. If `targets` contains poses,
             `orientations` must be None.
         redundancy_samples: Number of values to test for each redundancy parameter of `ik`
-            (`robot.redundancy`), at least 1. The values are evenly spaced within the parameter's
-            limits, or over one turn. Ignored if the robot has no redundancy parameter.
+            (`robot.redundancy`), at least 1. The values of each parameter are evenly spaced within
+            its limits, or over one turn. This number has no effect if the robot has no redundancy
+            parameter.
         threads: Number of threads in this process or in each worker, or "all" for one thread per
             core.
         client: A `dask.distributed.Client`. The client distributes the poses to its workers. None
@@ -150,12 +153,13 @@ def reach(
             only if standard error is a terminal.
 
     Returns:
-        A `Reach` with arrays (m, k). If `targets` contains poses, k is 1. For a grid, m is the
-        number of cells, and z changes fastest. `reached` is True if `ik` has a solution within the
-        limits. `n_solutions` counts these solutions, up to 255. `limiting_coordinate` is the index
-        of the coordinate that exceeds its limit, -1 for a reached pose, and -2 for a pose that is
-        out of reach even without limits. `fraction` (m,) is the fraction of the orientations that
-        are reached at each position.
+        A `Reach` with arrays (m, k), for m positions and k orientations. If `targets` contains
+        poses, k is 1. For a `Grid`, m is the number of cells, in an order in which z changes
+        fastest. `reached` is True if `ik` has a solution within the limits. `n_solutions` counts
+        the `ik` solutions within the limits, up to 255. `limiting_coordinate` is the index of the
+        coordinate that exceeds its limit, -1 for a reached pose, and -2 for a pose that is out of
+        reach even without limits. `fraction` (m,) is the fraction of the orientations that are
+        reached at each position.
 
     Raises:
         MissingFunctionError: The robot has no `ik`. The message lists the robot's other inverse
@@ -241,7 +245,7 @@ def uniform_orientations(count: int) -> FloatArray:
 
     Returns:
         (count, 3, 3) rotation matrices. The last column of each matrix is the z axis of the tool.
-        The result depends only on `count`.
+        The returned matrices depend only on `count`.
 
     Raises:
         InputTypeError: `count` is not a real number.
@@ -270,7 +274,7 @@ def _about_y(angle: Any) -> FloatArray:
 def _poses_and_rotations(
     targets: Grid | ArrayLike, orientations: ArrayLike | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return (poses (m, 4, 4), rotations (k, 3, 3) to apply to each pose)."""
+    """Return poses (m, 4, 4), and rotation matrices (k, 3, 3) to apply to each pose."""
     if isinstance(targets, Grid):
         mesh = np.meshgrid(*targets.centers(), indexing="ij")
         at: FloatArray = np.stack(mesh, -1).reshape(-1, 3)
@@ -292,7 +296,7 @@ def _poses_and_rotations(
 
 
 def _redundancy_values(robot: Robot, count: int) -> FloatArray:
-    """Return values (k, r) of the r redundancy parameters, or (1, 0) without parameters."""
+    """Return values (k, r) of r redundancy parameters, or an empty array (1, 0) if r is 0."""
     values = []
     for item in robot.redundancy:
         if item.index is not None:
@@ -311,9 +315,9 @@ def _redundancy_values(robot: Robot, count: int) -> FloatArray:
 
 
 class _Tally:
-    """Number of solutions and limit code of each pose.
+    """Number of solutions and index of the limiting coordinate for each pose.
 
-    The tally of one piece of the work contains zeros for the poses of the other pieces.
+    The tally of one piece of the pose list contains zeros for the poses of the other pieces.
     """
 
     def __init__(self, count: int) -> None:
@@ -358,8 +362,8 @@ class _ReachJob:
             ]
             solutions, limiting = (np.array(column) for column in zip(*found, strict=True))
             tally.n_solutions[some] = np.minimum(solutions.sum(0), _MAX_COUNT)
-            # The codes of limits are larger than the code of an unreachable pose. The maximum code
-            # therefore names a limit if at least one code names a limit.
+            # Coordinate indices are larger than OUT_OF_REACH. The maximum is therefore a coordinate
+            # index if a coordinate limits the pose at one or more redundancy values.
             tally.limiting[some] = np.where(solutions.any(0), FREE, limiting.max(0))
 
 
@@ -378,16 +382,16 @@ def _counted(robot: Robot, found: Any) -> tuple[IntArray, IntArray]:
 
 
 def _room(robot: Robot, j: int, wraps: bool) -> float:
-    """Return the range of a coordinate [rad or m].
+    """Return the width of a coordinate's range [rad or m].
 
-    The result is inf if `wraps` is true and the range is at least a full turn.
+    The returned width is inf if `wraps` is true and the range is at least a full turn.
     """
     room = float(robot.upper[j] - robot.lower[j])
     return math.inf if wraps and room >= _TURN else room
 
 
 def _excess(robot: Robot, q: FloatArray, j: int, wraps: bool) -> FloatArray:
-    """Return the distances of joint values from a coordinate's range, modulo full turns."""
+    """Return how far joint values are outside the limits, modulo full turns if `wraps` is true."""
     lower, upper = robot.lower[j], robot.upper[j]
     if not wraps or not np.isfinite(upper - lower):
         return np.asarray(np.maximum(np.maximum(lower - q, q - upper), 0))
@@ -398,7 +402,7 @@ def _excess(robot: Robot, q: FloatArray, j: int, wraps: bool) -> FloatArray:
 
 
 def _limit(robot: Robot, q: FloatArray, valid: BoolArray, wraps: tuple[bool, ...]) -> IntArray:
-    """Return the coordinate with the largest limit violation."""
+    """Return the coordinate most beyond its limit in the solution closest to the limits."""
     parts = np.zeros(q.shape)
     for j, wrap in enumerate(wraps):
         room = _room(robot, j, wrap)

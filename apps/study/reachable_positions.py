@@ -1,13 +1,14 @@
-"""Reachable positions at a constant orientation.
+"""Reachable tool positions at a constant tool orientation.
 
-A cell is reachable if the inverse kinematics has a solution at its center within the joint limits.
-All solution branches are tested. A cell is subdivided down to the resolution if an adjacent cell
-has a different result. The number of tested cells therefore grows with the surface of the reachable
-region, not with its volume. The border lies between cell centers with different results. The volume
-includes half of the volume of the border cells. The other half is the stated error. The stated
-error is an upper bound if the border never passes between two adjacent centers that are both
-reachable or both unreachable. The actual error is usually much smaller and decreases with the cell
-size.
+A grid cell is reachable if the inverse kinematics has a solution at its center within the joint
+limits, on any branch. A cell is subdivided down to the required resolution if only one of the cell
+and an adjacent cell is reachable. The number of tested cells therefore grows with the surface of
+the reachable region, not with its volume. The border of the reachable region lies between reachable
+and unreachable cell centers. The stated volume of the region includes half of the volume of the
+border cells. The stated error of the volume is the other half of the volume of the border cells.
+The stated error is an upper bound if the border never passes between two adjacent centers that are
+both reachable or both unreachable. The actual error of the volume is usually much smaller and
+decreases with the cell size.
 """
 
 from __future__ import annotations
@@ -32,11 +33,12 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _COARSE = 32
-"""Initial number of cells along each side."""
+"""Initial number of cells along each side of the cube around the reachable positions."""
 _FIRST, _REST = slice(None, -1), slice(1, None)
 _GROWTH = 1.5
 _FITS = 12
-"""Maximum number of times that the box is enlarged or reduced to fit the reached positions."""
+"""Maximum number of times that the search box is enlarged or reduced to fit the reached positions.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +48,7 @@ class ReachablePositions(StudyResult):
     Attributes:
         robot: The robot's name.
         R_0_ee: (3, 3) rotation matrix of the tool in the base frame.
-        grid: The cells, in the base frame.
+        grid: The grid of cells, in the base frame.
         inside: (nx, ny, nz) mask of the cells whose centers are reached.
     """
 
@@ -70,7 +72,7 @@ class ReachablePositions(StudyResult):
 
     @property
     def size(self) -> SizeEstimate:
-        """The volume [m^3], with an error bound from the cells at the border."""
+        """Volume of reachable positions [m^3], with an error bound from the cells at the border."""
         corners = [self.inside[at] for at in itertools.product((_FIRST, _REST), repeat=3)]
         all_corners, some = np.logical_and.reduce(corners), np.logical_or.reduce(corners)
         of_cell = self.grid.side**3
@@ -85,7 +87,7 @@ class ReachablePositions(StudyResult):
         return np.array([lower, self.grid.lower + self.grid.side * (corners.max(0) + 1)])
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the extent of the positions along z and along y.
+        """Plot the extent of the reachable positions along z and along y.
 
         Args:
             ax: Two matplotlib axes, or None for a new figure.
@@ -114,8 +116,8 @@ def reachable_positions(
             orientation at `q_seed`.
         resolution: Number of cells along each side of a cube around the reachable positions, 32
             times a power of two.
-        q_seed: (n,) actuated coordinates [rad or m] with a tool position at or near the positions
-            to find. None means the reference configuration of the robot.
+        q_seed: (n,) actuated coordinates [rad or m] at which the tool position is at or near the
+            reachable positions. None means the reference configuration of the robot.
 
     Returns:
         A `ReachablePositions`. `inside` (nx, ny, nz) is True for each cell whose center is
@@ -157,7 +159,10 @@ def reachable_positions(
 def _start(
     robot: Robot, R_0_ee: ArrayLike | None, q_seed: ArrayLike | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return (orientation, start position). The start position is on or near a reached position."""
+    """Return the tool orientation and a start position.
+
+    The start position is at or near a reachable position.
+    """
     if q_seed is None and robot.reference is None:
         raise InputValueError(
             "reachable_positions: expected q_seed for a robot without a reference configuration, "
@@ -170,7 +175,7 @@ def _start(
 
 
 def _fitted(robot: Robot, R: FloatArray, start: FloatArray) -> tuple[FloatArray, float, BoolArray]:
-    """Return (lower corner, cell side, cells) of a box around all reached positions."""
+    """Return a box around all reached positions: lower corner, cell side, mask of reached cells."""
     middle, size = start, 2 * robot.unit_length
     for _ in range(_FITS):
         side = size / _COARSE
@@ -192,14 +197,14 @@ def _fitted(robot: Robot, R: FloatArray, start: FloatArray) -> tuple[FloatArray,
 
 
 def _reached(robot: Robot, R: FloatArray, positions: FloatArray) -> BoolArray:
-    """Return whether positions (m, 3) are reached."""
+    """Return a mask (m,) of the positions (m, 3) that the robot reaches."""
     if not len(positions):
         return np.zeros(0, dtype=bool)
     return np.asarray(reach(robot, positions, R[None], progress=False).reached[:, 0])
 
 
 def _border(inside: BoolArray) -> BoolArray:
-    """Return a mask of the cells that differ from at least one of their 26 neighbors."""
+    """Return a mask of the cells whose reachability differs from that of one of 26 neighbors."""
     padded = np.pad(inside, 1)
     least, most = padded.copy(), padded.copy()
     for axis in range(3):

@@ -1,7 +1,7 @@
-"""Result files with all fields of a frozen dataclass in the .npz format.
+"""Saves all fields of a frozen dataclass to a file in the .npz format, and loads them.
 
-Each array in the file has the name of its field. The entry "facts" contains all other values as
-JSON text. The text also describes nested objects such as a grid.
+Each array in an .npz file has the name of its dataclass field. The entry "facts" of the file
+contains all other values as JSON text. The JSON text also describes nested objects such as a grid.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ _DAMAGED = (
     *(BadZipFile, EOFError, LZMAError, MemoryError, OSError, RuntimeError),
     *(SyntaxError, TokenError, ValueError, zlib.error),
 )
-"""Errors of NumPy and zipfile for damaged files. RuntimeError: the archive is encrypted, or its
-compression method is unknown. SyntaxError, TokenError: NumPy parses the header of an array as
-Python."""
+"""Errors that NumPy and zipfile raise for damaged files. RuntimeError occurs if an archive is
+encrypted or its compression method is unknown. SyntaxError and TokenError occur because NumPy
+parses the header of an array as Python code."""
 
 
 def ranges(extents: Any) -> str:
-    """Return the text of extents (2, k) [m], such as "x -1 to 1, y 0 to 2 m"."""
+    """Return coordinate ranges (2, k) [m] as text, such as "x -1 to 1, y 0 to 2 m"."""
     spans = zip(_AXES, np.asarray(extents).T, strict=False)
     return ", ".join(f"{axis} {low:.4g} to {high:.4g}" for axis, (low, high) in spans) + " m"
 
@@ -56,13 +56,13 @@ def ranges(extents: Any) -> str:
 class StudyResult:
     """Base class of frozen dataclasses that can be saved to files and loaded from files.
 
-    `_parts` lists the dataclasses and named tuples among the fields of a class.
+    The class attribute `_parts` lists the types of all fields that are dataclasses or named tuples.
     """
 
     _parts: ClassVar[tuple[type, ...]] = ()
 
     def to_npz(self, path: str | os.PathLike[str]) -> None:
-        """Write all data to a compressed .npz file."""
+        """Write all fields of the result to a compressed .npz file."""
         arrays: Arrays = {}
         facts = json.dumps(_packed(self, "", arrays))
         named: dict[str, Any] = {"facts": np.array(facts), **arrays}
@@ -70,7 +70,9 @@ class StudyResult:
             np.savez_compressed(file, **named)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a file. The suffix selects the format: .npz, or .csv for tables.
+        """Write the result to a file.
+
+        The suffix of the path selects the format: .npz, or .csv for results with a method `to_csv`.
 
         Raises:
             InputValueError: The suffix is not supported.
@@ -82,11 +84,11 @@ class StudyResult:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:
-        """Return the result that `to_npz` wrote.
+        """Return a result from a file that `to_npz` wrote.
 
         Raises:
-            InputValueError: The suffix is not .npz, or the file contains a different kind of
-                result.
+            InputValueError: The suffix of `path` is not .npz, or the file does not contain a result
+                of this class.
         """
         by_suffix(path, {".npz": cls})
         arrays = read_npz(path)
@@ -95,8 +97,8 @@ class StudyResult:
         try:
             made = _unpacked(json.loads(str(arrays["facts"])), types, arrays)
         except (KeyError, RecursionError, SystemError, TypeError, ValueError) as error:
-            # A damaged string array can contain numbers that are not character codes. Its
-            # conversion to str then raises SystemError.
+            # A damaged string array can contain numbers that are not character codes. The
+            # conversion of such an array to str raises SystemError.
             raise InputValueError(wrong) from error
         if not isinstance(made, cls) or not _fits(made, cls):
             raise InputValueError(wrong)
@@ -104,7 +106,7 @@ class StudyResult:
 
 
 def by_suffix(path: str | os.PathLike[str], formats: Mapping[str, T]) -> T:
-    """Return the dictionary entry for the suffix of a path.
+    """Return the entry of `formats` for the suffix of a path.
 
     Raises:
         InputValueError: The suffix is not supported.
@@ -119,10 +121,10 @@ def by_suffix(path: str | os.PathLike[str], formats: Mapping[str, T]) -> T:
 
 
 def read_npz(path: str | os.PathLike[str]) -> Arrays:
-    """Return all arrays of a file.
+    """Return all arrays of an .npz file.
 
     Raises:
-        InputValueError: The file cannot be read.
+        InputValueError: The .npz file cannot be read.
     """
     try:
         with open_input(path) as file, NpzFile(file) as arrays:
@@ -133,9 +135,9 @@ def read_npz(path: str | os.PathLike[str]) -> Arrays:
 
 
 def _array(name: str, found: np.ndarray[Any, Any] | bytes) -> np.ndarray[Any, Any]:
-    """Return the array of an archive member.
+    """Return the array of a member of an .npz archive.
 
-    NumPy returns bytes for a member that is not an array.
+    NumPy returns bytes for an archive member that is not an array.
     """
     if isinstance(found, bytes):
         raise ValueError(f"expected an array as entry {name}")
@@ -180,7 +182,10 @@ def _unpacked(packed: Any, types: Mapping[str, type], arrays: Arrays) -> Any:
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    """Whether a value from a file has the declared type. Array elements are not checked."""
+    """Return whether a value from a file has the declared type.
+
+    The types of array elements are not checked.
+    """
     origin, words = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):
         return any(_fits(value, word) for word in words)

@@ -1,8 +1,9 @@
 """Sample points within the coordinate limits of a robot.
 
-A sample set of a billion configurations is not stored. A sample set is a sequence of pieces of 2^16
-points. Each piece depends only on its index and the random seed. The sample set is therefore the
-same for any number of threads, processes and machines.
+A sample set is not stored, because it may contain a billion configurations. A sample set is a
+sequence of pieces of 2^16 points. Each piece of a sample set depends only on the index of the piece
+and the random seed. A sample set is therefore the same for any number of threads, processes and
+machines.
 """
 
 from __future__ import annotations
@@ -27,22 +28,22 @@ IntArray = NDArray[np.uint64]
 Sampling = Literal["sobol", "uniform", "grid"]
 
 PIECE = 1 << 16
-"""Number of sample points that a thread processes as one piece of work. A Sobol net of this size
-fits in the cache."""
+"""Number of sample points that a thread processes as one piece of work. A Sobol net with this
+number of points fits in the CPU cache."""
 BLOCK = 1 << 12
-"""Number of sample points processed at once. The cache can hold the poses and Jacobians of these
-points."""
+"""Number of sample points that are processed at once. The poses and Jacobians of this number of
+points fit in the CPU cache."""
 _BITS = 52
-"""Number of bits of a coordinate in the unit cube."""
+"""Number of bits of each coordinate of a sample point in the unit cube."""
 _NET_KEY = 0
-"""Second number of the two-number random seed of the Sobol sequence.
+"""Second of the two numbers that form the random seed of the scrambled Sobol net.
 
-For the pieces of a sample set, the second number of the seed is 1, 2, and so on."""
+In the random seeds of the pieces of a sample set, the second number is 1, 2, and so on."""
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Sample points of a box.
+    """Sample points in a box of coordinates.
 
     Attributes:
         lower: (n,) smallest coordinates [rad or m].
@@ -50,8 +51,8 @@ class Samples:
         count: Number of points.
         sampling: "sobol", "uniform" or "grid". With "sobol", each piece is a Sobol net with its own
             random digital shift. With "uniform", the points are random and independent. With
-            "grid", the points are the nodes of a grid with equal counts per coordinate. The grid
-            includes both limits.
+            "grid", the points are the nodes of a grid with equal counts per coordinate, including
+            both limits of each coordinate.
         key: Seed of the random numbers. Equal seeds generate equal points.
     """
 
@@ -65,16 +66,13 @@ class Samples:
 
     @property
     def pieces(self) -> int:
-        """Number of pieces.
-
-        The last piece may have fewer points than the other pieces.
-        """
+        """Number of pieces of 2^16 points, of which the last piece may have fewer points."""
         return -(-self.count // PIECE)
 
     def blocks(self, piece: int) -> Iterator[FloatArray]:
-        """Yield the points of a piece in blocks (m, n), with m at most `BLOCK`.
+        """Yield the sample points of a piece in blocks (m, n), with m at most `BLOCK`.
 
-        Each block overwrites the memory of the previous block.
+        Each block of sample points may overwrite the memory of the previous block.
 
         Args:
             piece: Index of the piece, from 0.
@@ -98,7 +96,7 @@ class Samples:
             yield np.column_stack([own[k] for own, k in zip(places, node, strict=True)])
 
     def _cube(self, piece: int, size: int) -> Iterator[FloatArray]:
-        """Yield blocks of points in the unit cube."""
+        """Yield the sample points of a piece in blocks, as points in the unit cube."""
         n = len(self.lower)
         digits = np.random.default_rng([self.key, piece + 1])
         block = np.empty((BLOCK, n))
@@ -117,18 +115,20 @@ class Samples:
 
 
 def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Samples:
-    """Return points within a robot's limits, or within one turn for joints without limits.
+    """Return sample points within a robot's limits.
+
+    A revolute joint without limits is sampled over one turn.
 
     Args:
         robot: The robot.
-        count: Number of points. For a grid of n coordinates, the number of points is rounded down
-            to k^n with an integer k.
+        count: Number of points. For sampling "grid" with n coordinates, the number of points is
+            rounded down to k^n with an integer k.
         sampling: As in `Samples`.
         key: As in `Samples`.
 
     Raises:
-        InputValueError: A prismatic coordinate has no limits, the count is too small, or the
-            sampling method is unknown.
+        InputValueError: A prismatic coordinate has no limits, `count` is too small, or `sampling`
+            is unknown.
     """
     if sampling not in get_args(Sampling):
         expected = ", ".join(get_args(Sampling))
@@ -147,10 +147,12 @@ def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Sample
 
 
 def box_of(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Return the smallest and largest coordinates (n,), or one turn for joints without limits.
+    """Return the lower and upper limits (n,).
+
+    A revolute joint without limits gets a range of one turn.
 
     Raises:
-        InputValueError: A prismatic coordinate has no limits.
+        InputValueError: A prismatic coordinate of the robot has no limits.
     """
     lower, upper = robot.lower.copy(), robot.upper.copy()
     for i, coordinate in enumerate(robot.coordinates):
@@ -174,7 +176,7 @@ def _one_turn(lower: float, upper: float) -> tuple[float, float]:
 
 
 def _side(count: int, n: int) -> int:
-    """Return the largest k with k^n at most `count`."""
+    """Return the largest integer k with k^n at most `count`."""
     side = int(count ** (1 / n))
     return side + 1 if (side + 1) ** n <= count else side
 

@@ -1,10 +1,10 @@
-"""Static loads: actuator forces, and the loads of joints, struts and closures.
+"""Computes actuator forces, and the loads of joints, struts and closures of a robot at rest.
 
     masses = [PointMass("boom", 1600, [2.6, 0, 0.4]), PointMass("bucket", 900, [0.6, 0, 0.3])]
     loads = static_loads(excavator, q, masses)
     loads.actuator_forces, loads.struts["bucket_link"], loads.joints["boom"]
 
-Bodies are rigid, and joints are without friction.
+The bodies of the robot are rigid, and its joints have no friction.
 """
 
 from __future__ import annotations
@@ -27,10 +27,11 @@ from .tolerances import STATICALLY_SINGULAR
 
 FloatArray = NDArray[np.float64]
 _PRESTRESSED = 1e-6
-"""Consider internal forces of norm 1 that are in equilibrium without a load. A strut whose squared
-force is at most this value counts as free of internal force.
+"""Maximum squared force of a strut that counts as free of internal force, for internal forces of
+norm 1. Internal forces are in equilibrium without an external load.
 
-If the squared strut force is larger than 1e-6, equilibrium does not determine the strut force."""
+If the squared internal force of a strut is larger than 1e-6, equilibrium does not determine the
+strut force."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,20 +43,19 @@ class StaticLoads(StudyResult):
         q: (..., n) actuated coordinates [rad or m].
         actuator_forces: (..., n) forces [N] and torques [N m] that hold the robot, positive in the
             direction of the coordinate.
-        joint_names: (m,) names of the joints, without the closures.
+        joint_names: (m,) names of the joints, without the joints that close a kinematic loop.
         joint_wrenches: (..., m, 6) force and moment [N, N m] from each joint on the link that it
-            moves. The moment is about the origin of the joint frame. The vectors are in the axes of
-            the base frame. The component along the joint axis is the force or torque of the
-            actuator.
-        strut_names: Names of the rods and cylinders.
+            moves, in the axes of the base frame. The moment is about the origin of the joint frame.
+            The component along the joint axis is the force or torque of the joint's actuator.
+        strut_names: Names of the struts, which are rods and cylinders.
         strut_forces: (..., s) axial forces [N], positive if the strut pushes its ends apart. The
             force of a cylinder acts between barrel and piston. The force of a rod is the mean of
             the forces at its two ends.
-        closure_names: Names of the closures. A closure is a joint that closes a kinematic loop
-            between two links.
+        closure_names: Names of the closures, which are joints that close a kinematic loop between
+            two links.
         closure_wrenches: (..., c, 6) force and moment [N, N m] that the first link of a closure
             exerts on the second link. The moment is about the origin of the closure frame on the
-            second link. The vectors are in the axes of the base frame.
+            second link. The forces and moments are in the axes of the base frame.
     """
 
     robot: str
@@ -92,7 +92,7 @@ class StaticLoads(StudyResult):
     def closures(self) -> dict[str, FloatArray]:
         """(..., 6) force and moment [N, N m] of each closure, keyed by the name of the closure.
 
-        A closure is a joint that closes a loop.
+        A closure is a joint that closes a kinematic loop between two links.
         """
         by_name = np.moveaxis(self.closure_wrenches, -2, 0)
         return dict(zip(self.closure_names, by_name, strict=True))
@@ -210,7 +210,7 @@ def static_loads(
 
 
 class _Solved:
-    """The solved equilibrium of a batch of configurations."""
+    """The solved equilibrium equations of a batch of configurations."""
 
     def __init__(
         self,
@@ -249,7 +249,7 @@ class _Solved:
         self._solve()
 
     def _solve(self) -> None:
-        """Compute the forces x from the equations of the coordinates without an actuator."""
+        """Compute unknown forces x from the equilibrium of the coordinates without an actuator."""
         e = self.equations
         work = e.work(self.applied)
         G, rest = e.G / e.lengths[:, None], work / e.lengths
@@ -269,7 +269,7 @@ class _Solved:
             )
 
     def refuse_prestress(self) -> None:
-        """Raise an error if struts and closures can have forces without a load."""
+        """Raise an error if struts and closures can have internal forces without a load."""
         free = np.diagonal(self.prestress, axis1=-2, axis2=-1) > _PRESTRESSED
         self.solved &= ~free.any(-1)
         if len(free) and free.any(-1).all():
@@ -280,7 +280,7 @@ class _Solved:
             )
 
     def actuator_forces(self) -> FloatArray:
-        """Return (..., n) forces of the actuators."""
+        """Return the forces and torques (..., n) of the actuators."""
         e = self.equations
         columns = [
             ratio * (self.x[:, e.unknowns.index(at)] if isinstance(at, str) else -self.work[:, at])
@@ -289,7 +289,7 @@ class _Solved:
         return self._filled(np.stack(columns, -1))
 
     def loads(self) -> StaticLoads:
-        """Return the loads of all joints, struts and closures."""
+        """Return the forces and moments in all joints, struts and closures."""
         e = self.equations
         carried = e.carries @ (self.applied + e.wrenches(self.x))
         joints = {b.joint.name: (k, b.joint.at) for k, b in enumerate(e.skeleton.bodies) if b.joint}
@@ -316,7 +316,7 @@ class _Solved:
         )
 
     def _filled(self, found: FloatArray) -> FloatArray:
-        """Expand results of the solved configurations to the whole batch.
+        """Return results for all configurations, given results of the solved configurations.
 
         The results are NaN at configurations with open loops or without a solution for the loads.
         """
@@ -326,7 +326,7 @@ class _Solved:
 
 
 def _check_mass(caller: str, bodies: Skeleton, mass: PointMass) -> None:
-    """Raise an error if a mass has no body, is negative, or is not on the strut axis."""
+    """Raise an error if a mass has an unknown body, is negative, or is not on the strut axis."""
     names = [body.name for body in bodies.bodies]
     if mass.link not in names:
         raise InputValueError(
@@ -346,6 +346,6 @@ def _check_mass(caller: str, bodies: Skeleton, mass: PointMass) -> None:
 
 
 def _moved_to(wrench: FloatArray, at: FloatArray) -> FloatArray:
-    """Move wrenches (m, 6) from the base origin to points (m, 3)."""
+    """Return wrenches (m, 6) about points (m, 3), given wrenches about the base origin."""
     force, moment = wrench[:, :3], wrench[:, 3:]
     return np.concatenate([force, moment - np.cross(at, force)], -1)

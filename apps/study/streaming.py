@@ -1,9 +1,9 @@
 """Process the pieces of a sample set on threads or on a dask cluster.
 
-The combined result must not depend on the order of the pieces. Integer counts, bits, minima and
-maxima can be combined in any order, but sums of floats cannot. So the result is identical, bit for
-bit, for any number of threads and workers. If a worker was killed, another worker can process the
-same piece again.
+The combined result of a study must not depend on the order of the pieces. Integer counts, bits,
+minima and maxima can be combined in any order, but sums of floats cannot. So the result of a study
+is identical, bit for bit, for any number of threads and workers. If a worker is killed, another
+worker can process the same piece of the sample set again.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from chasles.contract import requires
 Threads = int | Literal["all"]
 
 _PIECES_A_TASK = 64
-"""Number of pieces of a sample set that a worker processes in one task. A task takes a few seconds.
-Tasks of this duration need little communication, and little work is lost if a worker is killed."""
+"""Number of pieces of a sample set that a worker processes in one task. A task of this size takes a
+few seconds, so workers communicate little, and little work is lost if a worker is killed."""
 _TASKS_A_WORKER = 2
 """Number of queued tasks per worker. A second task in the queue lets a worker start its next task
 without waiting."""
@@ -33,13 +33,13 @@ _RETRIES = 5
 
 
 class Tally(Protocol):
-    """Statistics of a part of the samples.
+    """Statistics of a part of a sample set.
 
-    The statistics of two parts of the samples can be merged.
+    The statistics of two parts of a sample set can be merged.
     """
 
     def merge(self, other: Self) -> None:
-        """Add the counts of another sample set."""
+        """Merge the statistics of another part of the sample set into this object."""
 
 
 T = TypeVar("T", bound=Tally)
@@ -48,14 +48,14 @@ T = TypeVar("T", bound=Tally)
 class Work(Protocol[T]):
     """Interface of an object that processes the pieces of a sample set.
 
-    Each worker of a cluster copies the object.
+    Each worker of a cluster gets a copy of this object.
     """
 
     def empty(self) -> T:
-        """Return an object with all counts at zero."""
+        """Return statistics in which all counts are zero."""
 
     def add(self, tally: T, piece: int) -> None:
-        """Process one piece of the sample set and add the resulting counts to this object."""
+        """Process one piece of the sample set, and add the resulting counts to `tally`."""
 
 
 def tallied(
@@ -67,21 +67,21 @@ def tallied(
     progress: bool | None = None,
     name: str = "study",
 ) -> T:
-    """Return the sum of the counts over all pieces.
+    """Process all pieces of a sample set, and return their merged statistics.
 
     Args:
-        work: The function to apply to each piece.
-        pieces: Number of pieces.
+        work: Object that processes a piece of the sample set.
+        pieces: Number of pieces of the sample set.
         threads: Number of threads of this process or of each worker, or "all" for one thread per
             core.
         client: A `dask.distributed.Client` whose workers share the work, or None for computation in
             this process.
-        progress: Whether to show a progress bar. With None, the bar is shown if standard error goes
-            to a terminal.
-        name: The name of the progress bar.
+        progress: Whether to show a progress bar. None shows the bar only if standard error is a
+            terminal.
+        name: Name that the progress bar shows.
 
     Raises:
-        InputValueError: threads is not a positive number or "all".
+        InputValueError: `threads` is neither a positive integer nor "all".
     """
     count = thread_count(threads)
     with progress_of(name, pieces, progress) as advance:
@@ -91,10 +91,10 @@ def tallied(
 
 
 def thread_count(threads: Threads) -> int:
-    """Return the number of threads for an argument `threads`.
+    """Return `threads` as a number, where "all" means one thread per core.
 
     Raises:
-        InputValueError: The argument is not a positive number or "all".
+        InputValueError: `threads` is neither a positive integer nor "all".
     """
     if threads == "all":
         return count_cores()
@@ -183,13 +183,13 @@ def progress_of(
     """Show a progress bar with the remaining time.
 
     Args:
-        name: Name of the task.
-        total: Number of work items.
-        shown: Whether to show the bar. With None, the bar is shown if standard error goes to a
+        name: Name of the task that the progress bar shows.
+        total: Number of work items that the progress bar counts.
+        shown: Whether to show the progress bar. None shows the bar only if standard error is a
             terminal. Without the package rich, no bar is shown.
 
     Yields:
-        A function that takes the number of newly completed items.
+        A function that advances the progress bar by a number of newly completed work items.
     """
     is_drawn = sys.stderr.isatty() if shown is None else shown
     if not is_drawn or find_spec("rich") is None:

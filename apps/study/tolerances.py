@@ -1,12 +1,12 @@
-"""Tolerances of studies: name, value, unit and reason."""
+"""Tolerances of the studies, with their units and reasons."""
 
 # --- motion ---
 
 ON_CURVE = 1e-11
 """Maximum residual [m, rad] of a configuration on a curve."""
 IN_PLACE = 1e-12
-"""If distance [m] and angle [rad] between two poses are at most this value, the poses count as
-equal. If a pose is farther than 1 m from the base, the distance between the poses is divided by the
+"""Two poses count as equal if the distance [m] and the angle [rad] between them are at most this
+value. If a pose is farther than 1 m from the base, the distance between the poses is divided by the
 distance from the base."""
 STRAIGHT = 1e-9
 """Three points count as collinear if the sine of the angle between their connecting lines is at
@@ -20,10 +20,11 @@ rounding errors to about 2e-10."""
 # --- planar regions bounded by arcs ---
 
 SAME_ARC = 1e-11
-"""Two circles count as equal up to this distance, and an arc counts as a point up to this length.
-"""
+"""Two circles count as equal if the difference of their centers and radii is at most this value. An
+arc counts as a point if its length is at most this value."""
 TANGENT = 1e-12
-"""Circles count as tangent if a cosine differs from 1 by less than 1e-12. This tolerance is a
+"""Circles count as tangent if the cosine of an angle differs from 1 by less than 1e-12. The angle
+is between the line of centers and the radius to an intersection of the circles. This tolerance is a
 thousand times the rounding error of a cosine."""
 TEST_DISTANCE = 3e-11
 """Distance of the test points on both sides of an arc, relative to the size of the region. The

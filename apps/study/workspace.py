@@ -1,10 +1,10 @@
 """Computes the positions that a tool reaches.
 
-For each cell of a position grid, the number of configurations and their quality are stored.
+For each cell of a position grid, the number and quality of the configurations are stored.
 
-Configurations are sampled between a lower and an upper bound of each coordinate. Forward kinematics
-determines the grid cell that contains the tool origin. The count of this grid cell increases by 1.
-The counts of the cells are stored, but the configurations are not stored. The memory therefore does
+Configurations are sampled between the lower and upper bound of each coordinate. For each
+configuration, forward kinematics determines the grid cell that contains the tool origin, and the
+count of this cell increases by 1. The configurations are not stored, so the required memory does
 not depend on the number of configurations.
 """
 
@@ -28,14 +28,14 @@ from .samples import Samples, Sampling, samples_of
 from .streaming import Threads, tallied
 
 _STARTS = 8
-"""Number of start configurations for each bound."""
+"""Number of start configurations of the optimization for each bound of the tool position."""
 _CALLS = 1000
-"""Maximum number of evaluations of an optimization."""
+"""Maximum number of function evaluations in an optimization."""
 _STEP = 1e-12
 """An optimization stops below this step length, relative to the coordinate ranges."""
 _SLOPE = 1e-14
-"""An optimization stops if the gradient is below this value. The gradient is computed for
-coordinates that are divided by their ranges."""
+"""An optimization stops if the gradient is below this value, for coordinates that are divided by
+their ranges."""
 FloatArray = NDArray[np.float64]
 Quality = Literal["manipulability", "limit_margin", "directions"]
 
@@ -53,18 +53,19 @@ class Workspace(StudyResult):
 
     Attributes:
         robot: The robot's name.
-        grid: The cells, in the base frame.
+        grid: The grid of cells, in the base frame.
         hits: (nx, ny, nz) number of configurations with the tool origin in each cell.
         manipulability: (nx, ny, nz) largest manipulability among the configurations in each cell,
             or 0 without hits. The manipulability is the minimum singular value of the Jacobian
-            (`Manipulability.min_singular_value`). None if `quality` does not contain
-            "manipulability".
+            (`Manipulability.min_singular_value`). `manipulability` is None if the argument
+            `quality` of `workspace` does not contain "manipulability".
         limit_margin: (nx, ny, nz) largest limit margin among the configurations in each cell, or 0
             without hits. The limit margin is the distance to the nearest limit, relative to the
-            coordinate's range (at most 1/2). None if `quality` does not contain "limit_margin".
-        directions: (nx, ny, nz) number of direction sectors that the tool's z axis reaches. The
-            sphere of directions is divided into 64 equal sectors. None if `quality` does not
-            contain "directions".
+            coordinate's range (at most 1/2). `limit_margin` is None if the argument `quality` of
+            `workspace` does not contain "limit_margin".
+        directions: (nx, ny, nz) number of sectors that the tool's z axis reaches, among 64 equal
+            sectors of the sphere of directions. `directions` is None if the argument `quality` of
+            `workspace` does not contain "directions".
         bounds: (2, 3) smallest and largest coordinates of the tool origin [m], found by
             optimization.
         samples: Number of sampled configurations.
@@ -112,18 +113,18 @@ class Workspace(StudyResult):
         return self.path_length or size_of(self.grid, self.hits)
 
     def section(self, axis: Literal["x", "y", "z"], at: float) -> NDArray[np.uint32]:
-        """Return the hits in the layer of cells normal to an axis at a given coordinate.
+        """Return the number of configurations in each cell of a layer normal to an axis.
 
         Args:
-            axis: The axis normal to the section.
-            at: The coordinate [m].
+            axis: The axis normal to the layer of cells.
+            at: Coordinate of the layer along the axis [m].
 
         Returns:
-            (n, m) number of hits in each cell. Rows and columns are the two axes other than `axis`,
-            in the order x, y, z.
+            (n, m) number of configurations with the tool origin in each cell. Rows and columns are
+            the two axes other than `axis`, in the order x, y, z.
 
         Raises:
-            InputValueError: The axis is unknown, or the coordinate is outside the grid.
+            InputValueError: `axis` is unknown, or `at` is outside the grid.
         """
         k = _axis("section", axis)
         layer = int(np.floor((finite("section: at", at) - self.grid.lower[k]) / self.grid.side))
@@ -135,12 +136,12 @@ class Workspace(StudyResult):
         return np.asarray(np.take(self.hits, layer, axis=k))
 
     def projection(self, axis: Literal["x", "y", "z"]) -> NDArray[np.uint64]:
-        """Return the hits (n, m) summed along an axis, which is "x", "y" or "z".
+        """Return the numbers of configurations (n, m), summed along the axis "x", "y" or "z".
 
         Rows and columns are the two other axes, in the order x, y, z.
 
         Raises:
-            InputValueError: The axis is unknown.
+            InputValueError: `axis` is unknown.
         """
         return np.asarray(self.hits.sum(_axis("projection", axis), dtype=np.uint64))
 
@@ -152,7 +153,7 @@ class Workspace(StudyResult):
                 view looks along the direction in which the workspace is thinnest.
 
         Returns:
-            The axes, or an array of axes.
+            The matplotlib axes of a single view, or an array of axes for two views.
         """
         from .pictures import plot_workspace  # noqa: PLC0415
 
@@ -187,8 +188,8 @@ def workspace(
             numbers. The same seed gives identical results for any number of threads and workers.
         threads: Number of threads in this process or in each worker, or "all" for one thread per
             core.
-        client: A `dask.distributed.Client`. The client distributes the configurations to its
-            workers. None computes in this process.
+        client: A `dask.distributed.Client` that distributes the configurations to its workers, or
+            None to compute in this process.
         progress: Whether to show a progress bar, which needs the package rich. None shows the bar
             only if standard error is a terminal.
 
@@ -196,8 +197,8 @@ def workspace(
         A `Workspace`. `hits` (nx, ny, nz) is the number of configurations with the tool origin in
         each cell. `grid` describes the cells in the base frame [m]. `bounds` (2, 3) contains the
         smallest and largest x, y and z of the tool origin [m]. `size` is the volume [m^3], area
-        [m^2] or length [m], with an error estimate. `n_open` is the number of configurations whose
-        loops do not close; `hits` does not count these.
+        [m^2] or length [m] of the workspace, with an error estimate. `n_open` is the number of
+        configurations whose loops do not close, which `hits` does not count.
 
     Raises:
         InputTypeError: `robot` is not a `Robot`, `samples` or `resolution` is not a real number, or
@@ -207,7 +208,7 @@ def workspace(
             sampled configuration. The tool origin does not move. `sampling`, `quality` or `threads`
             has an unsupported value. `samples`, `resolution` or `rng` is too small or has a
             fractional part. The grid would have more than 1e9 cells.
-        NotInstalledError: SciPy is not installed. `pip install 'chasles[study]'` installs it.
+        NotInstalledError: SciPy is not installed. `pip install 'chasles[study]'` installs SciPy.
     """
     check_type("workspace: robot", robot, Robot)
     unknown = set(quality) - set(get_args(Quality))
@@ -228,9 +229,9 @@ def workspace(
 
 
 class _Counts:
-    """Hits, best quality values and reached direction sectors of each cell.
+    """Numbers of configurations, best quality values and reached direction sectors of all cells.
 
-    The last entry counts configurations with open loops.
+    The last entry of each array belongs to the configurations with open loops.
     """
 
     def __init__(self, cells: int, quality: frozenset[Quality]) -> None:
@@ -280,7 +281,7 @@ def _limit_margin(q: FloatArray, points: Samples) -> FloatArray:
 
 
 def _sector(z: FloatArray) -> NDArray[np.uint64]:
-    """Return the sector index of each direction on a grid of 8 belts and 8 meridians.
+    """Return the sector index of each direction, among 8 latitude zones of 8 sectors each.
 
     Args:
         z: (m, 3) unit vectors of the tool's z axis.
@@ -313,9 +314,9 @@ def _workspace(work: _Visits, tally: _Counts, bounds: FloatArray) -> Workspace:
 
 
 def _path_length(robot: Robot, points: Samples) -> SizeEstimate:
-    """Return the length of the tool path.
+    """Return the length of the tool path of a robot with one coordinate.
 
-    Parts of the path where a loop does not close are omitted.
+    The length omits the parts of the path where a loop does not close.
     """
     q = np.linspace(points.lower, points.upper, _PATH_POINTS)
     p = robot.fk(q)[:, :3, 3]
@@ -334,18 +335,18 @@ def _axis(method: str, name: str) -> int:
 def bounds_of(robot: Robot, points: Samples) -> FloatArray:
     """Return the smallest and largest coordinates of the tool origin.
 
-    Each bound is a local optimum. The optimization uses the exact Jacobian. The optimization starts
-    from the eight best of the first 2^16 samples.
+    Each bound is a local optimum. The optimization uses the exact Jacobian, and starts from the
+    eight best of the first 2^16 samples.
 
     Args:
         robot: The robot.
-        points: Samples of the configurations of the robot.
+        points: Sampled configurations of the robot.
 
     Returns:
-        (2, 3) smallest and largest x, y, z [m].
+        (2, 3) smallest and largest x, y and z of the tool origin [m].
 
     Raises:
-        InputValueError: The loops do not close at any sample.
+        InputValueError: The loops of the robot do not close at any of the first 2^16 samples.
     """
     q = np.concatenate([block.copy() for block in points.blocks(0)])
     p = robot.fk(q)[:, :3, 3]
@@ -367,9 +368,9 @@ def bounds_of(robot: Robot, points: Samples) -> FloatArray:
 
 
 def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: int) -> float:
-    """Minimize a tool coordinate from a start configuration.
+    """Minimize a coordinate of the tool origin, starting from a given configuration.
 
-    If sign is -1, the coordinate is maximized, and the negative maximum is returned.
+    If `sign` is -1, the function maximizes the coordinate and returns the negative maximum.
     """
     with requires("chasles[study]"):
         from scipy.optimize import minimize  # noqa: PLC0415
@@ -377,16 +378,16 @@ def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: in
     def value(q: FloatArray) -> tuple[float, FloatArray]:
         T, J = robot.fk_jacobian_mixed(q[None])
         p, gradient = T[0, axis, 3], J[0, axis]
-        # Configurations with open loops get a large finite value, because the line search
-        # interpolates between values and cannot use inf.
+        # Configurations with open loops get a large finite objective value, because the line search
+        # interpolates between objective values and cannot use inf.
         return (sign * p, sign * gradient) if np.isfinite(p) else (wall, np.zeros_like(q))
 
     T = robot.fk(start[None])
     wall = sign * float(T[0, axis, 3]) + float(np.abs(T[0, :3, 3]).max())
     bounds = list(zip(points.lower, points.upper, strict=True))
     options = {"maxfun": _CALLS, "ftol": 0.0, "xtol": _STEP, "gtol": _SLOPE}
-    # The method TNC needs no BLAS. BLAS calls on tiny matrices are slow, because the BLAS threads
-    # must synchronize.
+    # The optimization method TNC needs no BLAS. BLAS calls on tiny matrices are slow, because the
+    # BLAS threads must synchronize.
     with np.errstate(invalid="ignore"):
         found = minimize(value, start, jac=True, method="TNC", bounds=bounds, options=options)
     return float(found.fun)

@@ -1,14 +1,14 @@
 """Conic sections through five points: arcs of ellipses, parabolas and hyperbolas.
 
-A point of the plane has the homogeneous coordinates h = (x, y, 1). The conic with the symmetric
-matrix C is h^T C h = 0. The pole W of the chord from P to Q is the intersection of the tangents at
-P and Q. The arc is
+A point of the plane has the homogeneous coordinates h = (x, y, 1). A conic consists of the points h
+with h^T C h = 0, where C is a symmetric matrix. The pole W of the chord from P to Q is the
+intersection of the conic's tangents at P and Q. The arc is
 
     X(t) = (1 - t)^2 P + 2 t (1 - t) W + t^2 Q,    0 <= t <= 1
 
 The homogeneous coordinates of the pole W are scaled so that W^T C W = -P^T C Q / 2. The sign of W
-selects one of the two arcs. For half an ellipse, the pole W is at infinity. Gauss quadrature on
-pieces gives the arc length.
+selects one of the two arcs. For half an ellipse, the pole W is at infinity. The arc length is the
+sum of Gauss quadratures on pieces of the arc.
 
 Source:
     G. Farin, Curves and Surfaces for CAGD, chapter 12: conics as rational curves.
@@ -35,9 +35,10 @@ FloatArray = NDArray[np.float64]
 _POINTS = 5
 """Number of points that determine a conic."""
 _PIECES, _ORDER = 128, 16
-"""Number of pieces of an arc, and number of quadrature points on each piece."""
+"""Number of pieces of an arc for the computation of its length, and number of quadrature points on
+each piece."""
 _NEWTON = 4
-"""Number of Newton steps that find the parameter t at an arc length."""
+"""Number of Newton steps that compute the curve parameter t from an arc length."""
 _NO_ARC = "conic: the points do not follow each other on an arc of the conic through them"
 
 
@@ -49,7 +50,7 @@ class ConicArc:
         controls: (3, 4) homogeneous control points P, W and Q: (weight * position [m], weight).
         weight: Weight of the control point W: below 1 for an ellipse, 1 for a parabola, above 1 for
             a hyperbola.
-        rotations: The orientation as a function of s.
+        rotations: Tool orientation as a function of the arc length s.
         table: (k + 1,) arc lengths [m] at k + 1 equally spaced values of the curve parameter t.
         length: Arc length of the whole arc [m].
     """
@@ -71,7 +72,7 @@ class ConicArc:
         return curve_poses(self.rotations, s, p, ahead, bend)
 
     def _parameter(self, s: FloatArray) -> FloatArray:
-        """Return the parameter t at arc lengths (m,)."""
+        """Return the curve parameters t (m,) at arc lengths s (m,)."""
         pieces = len(self.table) - 1
         t = np.interp(s, self.table, np.linspace(0, 1, pieces + 1))
         for _ in range(_NEWTON):
@@ -136,9 +137,9 @@ def _require_corners(points: FloatArray) -> None:
 
 
 def _arc(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the control points (3, 3) of an arc through points (5, 3), and the point parameters.
+    """Return (control points of the conic arc through five points, parameters t of the points).
 
-    All points are homogeneous.
+    The five points (5, 3) and the control points (3, 3) have homogeneous coordinates.
     """
     x, y, _ = points.T
     terms = np.column_stack([x * x, x * y, y * y, x, y, np.ones(_POINTS)])
@@ -164,7 +165,7 @@ def _arc(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _point(controls: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return positions (m, 3), first derivatives and second derivatives at parameters (m,)."""
+    """Return positions (m, 3) on the arc at t (m,), and their first and second derivatives by t."""
     u = t[:, None]
     first, middle, last = controls
     x = (1 - u) ** 2 * first + 2 * u * (1 - u) * middle + u**2 * last
@@ -177,7 +178,7 @@ def _point(controls: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray,
 
 
 def _arc_length(controls: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return arc lengths (m,) between parameters on the same piece [m]."""
+    """Return arc lengths (m,) [m] from parameters `start` to `end` (m,) on the same piece."""
     nodes, weights = leggauss(_ORDER)
     half, middle = (end - start) / 2, (start + end) / 2
     t = middle[:, None] + half[:, None] * nodes

@@ -1,8 +1,9 @@
-"""Curves of a tool or of the coordinates, without time.
+"""Curves of tool poses or of coordinates, without time.
 
 A curve is a function of the length s from its start. For tool curves, s is the path length of the
 tool origin [m], or the angle [rad] of a pure rotation. For curves of the coordinates, s increases
-from 0 to 1. All derivatives with respect to s, rates and accelerations are exact.
+from 0 to 1. All derivatives of a curve with respect to s are exact, and so are rates and
+accelerations.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ Space = Literal["coordinates", "chain"]
 
 
 class CurvePoses(NamedTuple):
-    """Poses of a tool on a curve.
+    """Tool poses at points of a curve, with twists and their derivatives along the curve.
 
     Attributes:
-        T: (m, 4, 4) poses `T_0_ee`.
-        V: (m, 6) mixed twists per unit of s, in base axes.
-        A: (m, 6) derivatives of V with respect to s.
+        T: (m, 4, 4) tool poses `T_0_ee` in the base frame.
+        V: (m, 6) mixed twists of the tool per unit of the curve length s, in base axes.
+        A: (m, 6) derivatives of the twists V with respect to s.
     """
 
     T: FloatArray
@@ -55,14 +56,14 @@ class PoseCurve(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class JointLine:
-    """A straight line in the joint space, from `joint_line`. It is linear in the path parameter s.
+    """A straight line in the joint space, from `joint_line`, linear in the path parameter s.
 
     Attributes:
-        q_start: (n,) values at s = 0 [rad or m].
-        q_end: (n,) values at s = `length` [rad or m].
+        q_start: (n,) coordinates or joint positions at s = 0 [rad or m].
+        q_end: (n,) coordinates or joint positions at s = `length` [rad or m].
         space: "coordinates" for values of the actuated coordinates, "chain" for joint positions of
             the main chain.
-        length: The largest value of s, by default 1.
+        length: The value of the path parameter s at the end of the line, by default 1.
     """
 
     q_start: FloatArray
@@ -73,7 +74,7 @@ class JointLine:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return values (m, n), first and second derivatives with respect to s at s (m,)."""
+        """Return values (m, n) on the line at s (m,), and first and second derivatives by s."""
         return straight_line(self.q_start, self.q_end, self.length, s)
 
 
@@ -84,8 +85,8 @@ def joint_line(q_start: ArrayLike, q_end: ArrayLike, *, space: Space = "coordina
         q_start: (n,) values at the start [rad or m], in the coordinates that `space` selects.
         q_end: (n,) values at the end [rad or m].
         space: "coordinates" for a line in the actuated coordinates. "chain" for a line in the joint
-            positions of the main chain from the base to the tool. Both are equal for robots without
-            loops.
+            positions of the main chain from the base to the tool. The two lines are equal for
+            robots without loops.
 
     Raises:
         ShapeError: `q_start` and `q_end` are not vectors of equal length.
@@ -99,7 +100,7 @@ def joint_line(q_start: ArrayLike, q_end: ArrayLike, *, space: Space = "coordina
 
 @dataclass(frozen=True, eq=False)
 class _Turning:
-    """An orientation along a curve: a rotation about one axis, proportional to s."""
+    """Orientation along a curve, with a rotation angle about one axis that is proportional to s."""
 
     R_0: FloatArray
     turn: FloatArray
@@ -221,7 +222,7 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
 def straight_line(
     start: FloatArray, end: FloatArray, length: float, s: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return values (m, n), first derivatives and second derivatives on a straight line."""
+    """Return values (m, n) at s (m,) on a straight line, and first and second derivatives by s."""
     by_s = (end - start) / (length or 1.0)
     values = start + s[:, None] * by_s
     return values, np.broadcast_to(by_s, values.shape), np.zeros(values.shape)
@@ -258,7 +259,10 @@ def require_long(name: str, length: float) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Spline:
-    """A smooth curve of tool poses. The path parameter s is the length along straight chords."""
+    """A smooth curve of tool poses.
+
+    Its parameter s is the length along chords between waypoints.
+    """
 
     positions: Any
     rotations: Any
@@ -338,8 +342,8 @@ def blend(poses: ArrayLike, radius: float) -> Spline:
         poses: (m, 4, 4) three or more tool poses in the base frame, or (m, 3) positions of the tool
             origin [m]. With positions, the tool keeps the orientation of the base frame.
             Consecutive positions must differ.
-        radius: Distance from each corner to the start and the end of its parabola [m], above 0. At
-            most half the shortest distance between consecutive positions.
+        radius: Distance from each corner to the start and the end of its parabola [m], above 0. The
+            radius is at most half the shortest distance between consecutive positions.
 
     Raises:
         ShapeError: `poses` is neither (m, 4, 4) nor (m, 3), or m is less than 3.
@@ -370,7 +374,7 @@ def blend(poses: ArrayLike, radius: float) -> Spline:
 
 
 def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return (poses (m, 4, 4) of a curve, chord lengths from the start (m,)).
+    """Return (poses (m, 4, 4), lengths (m,) from the start along the chords between the poses).
 
     Args:
         name: Name of the calling function, for error messages.

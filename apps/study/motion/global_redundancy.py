@@ -1,12 +1,12 @@
-"""Global redundancy resolution: the redundancy parameters of a motion over the whole curve.
+"""Global redundancy resolution, which optimizes the redundancy parameters over the whole curve.
 
-The method is dynamic programming over the self-motion. At knots on the curve, the inverse
-kinematics is computed for a grid of redundancy parameters. Every sequence of configurations within
-the joint limits has a cost, the integral of squared joint rates. The search finds the sequence with
-the smallest cost. The search continues with finer grids around the best sequence. A cubic spline
-interpolates the redundancy parameters between the knots. If the configurations at the knots are at
-a joint limit, a spline may exceed the limit. The last attempt therefore uses a monotone
-interpolation.
+The method is dynamic programming over the self-motion of the robot. At knots on the curve, the
+inverse kinematics is computed for a grid of redundancy parameters. Every sequence of configurations
+within the joint limits has a cost, the integral of squared joint rates. The search finds the
+sequence of configurations with the smallest cost, and continues with finer grids around this
+sequence. A cubic spline interpolates the redundancy parameters between the knots. If the
+configurations at the knots are at a joint limit, a cubic spline may exceed the limit between the
+knots. The last search attempt therefore uses a monotone interpolation.
 """
 
 from __future__ import annotations
@@ -38,20 +38,21 @@ _TRIES = (
     (129, 1.0, 0.0001, PchipInterpolator),
 )
 """Settings of each search attempt: number of knots, relative grid resolution, margin and
-interpolation. The margin is a distance from the joint limits, relative to the joint range.
+interpolation. The margin is the minimum distance of the knot configurations from the joint limits,
+relative to the joint range.
 
-If an attempt finds no sequence, or if the joints leave the limits between the knots, the search
-continues with the next attempt. A monotone interpolation stays between the knot values, but the
-second derivatives jump at the knots.
+If an attempt finds no sequence of configurations, or if the joints leave their limits between the
+knots, the search continues with the next attempt. A monotone interpolation stays between the knot
+values, but its second derivatives jump at the knots.
 """
 _CELLS = {1: 96, 2: 18, 3: 8}
-"""Number of grid values per parameter, for each number of parameters."""
+"""Number of grid values per redundancy parameter, keyed by the number of redundancy parameters."""
 _MAX_GRID = 6000
-"""Maximum number of parameter combinations per knot."""
+"""Maximum number of combinations of redundancy parameter values per knot."""
 _FINEST = 1e-3
-"""Step of the finest grid, relative to the parameter range."""
+"""Step of the finest grid, relative to the range of the redundancy parameter."""
 _GAIN = 1e-3
-"""If an improvement decreases the cost by less than this fraction, the grid step is halved."""
+"""If a repeated search decreases the cost by less than this fraction, the grid step is halved."""
 _STEP = 1.0
 """Maximum distance of the configurations at successive knots [rad or `unit_length`]."""
 _RANDOM = 1024
@@ -63,11 +64,11 @@ class ParameterCurve:
     """Redundancy parameters as functions of the position on a curve.
 
     Attributes:
-        names: The parameters.
-        spline: Function from positions (m,) to parameters (m, p). The first derivatives are
-            continuous. If a parameter is at a limit for a part of the motion, the second
-            derivatives are discontinuous.
-        q_start: (n,) coordinates at the start [rad or m].
+        names: Names of the redundancy parameters.
+        spline: Function from positions (m,) on the curve to redundancy parameters (m, p). The first
+            derivatives of this function are continuous. If a parameter is at a limit for a part of
+            the motion, the second derivatives of the function are discontinuous.
+        q_start: (n,) coordinates of the robot at the start of the curve [rad or m].
     """
 
     names: tuple[str, ...]
@@ -75,7 +76,7 @@ class ParameterCurve:
     q_start: FloatArray
 
     def at(self, s: FloatArray) -> dict[str, FloatArray]:
-        """Return the values (m,) of each parameter at positions (m,)."""
+        """Return the values (m,) of each redundancy parameter at positions s (m,) on the curve."""
         return dict(zip(self.names, self.spline(s).T.copy(), strict=True))
 
 
@@ -87,9 +88,9 @@ def resolve_redundancy(
     The joint motion is the integral of the squared joint rates over the path, plus the squared
     joint displacement from `q_seed` to the start. Displacements of prismatic joints are divided by
     `robot.unit_length`. Dynamic programming finds the best sequence on a grid of the redundancy
-    parameters, and finer grids refine it. The result is a local minimum near the best sequence on
-    the grid. The computation takes a fraction of a second for one parameter, and up to some seconds
-    for two.
+    parameters, and finer grids refine this sequence. The result is a local minimum near the best
+    sequence on the grid. The computation takes a fraction of a second for one redundancy parameter,
+    and up to some seconds for two.
 
     Args:
         robot: A robot with redundancy parameters (`robot.redundancy`).
@@ -123,10 +124,10 @@ def parameter_curve(
 
     Args:
         robot: A robot with redundancy parameters.
-        s: (m,) positions on the curve in ascending order, the first 0.
-        T: (m, 4, 4) closely spaced poses at the positions s.
+        s: (m,) positions on the curve in ascending order, starting at 0.
+        T: (m, 4, 4) closely spaced tool poses at the positions s.
         q_seed: (n,) coordinates before the motion.
-        bounds: (n, 2) lower and upper limits.
+        bounds: (n, 2) lower and upper limits of the coordinates [rad or m].
     """
     if not robot.redundancy:
         raise InputValueError(f"{robot.name}: the robot has no redundancy parameters")
@@ -153,7 +154,7 @@ def parameter_curve(
 
 
 class _Blocked(Exception):
-    """Error if no configuration at a knot is within the maximum distance of the previous knot."""
+    """Error if no configuration within the limits at a knot is near one at the previous knot."""
 
     def __init__(self, knot: int) -> None:
         super().__init__(knot)
@@ -162,7 +163,7 @@ class _Blocked(Exception):
 
 @dataclass(frozen=True)
 class _States:
-    """Configurations (k, n) that reach a pose, and their parameters (k, p)."""
+    """Configurations (k, n) that reach a pose, and their redundancy parameters (k, p)."""
 
     q: FloatArray
     parameters: FloatArray
@@ -174,7 +175,7 @@ class _Search:
 
     Attributes:
         robot: The robot.
-        T: (K, 4, 4) the poses at the knots.
+        T: (K, 4, 4) tool poses at the knots.
         q_seed: (n,) coordinates before the motion.
         bounds: (n, 2) limits of the coordinates.
     """
@@ -186,16 +187,16 @@ class _Search:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the parameters."""
+        """Names of the redundancy parameters."""
         return tuple(item.name for item in self.robot.redundancy)
 
     @property
     def listed(self) -> str:
-        """The names of the parameters for an error message."""
+        """Names of the redundancy parameters as one text, for an error message."""
         return " and ".join(self.names)
 
     def best(self, resolution: float) -> tuple[FloatArray, FloatArray]:
-        """Return (parameters (K, p) of the best sequence, first configuration (n,))."""
+        """Return (redundancy parameters (K, p), first configuration (n,)) of the best sequence."""
         start, low, high = self._ranges()
         ends = zip(start, low, high, strict=True)
         most = int(_MAX_GRID ** (1 / len(low)))
@@ -213,7 +214,7 @@ class _Search:
         return chosen.parameters, chosen.q[0]
 
     def _ranges(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return (parameters (p,) at the seed, lower bounds (p,), upper bounds (p,))."""
+        """Return (redundancy parameters at `q_seed`, lower bounds, upper bounds), each (p,)."""
         robot, ends = self.robot, []
         limits = dict(zip(robot.coordinate_names, self.bounds.tolist(), strict=True))
         for item in robot.redundancy:
@@ -228,7 +229,7 @@ class _Search:
     def _reached(self, name: str) -> tuple[float, float]:
         """Return the smallest and the largest value of a joint at random coordinates.
 
-        The range is infinite if `name` is not a joint, but another angle.
+        For an angle that is not a joint position, the function returns -inf and inf.
         """
         if name not in self.robot.joint_names:
             return -np.inf, np.inf
@@ -237,7 +238,7 @@ class _Search:
         return float(np.nanmin(values)), float(np.nanmax(values))
 
     def _sequence(self, parameters: FloatArray) -> tuple[_States, float]:
-        """Return (cheapest sequence, cost) for parameters (K, c, p): c candidates at K knots."""
+        """Return (cheapest sequence, cost) for c candidate parameters (K, c, p) at each knot."""
         states = self._states(parameters)
         features = [self._features(state.q) for state in states]
         weight = max(len(states) - 1, 1)
@@ -256,7 +257,7 @@ class _Search:
         return _States(q, np.array([state.parameters[k] for state, k in chosen])), cost.min()
 
     def _states(self, parameters: FloatArray) -> list[_States]:
-        """Return all inverse solutions within the limits, for each knot of the path."""
+        """Return all inverse kinematics solutions within the limits, for each knot of the path."""
         count = parameters.shape[1]
         values = parameters.reshape(-1, parameters.shape[2])
         fixed = dict(zip(self.names, values.T.copy(), strict=True))
@@ -277,7 +278,7 @@ class _Search:
         The squared distance between the vectors of two configurations is the cost of the motion
         between the configurations.
 
-        A revolute coordinate without limits becomes a point on the unit circle.
+        In these vectors, the cosine and sine represent a revolute coordinate without limits.
         """
         units = np.array([
             self.robot.unit_length if coordinate.unit == "m" else 1.0
@@ -291,7 +292,7 @@ class _Search:
 def _predecessors(
     cost: FloatArray, before: FloatArray, after: FloatArray, weight: int
 ) -> tuple[IntArray, FloatArray]:
-    """Return (predecessor (l,), cost (l,)) of the cheapest step to each vector (l, f)."""
+    """Return the cheapest predecessor (l,) of each vector in `after` (l, f), and the cost (l,)."""
     reached = np.flatnonzero(np.isfinite(cost))
     height = np.sqrt((cost[reached] - cost[reached].min()) / weight)
     tree = cKDTree(np.column_stack([before[reached], height]))
@@ -328,14 +329,14 @@ def _inwards(bounds: FloatArray) -> FloatArray:
 
     The shift of a lower limit is positive. The shift of an upper limit is negative.
 
-    The shifts are 0 for infinite limits.
+    A coordinate with an infinite limit has shifts of 0.
     """
     size = np.diff(bounds, axis=1)
     return np.asarray(np.where(np.isfinite(size), size, 0.0) * [1.0, -1.0])
 
 
 def _first_outside(path: JointPath, bounds: FloatArray) -> int:
-    """Return the index of the first configuration outside the limits, or the end of the path."""
+    """Return the index of the first configuration outside the limits, or `len(path.q)`."""
     outside = ((path.q < bounds[:, 0]) | (path.q > bounds[:, 1])).any(1)
     return int(np.argmax(outside)) if outside.any() else len(path.q)
 
@@ -343,7 +344,7 @@ def _first_outside(path: JointPath, bounds: FloatArray) -> int:
 def _through(
     interpolation: Callable[..., Any], s: FloatArray, parameters: FloatArray
 ) -> Callable[..., FloatArray]:
-    """Return a curve that interpolates parameters at the knots s."""
+    """Return a function of s that interpolates the redundancy parameters at the knots."""
     if len(s) == 1:
         return lambda at, order=0: np.tile(parameters * float(order == 0), (len(at), 1))
     spline: Callable[..., FloatArray] = interpolation(s, parameters)

@@ -24,8 +24,8 @@ class LimitViolation:
     """A limit that a trajectory exceeds, with the largest excess.
 
     Attributes:
-        coordinate: The name of the coordinate.
-        limit: "lower", "upper", "rate" or "acceleration".
+        coordinate: Name of the coordinate whose limit is exceeded.
+        limit: The exceeded limit: "lower", "upper", "rate" or "acceleration".
         amount: Largest excess over the limit, in the unit of the limit (rad or m, per second for
             rates, per second squared for accelerations).
         t: Time of the largest excess [s].
@@ -93,10 +93,10 @@ def limit_violations(
 
 
 def per_coordinate(name: str, limits: ArrayLike, n: int) -> FloatArray:
-    """Return limits (n,) from one number or n numbers.
+    """Return the limits (n,) of all coordinates from one number or n numbers.
 
     Raises:
-        ShapeError: The limits have the wrong shape.
+        ShapeError: `limits` is neither a number nor (n,).
         InputValueError: A rate or acceleration limit is not above 0.
     """
     values = real(name, limits)

@@ -1,9 +1,10 @@
 """Motions of a robot along a curve with a time scaling.
 
 For a curve of the tool, inverse kinematics gives the coordinates at each sample. The coordinates
-stay on the branch nearest to `q_seed`. The tool is on the curve up to rounding errors, also for
-coarse samples. Joint rates and accelerations follow from the Jacobian and its derivative, not from
-finite differences. Limits are not enforced, but `limit_violations` reports violations.
+stay on the inverse kinematics branch nearest to `q_seed`. The tool is on the curve up to rounding
+errors, also for coarse samples. Joint rates and accelerations follow from the Jacobian and its
+derivative, not from finite differences. Limits are not enforced, but `limit_violations` reports
+violations.
 """
 
 from __future__ import annotations
@@ -35,13 +36,12 @@ FloatArray = NDArray[np.float64]
 Redundancy = Literal["fixed", "minimum_norm", "global"]
 
 _HALVINGS = 4
-"""Number of times that the sample spacing is halved, before a joint jump is reported."""
+"""Number of times that the sample spacing is halved before a joint jump is reported as an error."""
 _SAMPLES = 521
-"""Number of sample poses if the redundancy is resolved over the whole curve. The joint limits are
-satisfied at the sample poses."""
+"""Number of sample poses for the redundancy resolution over the whole curve. The redundancy
+resolution satisfies the joint limits at the sample poses."""
 _ROUNDING = 1e-9
-"""Tolerance of the length of a time scaling, relative to the curve length. A time scaling that
-exceeds the curve length by less than this tolerance is accepted."""
+"""Maximum excess of a time scaling's length over the curve length, relative to the curve length."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,16 +54,16 @@ class Motion:
             `task_curve`), or of joint positions (from `joint_line`).
         time_scaling: The length travelled along the curve as a function of time, from
             `time_scaling`.
-        q_seed: (n,) actuated coordinates near the start [rad or m]. They select the inverse
-            kinematics branch for curves of poses or task coordinates.
+        q_seed: (n,) actuated coordinates near the start [rad or m]. The coordinates `q_seed` select
+            the inverse kinematics branch for curves of poses or task coordinates.
         fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping from
-            joints to values [rad or m]. Only for curves of tool poses. If a fixed joint is not in
-            `robot.redundancy`, the inverse kinematics is solved by iteration.
+            joints to values [rad or m]. Fixed joints require a curve of tool poses. If a fixed
+            joint is not in `robot.redundancy`, the inverse kinematics is solved by iteration.
         redundancy: How a redundant robot follows the curve. With "fixed", redundancy parameters
             keep their values at `q_seed`. With "minimum_norm", minimum-norm steps of the main-chain
-            joints lead from `q_seed` from pose to pose. With "global", the motion stays within the
+            joints lead from `q_seed` to each pose. With "global", the motion stays within the
             limits and minimizes the integral of the squared joint rates, as in
-            `resolve_redundancy`; its start may differ from `q_seed`.
+            `resolve_redundancy`. The start of a "global" motion may differ from `q_seed`.
 
     Raises:
         InputValueError: `curve` does not support `redundancy` or `fixed`, `time_scaling` is longer
@@ -80,7 +80,7 @@ class Motion:
     redundancy: Redundancy = "fixed"
 
     def __repr__(self) -> str:
-        """Short summary with the main values."""
+        """Return a short summary with the curve and the duration of the motion."""
         curve = f"{type(self.curve).__name__} of length {self.curve.length:.6g}"
         facts = (curve, f"{self.duration:.6g} s")
         return summary_repr(self, self.robot.name, *facts, methods="sample(frequency), at(t)")
@@ -148,10 +148,11 @@ class Motion:
         """Return coordinates on the curve and their derivatives with respect to the curve length.
 
         Args:
-            s: (m,) lengths in ascending order.
+            s: (m,) lengths along the curve in ascending order.
 
         Returns:
-            (m, n) coordinates, first derivatives and second derivatives with respect to s.
+            (m, n) coordinates, and their first and second derivatives with respect to the curve
+            length s.
 
         Raises:
             OutOfReachError: As for `sample`.
@@ -195,7 +196,7 @@ class Motion:
         return [item if isinstance(item, str) else names[item] for item in items]
 
     def _q_fixed(self) -> FloatArray:
-        """Return q_seed (n,), with the fixed coordinates and joints at their fixed values."""
+        """Return `q_seed` (n,) after setting fixed coordinates and joints to their fixed values."""
         q, joints = np.array(self.q_seed, dtype=np.float64), self.robot.joint_names
         values = read_fixed("Motion", self.fixed).values()
         for name, value in zip(self._fixed_names(), values, strict=True):
@@ -210,9 +211,10 @@ class Motion:
         return q
 
     def _followed(self, s: FloatArray, task: Any) -> FloatArray:
-        """Return coordinates on the branch of q_seed.
+        """Return coordinates at curve lengths s (m,), on the inverse kinematics branch of `q_seed`.
 
-        If a joint moves far between samples, the path also visits intermediate poses.
+        If a joint jumps between samples, the inverse kinematics is also computed at intermediate
+        poses.
         """
         for halvings in range(_HALVINGS + 1):
             parts = 2**halvings

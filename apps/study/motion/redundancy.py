@@ -1,14 +1,15 @@
-"""Redundancy "minimum_norm" for robots with more joints than the curve needs.
+"""Motions with redundancy "minimum_norm", for robots with more joints than the tool curve needs.
 
-Newton's method solves each pose of the curve independently, from the same start configuration of
-the main chain joints theta:
+Newton's method solves the inverse kinematics of each pose independently, from the same start
+configuration of the main-chain joints theta:
 
     theta <- theta + J^+(theta) e(theta),   e = (p - p(theta); log(R R(theta)^T))
 
-The pseudo-inverse J^+ gives the step of the joints with the smallest norm. The norm includes the
-main chain joints, but not the cylinder lengths. The configuration at a pose depends only on the
-start configuration and the pose. A closed curve therefore returns to the same configuration. The
-resulting configuration is not always the one nearest to the start configuration.
+The error e compares the target position p and rotation R with the tool position and rotation at
+theta. The pseudo-inverse J^+ of the Jacobian gives the joint step with the smallest norm. The norm
+of a step includes the main-chain joints, but not the cylinder lengths. The configuration at a pose
+depends only on the start configuration and the pose, so a closed curve returns to the same
+configuration. The resulting configuration is not always the one nearest to the start configuration.
 
 Source:
     D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969, for
@@ -34,10 +35,10 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _STEPS = 30
-"""Maximum number of Newton steps."""
+"""Maximum number of Newton steps of the inverse kinematics."""
 _OFFSETS = np.array([[0, 1, 2, 3, 4], [-2, -1, 0, 1, 2], [-4, -3, -2, -1, 0]], dtype=np.float64)
-"""Offsets of the nodes of finite differences. The three rows apply at the start, inside and at the
-end of a curve."""
+"""Offsets of the five finite-difference nodes from the evaluated point, in units of the node
+spacing. The three rows of offsets apply at the start, inside and at the end of a curve."""
 
 
 class OnCurve(NamedTuple):
@@ -57,24 +58,25 @@ class OnCurve(NamedTuple):
 def minimum_norm(
     robot: Robot, curve: PoseCurve, s: FloatArray, start: FloatArray, fixed: Fixed | None = None
 ) -> OnCurve:
-    """Return the coordinates for which the tool follows a curve.
+    """Return the coordinates, and their derivatives, with which the tool follows a curve.
 
     Minimum-norm steps from `start` solve the inverse kinematics of each pose.
 
-    The derivatives with respect to s match the twist of the curve up to rounding errors. The
-    null-space components of the derivatives are computed by finite differences of fourth order.
-    Near singularities, the finite differences are inaccurate.
+    The derivatives of the coordinates with respect to the curve length s match the twist of the
+    curve up to rounding errors. The null-space components of the derivatives are computed by finite
+    differences of fourth order. Near singularities, the finite differences are inaccurate.
 
     Args:
         robot: A robot whose main chain has as many joints as the robot has coordinates.
-        curve: The curve of the tool.
+        curve: The curve of tool poses.
         s: (m,) lengths on the curve.
-        start: (n,) start configuration of each iteration [rad or m].
+        start: (n,) start configuration of the Newton iteration for every pose [rad or m].
         fixed: Coordinates, or joints of the main chain, that do not move.
 
     Raises:
-        InputValueError: The joints of the chain do not move independently.
-        OutOfReachError: The iteration does not reach a pose, or joints jump along the curve.
+        InputValueError: The joints of the main chain do not move independently.
+        OutOfReachError: The Newton iteration does not reach a tool pose, or a joint jumps along the
+            curve.
     """
     moving = _moving(robot, fixed)
     theta_0 = robot.chain(start) if robot.loops else np.asarray(start, dtype=np.float64)
@@ -93,14 +95,14 @@ def minimum_norm(
 def parametrized(
     robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray, moves: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the derivatives of q on a curve, for given motions of the redundancy parameters.
+    """Return derivatives of q on a tool curve, for given derivatives of the redundancy parameters.
 
     Args:
         robot: A robot whose redundancy parameters are joints of the main chain.
         q: (m, n) coordinates on the curve [rad or m].
-        V: (m, 6) mixed twists per unit of s.
-        A: (m, 6) derivatives of V with respect to s.
-        moves: (m, p) first and second derivatives of the parameters with respect to s.
+        V: (m, 6) mixed twists of the tool per unit of the curve length s.
+        A: (m, 6) derivatives of the twists V with respect to s.
+        moves: (m, p) first and second derivatives of the redundancy parameters with respect to s.
 
     Returns:
         (m, n) first and second derivatives of q with respect to s.
@@ -131,9 +133,9 @@ def _moving(robot: Robot, fixed: Fixed | None) -> BoolArray:
 def _solved(
     robot: Robot, curve: PoseCurve, s: FloatArray, theta_0: FloatArray, moving: BoolArray
 ) -> FloatArray:
-    """Return the joint positions (m, n) at curve lengths s (m,).
+    """Return the joint positions (m, n) of the main chain at curve lengths s (m,).
 
-    Minimum-norm Newton steps start from theta_0.
+    At each curve length, minimum-norm Newton steps start from the joint positions `theta_0`.
     """
     T = curve.at(s).T
     theta = np.tile(theta_0, (len(s), 1))
@@ -162,7 +164,7 @@ def _on_curve(
     joints: tuple[FloatArray, FloatArray, FloatArray],
     moving: BoolArray,
 ) -> OnCurve:
-    """Convert joint positions and differences to coordinates on the curve."""
+    """Convert joint positions and their finite differences to coordinates and their derivatives."""
     theta, by_s, by_ss = joints
     _, V, A = curve.at(s)
     q, _, J = _kinematics(robot, theta)
@@ -215,7 +217,11 @@ def _require_no_jump(robot: Robot, curve: PoseCurve, s: FloatArray, theta: Float
 
 
 def _weights() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the weights (3, 5) of five nodes for the value and its first two derivatives."""
+    """Return the finite-difference weights of a value, its first and its second derivative.
+
+    Each array (3, 5) has one row for the start, the inside and the end of a curve, and one column
+    per node.
+    """
     powers = _OFFSETS[..., None] ** np.arange(_OFFSETS.shape[1])
     inverse = np.asarray(np.linalg.inv(powers), dtype=np.float64)
     value = (_OFFSETS == 0).astype(np.float64)

@@ -8,7 +8,7 @@
     )
     trajectory = laying.sample(frequency=100)
 
-Each stage begins at the final configuration of the previous stage.
+Each stage (motion or pause) begins at the final configuration of the previous stage.
 """
 
 from __future__ import annotations
@@ -39,17 +39,18 @@ FloatArray = NDArray[np.float64]
 _LONG = 200
 """Maximum total length of the stage names in a summary [characters]."""
 _SAME = 1e-9
-"""Maximum difference between the end of a stage and the start of the next curve or plan. Pose
-matrices are compared for a curve [m, 1], and coordinates for a plan [rad or m]."""
+"""Maximum difference between the end of a stage and the start of the next curve or plan. The
+tolerance applies to the entries of pose matrices for a curve [m or 1], and to the coordinates for a
+plan [rad or m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """A motion or a pause.
+    """A stage of a motion sequence: a motion or a pause.
 
     Attributes:
         motion: The motion.
-        q_end: (n,) coordinates at the end [rad or m].
+        q_end: (n,) coordinates at the end of the stage [rad or m].
         name: Name of the stage.
     """
 
@@ -98,7 +99,7 @@ class MotionSequence:
 
     @property
     def duration(self) -> float:
-        """Duration of all stages [s]."""
+        """Total duration of all stages [s]."""
         return sum(stage.motion.duration for stage in self._stages)
 
     def move(
@@ -113,8 +114,8 @@ class MotionSequence:
         """Add a motion on a straight line in the coordinates.
 
         Args:
-            q_goal: (n,) coordinates at the end [rad or m]. For space "chain", joint positions of
-                the main chain.
+            q_goal: (n,) coordinates at the end of the line [rad or m]. For space "chain", `q_goal`
+                contains joint positions of the main chain.
             profile: "constant", "cubic", "quintic", "trapezoidal" or "s_curve", as in
                 `time_scaling`.
             space: "coordinates", or "chain" for a straight line in the joints of the main chain.
@@ -137,7 +138,7 @@ class MotionSequence:
             name: The name of the stage.
 
         Raises:
-            InputValueError: The duration is not positive.
+            InputValueError: `duration` is not a finite number above 0.
         """
         above_0("pause: duration", duration)
         rest = TimeScaling(np.array([0.0, duration]), np.zeros((1, 1)), 0.0)

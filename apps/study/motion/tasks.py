@@ -1,9 +1,10 @@
-"""Rates and accelerations on a curve of the tool, or in the coordinates of a task.
+"""Coordinate rates and accelerations along curves of tool poses or of task coordinates.
 
-The rates are exact, without damping or limits. The rates are large close to a singularity.
+The coordinate rates are exact, without damping or limits. Close to a singularity, the coordinate
+rates are large.
 
-In the equations, x and z are the directions of the tool's first and third axes. The tool twist is
-(v, omega), and its derivative is (a, alpha):
+In the equations of the tool pitch P and tool angle A, x and z are the directions of the tool's
+first and third axes. The tool twist is (v, omega), and its derivative is (a, alpha):
 
     pitch: sin P = z_z,  P' cos P = (omega x z)_z,  P'' cos P - P'^2 sin P = z''_z
 
@@ -11,7 +12,7 @@ In the equations, x and z are the directions of the tool's first and third axes.
 
     z'' = alpha x z + omega x (omega x z)
 
-The equations of A assume that the tool moves only in the x-y plane of the base.
+The equations of the tool angle A assume that the tool moves only in the x-y plane of the base.
 """
 
 from __future__ import annotations
@@ -40,12 +41,11 @@ def task_rates(
 ) -> tuple[FloatArray, FloatArray]:
     """Return derivatives of the coordinates with respect to s from a curve in task coordinates.
 
-    The inverse kinematics for a task may set some joint values to 0. These joints do not move. The
-    task determines the joint rates only if the number of moving joints equals the number of task
-    coordinates.
+    Joints that the inverse kinematics for a task sets to 0 do not move. The task determines the
+    joint rates only if the number of moving joints equals the number of task coordinates.
 
     Args:
-        robot: A robot that has an inverse for the task.
+        robot: A robot with inverse kinematics for the task.
         task: The task.
         q: (m, n) coordinates on the curve [rad or m].
         by_s: (m, k) first derivatives of the task coordinates with respect to s.
@@ -55,7 +55,7 @@ def task_rates(
         (m, n) first and second derivatives of q with respect to s.
 
     Raises:
-        InputValueError: The number of moving joints exceeds the number of task coordinates.
+        InputValueError: The number of moving joints differs from the number of task coordinates.
     """
     names = robot.free_coordinates.get(task, ())
     fixed = [robot.coordinate_names.index(name) for name in names]
@@ -68,7 +68,7 @@ def task_rates(
     J[..., fixed] = 0
     inverse = np.linalg.pinv(_jacobian(task, T, J))
     rate = (inverse @ by_s[..., None])[..., 0]
-    # The task acceleration at zero joint accelerations.
+    # `own` is the task acceleration at zero joint accelerations.
     own = _acceleration(task, T, (J @ rate[..., None])[..., 0], _drift(robot, q, rate))
     return rate, (inverse @ (by_ss - own)[..., None])[..., 0]
 
@@ -104,18 +104,17 @@ def parameter_rates(
 ) -> tuple[FloatArray, FloatArray]:
     """Return derivatives of the coordinates on a curve with known redundancy parameters.
 
-    A redundancy parameter a(q), such as a swivel angle, has the known rate a'. The motion c along
-    the null vector n of the Jacobian follows from D_n a c = a' - D_p a. D_n is the derivative along
-    n, and D_p the derivative along p. The vector p is the minimum-norm coordinate rate for the
-    given twist.
+    A redundancy parameter a(q), such as a swivel angle, has the known rate a'. Let n be the null
+    vector of the Jacobian, and p the minimum-norm coordinate rate for the given twist. The rate c
+    along n follows from D_n a c = a' - D_p a, where D_n and D_p are derivatives along n and p.
 
     Args:
         robot: The robot.
         q: (m, n) coordinates on the curve [rad or m].
         V: (m, 6) mixed twists per unit of s.
         A: (m, 6) derivatives of V with respect to s.
-        moves: (m, p) first and second derivatives of the parameters with respect to s, or None for
-            constant parameters.
+        moves: (m, p) first and second derivatives of the redundancy parameters with respect to s,
+            or None for constant parameters.
     """
     indices = [item.index for item in robot.redundancy if item.index is not None]
     angles = [getattr(robot, item.name) for item in robot.redundancy if item.index is None]
@@ -148,7 +147,7 @@ def _along(
 
 
 def _drift(robot: Robot, q: FloatArray, rate: FloatArray) -> FloatArray:
-    """Return the derivative of the mixed twist at constant rates."""
+    """Return the derivative (m, 6) of the mixed twist at constant coordinate rates."""
     return np.asarray(robot.acceleration_mixed(q, rate, np.zeros(q.shape)))
 
 

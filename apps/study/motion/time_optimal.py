@@ -1,9 +1,9 @@
-"""Time-optimal motion. At each moment, a rate or an acceleration is at its limit.
+"""Time-optimal motion, in which a rate or an acceleration is at its limit at each moment.
 
 The curve q(s) is sampled with its exact derivatives on a grid. Reachability analysis determines the
-fastest profile s(t) on this grid. Between the grid nodes, limits may be exceeded slightly. Limits
-are therefore checked at ten samples between two grid nodes. The whole motion is slowed down until
-the motion satisfies all limits.
+fastest profile s(t) on this grid. Between the grid nodes, the motion may exceed limits slightly, so
+the limits are checked at ten samples between two nodes. Finally, the whole motion is slowed down
+until it satisfies all limits.
 
 Source:
     H. Pham, Q.-C. Pham, A new approach to time-optimal path parameterization based on reachability
@@ -38,13 +38,14 @@ _FEWEST = 10
 _FINER = 10
 """Limits are checked at this number of samples between two grid nodes."""
 _REFINEMENTS = 3
-"""Maximum number of sampling passes. Each pass after the first samples only the intervals in which
-the time factor may exceed the current maximum."""
+"""Maximum number of sampling passes that determine the time factor by which the motion is slowed
+down. After the first pass, only intervals whose time factor may exceed the current maximum are
+sampled."""
 _ROUNDS = 4
 """Maximum number of successively refined grids."""
 _CLOSEST = 1e-5
-"""Minimum node spacing relative to the curve length. If two nodes were closer, rounding errors of
-rates would look like accelerations."""
+"""Minimum spacing of grid nodes, relative to the curve length. Between closer nodes, rounding
+errors of rates would look like accelerations."""
 _LOCAL = 1.01
 """If the limits require a time factor above this value at a sample, a node is added to the grid
 interval that contains the sample."""
@@ -72,10 +73,10 @@ def time_optimal(
     """Return the fastest motion from rest to rest along the curve of a motion, within limits.
 
     Args:
-        motion: A `Motion` on the curve. Its time scaling has no effect.
+        motion: A `Motion` on the curve. The time scaling of this `Motion` has no effect.
         rate_limits: Maximum rate of each coordinate (n,), or one number for all [rad/s or m/s].
         acceleration_limits: Maximum acceleration of each coordinate (n,), or one number for all
-            [rad/s^2 or m/s^2]. The limits must be finite.
+            [rad/s^2 or m/s^2]. The acceleration limits must be finite.
         tool_speed: Maximum speed of the tool origin [m/s], or None for no limit.
         nodes: Number of grid nodes along the curve.
 
@@ -116,7 +117,7 @@ def time_optimal(
 def _with_nodes(s: FloatArray, further: FloatArray) -> FloatArray:
     """Return the nodes s, plus the midpoint of each interval that contains a value of `further`.
 
-    Very short intervals are not divided.
+    Very short intervals between nodes are not divided.
     """
     parts = np.unique(np.clip(np.searchsorted(s, further) - 1, 0, len(s) - 2))
     wide = np.diff(s)[parts] > _CLOSEST * s[-1]
@@ -127,7 +128,7 @@ def _with_nodes(s: FloatArray, further: FloatArray) -> FloatArray:
 def _fastest(
     motion: Motion, limits: list[FloatArray], tool_speed: float | None, s: FloatArray
 ) -> TimeScaling:
-    """Return the time scaling with constant acceleration between grid nodes s."""
+    """Return the fastest time scaling with constant acceleration between the grid nodes s."""
     with requires("chasles[study]"):
         import toppra  # noqa: PLC0415
         from toppra.algorithm import TOPPRA  # noqa: PLC0415
@@ -174,7 +175,8 @@ def _nodes(motion: Motion, count: int) -> FloatArray:
 def _on_grid(motion: Motion, s: FloatArray, tool_speed: float | None) -> Any:
     """Return the curve as a toppra path.
 
-    If `tool_speed` is not None, the tool path length is an additional coordinate.
+    If `tool_speed` is not None, the tool path length is an additional coordinate of the toppra
+    path.
     """
     with requires("chasles[study]"):
         from toppra.interpolator import AbstractGeometricPath  # noqa: PLC0415
@@ -202,18 +204,18 @@ def _stretch(
 ) -> tuple[float, FloatArray]:
     """Return the time factor (at least 1) and additional grid nodes.
 
-    If the motion is slowed down by the time factor, the motion satisfies the limits.
+    A motion that is slowed down by the time factor satisfies the limits.
 
     Close to a singularity, peaks may be narrower than the sample spacing. An interval is sampled
-    again if its estimated maximum exceeds the maximum found so far. The estimate is the larger time
-    factor at the two ends of the interval, plus `_HIDDEN` times the difference of these two time
-    factors.
+    again if its estimated maximum time factor exceeds the maximum found so far. The estimate is the
+    larger time factor at the two ends of the interval, plus `_HIDDEN` times the difference of these
+    two time factors.
     """
     begin, width = motion.time_scaling.breaks[:-1], np.diff(motion.time_scaling.breaks)
     most, beyond = 1.0, [np.empty(0)]
     for _ in range(_REFINEMENTS):
-        # The acceleration jumps at a node. The value just before the node is therefore also
-        # checked.
+        # The acceleration jumps at a grid node, so the limits are also checked just before the
+        # node.
         parts = np.linspace(0, 1 - _BEFORE, _FINER + 1)
         times = begin[:, None] + width[:, None] * parts
         used = _used(motion.at(times.ravel()), limits, tool_speed).reshape(times.shape)

@@ -1,10 +1,11 @@
 """Time scalings: piecewise polynomials that give a length as a function of time.
 
-All profiles except "constant" start and end at rest. All derivatives and their jumps are exact.
+All profiles except "constant" start and end at rest. All time derivatives of the length, and their
+jumps, are exact.
 
-The profile "constant" has a speed limit. The rate jumps. The profiles "cubic" and "trapezoidal"
-have limits of speed and acceleration. The acceleration jumps. The profiles "quintic" and "s_curve"
-have limits of speed, acceleration and jerk. The jerk jumps.
+The profile "constant" has a speed limit, and its rate jumps. The profiles "cubic" and "trapezoidal"
+have limits of speed and acceleration, and their acceleration jumps. The profiles "quintic" and
+"s_curve" have limits of speed, acceleration and jerk, and their jerk jumps.
 
 Source:
     J. J. Craig, Introduction to Robotics, chapter 7, for polynomials and trapezoids; L. Berscheid,
@@ -43,8 +44,8 @@ class TimeScaling:
 
     Attributes:
         breaks: (k + 1,) start times of the k polynomials, from 0, followed by the end time [s].
-        coefficients: (k, m) coefficients of each polynomial: powers 0 to m - 1 of the time since
-            its first break [s].
+        coefficients: (k, m) coefficients of each polynomial in the time since its start [s], from
+            power 0 to power m - 1.
         length: Total path length at the end time, in the unit of the path, for example m.
     """
 
@@ -53,7 +54,7 @@ class TimeScaling:
     length: float
 
     def __repr__(self) -> str:
-        """Short summary with the main values."""
+        """Return a short summary with the length and the duration of the time scaling."""
         pieces = f"{len(self.coefficients)} polynomials"
         return summary_repr(self, "", f"length {self.length:.6g} in {self.duration:.6g} s", pieces)
 
@@ -63,7 +64,7 @@ class TimeScaling:
         return float(self.breaks[-1])
 
     def at(self, t: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return path length, rate and acceleration at some times.
+        """Return path length, rate and acceleration at the times `t`.
 
         Args:
             t: (m,) times [s].

@@ -142,7 +142,7 @@ class LoopBounds:
         return w if inside and within else None
 
     def _scale(self, z: FloatArray) -> FloatArray:
-        """Return the factors (equations,) that convert errors of d - l to errors of d^2 - l^2.
+        """Return factors (equations,) that convert errors of strut equations d - l to d^2 - l^2.
 
         The factor of a strut equation is 2 l, the derivative of l^2 for the strut length l. The
         factors of all other equations are 1.
@@ -150,12 +150,16 @@ class LoopBounds:
         return np.where(self.lengths.any(1), 2 * _affine(self.lengths, z), 1.0)
 
     def _bent(self, w: FloatArray) -> FloatArray:
-        """Return bounds (equations,) of w^T H w, where H is the Hessian of an equation."""
+        """Return bounds (equations,) of the second-order terms w^T H w of the loop equations.
+
+        H is the Hessian of a loop equation, and w contains the half widths of the box of joint
+        values.
+        """
         return np.asarray((self.curvature @ w) @ w)
 
 
 def loop_bounds(robot: Robot, lower: FloatArray, upper: FloatArray) -> LoopBounds:
-    """Return the bounds of the motion of a robot with loops.
+    """Return the bounds of the joint motion of a robot with kinematic loops.
 
     Args:
         robot: The robot.
@@ -163,8 +167,8 @@ def loop_bounds(robot: Robot, lower: FloatArray, upper: FloatArray) -> LoopBound
         upper: (n,) largest coordinates [rad or m].
 
     Raises:
-        InputValueError: The loops close at too few configurations, or a loop equation has too many
-            joints or is not a polynomial of degree 2.
+        InputValueError: The loops close at too few random configurations, or a loop equation
+            contains too many joints or is not a polynomial of degree 2.
     """
     names = [variable.name for variable in robot.configuration_variables]
     chain = np.array([names.index(own.name) for own in robot.chain_joints])
@@ -180,10 +184,10 @@ def loop_bounds(robot: Robot, lower: FloatArray, upper: FloatArray) -> LoopBound
 def closed_configurations(
     robot: Robot, lower: FloatArray, upper: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return random (coordinates (m, n), configurations (m, n_z)) with closed loops.
+    """Return random coordinates (m, n) and configurations (m, n_z) at which the loops close.
 
     Raises:
-        InputValueError: The loops close at too few random configurations.
+        InputValueError: The loops of the robot close at too few random configurations.
     """
     rng = np.random.default_rng(0)
     q, z = [], []
@@ -248,9 +252,9 @@ def _affine(coefficients: FloatArray, z: FloatArray) -> FloatArray:
 def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatArray:
     """Return the coefficients (1 + n,) of a strut length that is linear in the joint values z.
 
-    If the equation contains no strut, all coefficients are 0.
+    If the loop equation contains no strut, all coefficients are 0.
 
-    The strut length is constant, or a linear function of the stroke.
+    The length of a strut is constant, or a linear function of its stroke.
     """
     basis = np.column_stack([np.ones(len(z)), z])
     for distance in distances:
@@ -262,19 +266,19 @@ def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatAr
 
 
 def _is_linear(values: FloatArray, z: FloatArray) -> bool:
-    """Return whether an equation, such as the equation of a gear pair, is linear in z."""
+    """Return whether a loop equation, such as that of a gear pair, is linear in joint values z."""
     basis = np.column_stack([np.ones(len(z)), z])
     found = np.linalg.lstsq(basis, values, rcond=None)[0]
     return bool(np.abs(basis @ found - values).max() <= _FITS * np.abs(values).max())
 
 
 def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return strut lengths and bounds of the second derivatives of the loop equations.
+    """Return coefficients of strut lengths, and bounds of second derivatives of the loop equations.
 
-    Each strut length is a linear function of the joint values. The first array (equations, 1 + z)
-    contains the coefficients of these functions.
+    Each strut length is a linear function of the joint values, whose coefficients are a row of the
+    first returned array (equations, 1 + z).
 
-    The array of bounds has the shape (equations, z, z).
+    The second returned array (equations, z, z) contains the bounds of the second derivatives.
     """
     rng, n = np.random.default_rng(1), len(turns)
     scale = np.where(turns, np.pi, widest)
@@ -305,7 +309,11 @@ def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[Floa
 
 
 def _equation(robot: Robot, row: int, length: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """Return a loop equation as a function. A strut equation d - l becomes d^2 - l^2."""
+    """Return a function that evaluates a loop equation.
+
+    For a strut, the function returns d^2 - l^2 instead of d - l, with the end-to-end distance d and
+    the strut length l.
+    """
 
     def value(z: FloatArray) -> FloatArray:
         found = robot.constraint(z)[:, row]
@@ -349,12 +357,12 @@ def _coefficients(
 
 
 def _orders(turns: bool) -> FloatArray:
-    """Return the Fourier orders of a revolute joint, or the exponents of a prismatic joint."""
+    """Return the Fourier orders for a revolute joint, or the exponents for a prismatic joint."""
     return np.array([0.0, 1.0, 2.0, -2.0, -1.0]) if turns else np.arange(3.0)
 
 
 def _evaluated(C: NDArray[np.complex128], at: FloatArray, turns: BoolArray) -> FloatArray:
-    """Evaluate a polynomial (m,) at joint values (m, k)."""
+    """Return the values (m,) of a polynomial at joint values (m, k)."""
     letters = string.ascii_lowercase[: C.ndim]
     bases = [
         np.exp(1j * np.pi * x[:, None] * _orders(True)) if turn else x[:, None] ** _orders(False)
@@ -367,12 +375,13 @@ def _evaluated(C: NDArray[np.complex128], at: FloatArray, turns: BoolArray) -> F
 def _derivative(
     sizes: FloatArray, by: tuple[int, int], turns: BoolArray, scale: FloatArray
 ) -> float:
-    """Bound a second derivative of a polynomial from the magnitudes of its coefficients."""
+    """Return a bound of a second derivative, from the magnitudes of polynomial coefficients."""
     for axis in range(sizes.ndim):
         order = by.count(axis)
         m = np.abs(_orders(bool(turns[axis])))
         powers = (np.ones(len(m)), m, m * (m - 1))
         factors = m**order if turns[axis] else powers[order] / scale[axis] ** order
-        # The product sums over the first axis of `sizes`. The next axis belongs to the next joint.
+        # The tensor product sums over the first axis of `sizes`. The axis of the next joint then
+        # becomes the first axis.
         sizes = np.tensordot(factors, sizes, (0, 0))
     return float(sizes)

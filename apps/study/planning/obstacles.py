@@ -1,7 +1,7 @@
 """Converts obstacles and capsules to shapes of the collision library coal.
 
-Source:
-    T. Duff and others, Building an orthonormal basis, revisited, 2017, for frames along lines.
+Source: T. Duff and others, Building an orthonormal basis, revisited, 2017. The paper gives formulas
+for coordinate frames along lines.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ..arguments import above_0, finite, poses
 FloatArray = NDArray[np.float64]
 
 _POINT = 1e-9
-"""Maximum length of a capsule [m] that is treated as a sphere."""
+"""Maximum segment length [m] of a capsule that counts as a sphere, with the z axis (0, 0, 1)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Obstacle:
     Attributes:
         shape: A collision shape from the Python package coal.
         T_0_shape: (4, 4) pose of the shape in the base frame.
-        name: Name of the obstacle.
+        name: Name that identifies the obstacle in messages.
     """
 
     shape: Any
@@ -147,7 +147,7 @@ def mesh(
 
 
 def capsules_along(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the distance (m,) and a middle pose (m, 4, 4) of each pair of points.
+    """Return the distance (m,) and a pose (m, 4, 4) at the midpoint of each pair of points.
 
     The z axis of the pose points from the first point to the second point.
     """

@@ -1,4 +1,4 @@
-"""A planar map of free and occupied cells for a moving point."""
+"""A planar map of free and occupied cells, in which a point moves."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class OccupancyMap:
-    """A planar grid of cells. The space outside the grid is occupied.
+    """A planar grid of free and occupied cells.
+
+    The space outside the grid counts as occupied.
 
     Attributes:
         occupied: (nx, ny) mask of the occupied cells. Cell (i, j) extends from `origin` + (i, j)
@@ -38,12 +40,12 @@ class OccupancyMap:
 
     @property
     def lower(self) -> FloatArray:
-        """(2,) smallest coordinates [m]."""
+        """(2,) smallest x and y of the map [m]."""
         return self.origin
 
     @property
     def upper(self) -> FloatArray:
-        """(2,) largest coordinates [m]."""
+        """(2,) largest x and y of the map [m]."""
         return self.origin + self.cell_size * np.array(self.occupied.shape)
 
     def is_free(self, q: FloatArray) -> BoolArray:
@@ -54,8 +56,8 @@ class OccupancyMap:
     def is_free_segment(self, a: FloatArray, b: FloatArray) -> bool:
         """Return whether the whole segment between points a (2,) and b (2,) is in free cells.
 
-        The segment is cut at cell borders, so the result is exact. A segment along a border belongs
-        to the cells with the larger index.
+        The segment is cut at cell borders, so the test is exact. A segment along a cell border
+        belongs to the cells with the larger index.
         """
         start, step = (a - self.origin) / self.cell_size, (b - a) / self.cell_size
         cuts = [np.array([0.0, 1.0])]

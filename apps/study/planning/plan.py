@@ -20,11 +20,11 @@ BoolArray = NDArray[np.bool_]
 
 @runtime_checkable
 class Space(Protocol):
-    """A box of coordinates in which each point is free or blocked, for the planners.
+    """A box of coordinates with free and blocked points, the input of planners such as `prm`.
 
     Attributes:
-        lower: (n,) smallest coordinates.
-        upper: (n,) largest coordinates.
+        lower: (n,) smallest coordinates of the space.
+        upper: (n,) largest coordinates of the space.
     """
 
     @property
@@ -47,8 +47,8 @@ class Plan(StudyResult):
     """A path of straight segments in the coordinates of a space, or the reason for a missing path.
 
     Attributes:
-        q: (m, n) corners of the path from start to goal, in the coordinates of the space. (0, n)
-            without a path.
+        q: (m, n) corners of the path from start to goal, in the coordinates of the space, or an
+            empty array (0, n) without a path.
         length: Euclidean length of the path in the coordinates, or inf without a path.
         reason: The reason why no path was found, or "" if a path was found.
         n_checked: Number of segments that the planner checked.
@@ -73,7 +73,7 @@ class Plan(StudyResult):
         return not self.reason
 
     def at(self, s: ArrayLike) -> FloatArray:
-        """Return points (m, n) on the path.
+        """Return the points (m, n) of the path at given fractions of its length.
 
         Args:
             s: (m,) fractions of the path length, from 0 to 1.
@@ -87,7 +87,7 @@ class Plan(StudyResult):
 
     @property
     def _corner_fractions(self) -> FloatArray:
-        """Return the fraction of the path length at each corner (m,), from 0 to 1.
+        """Return the fractions (m,) of the path length from the start to each corner, from 0 to 1.
 
         Raises:
             InputValueError: The plan has no path.
@@ -98,7 +98,9 @@ class Plan(StudyResult):
         return np.asarray(np.r_[0, np.cumsum(steps)] / max(steps.sum(), np.finfo(float).tiny))
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the coordinates over the path fraction. For two coordinates, plot the path itself.
+        """Plot the coordinates against the fraction of the path length.
+
+        If the space has two coordinates, plot the path itself.
 
         Args:
             ax: matplotlib axes, or None for a new figure.
@@ -120,7 +122,7 @@ def no_plan(n: int, reason: str, n_checked: int = 0) -> Plan:
 
 
 def plan_along(q: FloatArray, n_checked: int) -> Plan:
-    """Return the plan of a path through the corners q (m, n)."""
+    """Return the `Plan` of a path with the corners q (m, n)."""
     length = float(np.linalg.norm(np.diff(q, axis=0), axis=1).sum())
     return Plan(q, length, "", n_checked)
 
@@ -128,11 +130,13 @@ def plan_along(q: FloatArray, n_checked: int) -> Plan:
 def ends_of(
     space: Space, q_start: ArrayLike, q_goal: ArrayLike
 ) -> tuple[FloatArray, FloatArray] | Plan:
-    """Return (start, goal). If a point collides or exceeds the limits, return a failed plan.
+    """Return the start and goal points as arrays.
+
+    If one of the points is not free or exceeds the limits of the space, return a failed plan.
 
     Raises:
-        ShapeError: The shape of a point is not (n,).
-        InputValueError: A number is not finite.
+        ShapeError: The shape of `q_start` or `q_goal` is not (n,).
+        InputValueError: `q_start` or `q_goal` contains a number that is not finite.
     """
     n = len(space.lower)
     ends = []

@@ -1,6 +1,6 @@
 """Probabilistic roadmaps: graphs of random free points, connected by edges.
 
-Edges are checked lazily, when a path first uses them. Most edges are never checked.
+An edge of a roadmap is checked only when a path first uses it. Most edges are never checked.
 
 Source:
     L. E. Kavraki, P. Svestka, J.-C. Latombe, M. H. Overmars, Probabilistic roadmaps for path
@@ -33,13 +33,14 @@ _TRIES = 200
 
 @dataclass(frozen=True, eq=False)
 class Roadmap:
-    """Free points of a space, with edges that are checked when a path is planned.
+    """A graph of free points, with edges that are checked when a path is planned.
 
     Attributes:
         space: The space, such as a `ConfigurationSpace` or an `OccupancyMap`.
-        q: (m, n) free points.
-        edges: (k, 2) index pairs of neighboring points. Edges may cross blocked points.
-        max_step: Maximum edge length in the coordinates.
+        q: (m, n) coordinates of the free points.
+        edges: (k, 2) index pairs of neighboring points. The edges between these points may cross
+            blocked points.
+        max_step: Maximum Euclidean length of an edge in the coordinates.
         neighbors: Number of nearest points to which a start or a goal is connected.
     """
 
@@ -56,7 +57,7 @@ class Roadmap:
         return summary_repr(self, "", *facts, methods="plan(q_start, q_goal)")
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot points and edges in the first two coordinates.
+        """Plot the points and edges of the roadmap in the first two coordinates.
 
         Args:
             ax: matplotlib axes, or None for a new figure.
@@ -77,7 +78,7 @@ class Roadmap:
             q_start: (n,) coordinates of the start.
             q_goal: (n,) coordinates of the goal.
             algorithm: "astar" or "dijkstra". Dijkstra's algorithm finds a path of the same length
-                but visits more points.
+                as A* but visits more points.
 
         Returns:
             A `Plan` with the path `q` (m, n), or with the `reason` for a missing path.
@@ -115,7 +116,10 @@ class Roadmap:
                 return plan_along(points[path], checked)
 
     def _graph(self, points: FloatArray) -> Any:
-        """Return the roadmap graph without edge checks. Start and goal are the last two points."""
+        """Return the roadmap as a graph with unchecked edges.
+
+        The last two points of the graph are the start and the goal.
+        """
         with requires("chasles[study]"):
             import networkx as nx  # noqa: PLC0415
             from scipy.spatial import cKDTree  # noqa: PLC0415
@@ -134,7 +138,10 @@ class Roadmap:
         return graph
 
     def _check(self, graph: Any, points: FloatArray, path: list[int]) -> tuple[bool, int]:
-        """Remove the first blocked edge. Return (whether an edge was removed, number of checks)."""
+        """Remove the first blocked edge of a path.
+
+        Return whether an edge was removed, and the number of edge checks.
+        """
         checked = 0
         for i, j in pairwise(path):
             if graph[i][j]["free"]:
@@ -174,7 +181,7 @@ def prm(
         neighbors: Number of nearest points to which each point is connected.
         max_step: Maximum Euclidean length of an edge in the coordinates.
         dispersion: Minimum Euclidean distance between two points in the coordinates. If too few
-            such points are found, the roadmap has fewer points than `samples`.
+            points with this distance are found, the roadmap has fewer points than `samples`.
         rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh random
             numbers.
 
@@ -208,7 +215,7 @@ def prm(
 
 
 def _points(space: Space, count: int, dispersion: float, rng: np.random.Generator) -> FloatArray:
-    """Return at most `count` free points. Two points are at least `dispersion` apart."""
+    """Return at most `count` free points whose distances are at least `dispersion`."""
     lower, upper = space.lower, space.upper
     kept = np.empty((0, len(lower)))
     for _ in range(_TRIES):
@@ -223,7 +230,7 @@ def _points(space: Space, count: int, dispersion: float, rng: np.random.Generato
 
 
 def _dispersed(kept: FloatArray, sampled: FloatArray, dispersion: float) -> FloatArray:
-    """Select random points that are at least `dispersion` away from all selected points."""
+    """Select sampled points at least `dispersion` away from the kept points and from each other."""
     apart = np.linalg.norm(sampled[:, None] - kept, axis=-1) >= dispersion
     chosen = np.empty((0, sampled.shape[1]))
     for point in sampled[apart.all(axis=1)]:

@@ -1,8 +1,7 @@
-"""RRT-Connect with the library ompl.
+"""Path planning by the algorithm RRT-Connect of the library ompl.
 
-Source:
-    J. J. Kuffner, S. M. LaValle, RRT-connect: an efficient approach to single-query path planning,
-    2000; the Open Motion Planning Library, ompl.
+Source: J. J. Kuffner, S. M. LaValle, RRT-connect: an efficient approach to single-query path
+planning, 2000. The Open Motion Planning Library (ompl).
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from .plan import Plan, Space, ends_of, no_plan, plan_along
 FloatArray = NDArray[np.float64]
 
 _SEEDS = 2**32 - 1
-"""Number of random seeds that ompl accepts."""
+"""Number of different random seeds that the library ompl accepts."""
 
 
 def rrt_connect(
@@ -37,14 +36,14 @@ def rrt_connect(
         space: The space, such as a `ConfigurationSpace` or an `OccupancyMap`.
         q_start: (n,) coordinates of the start.
         q_goal: (n,) coordinates of the goal.
-        time_limit: Time after which the search ends [s].
+        time_limit: Maximum time of the search for a path [s].
         rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh random
             numbers. Only the first seed in a process has an effect, because the library ompl
             ignores later seeds.
 
     Returns:
         A `Plan` with the path `q` (m, n), or with the `reason` for a missing path. All segments of
-        the path are checked.
+        a returned path were checked and are free.
 
     Raises:
         ShapeError: `q_start` or `q_goal` is not (n,).
@@ -59,7 +58,7 @@ def rrt_connect(
     if isinstance(ends, Plan):
         return ends
     n = len(space.lower)
-    # Random seeds of ompl begin at 1. ompl logs an error if a seed is set twice.
+    # Random seeds of the library ompl begin at 1. The library logs an error if a seed is set twice.
     util.setLogLevel(util.LOG_NONE)
     util.RNG.setSeed(key_of("rrt_connect", rng) % _SEEDS + 1)
     util.setLogLevel(util.LOG_ERROR)

@@ -1,4 +1,4 @@
-"""Shortcutting: a free segment replaces the path between two points.
+"""Shortens a path: a free straight segment replaces the part between two points of the path.
 
 Source:
     R. Geraerts, M. H. Overmars, Creating high-quality paths for motion planning, 2007.
@@ -18,11 +18,11 @@ FloatArray = NDArray[np.float64]
 
 
 def shortcut(space: Space, plan: Plan, *, attempts: int = 200, rng: Rng = 0) -> Plan:
-    """Shorten the path of a plan by straight free segments between its points.
+    """Shorten the path of a plan by free straight segments between points of the path.
 
     Args:
         space: The space in which the path was planned.
-        plan: A `Plan`. If it has no path, it is returned unchanged.
+        plan: A `Plan` with the path to shorten. A plan without a path is returned unchanged.
         attempts: Number of attempts to replace the part between two random points of the path by a
             straight segment.
         rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh random

@@ -1,4 +1,4 @@
-"""Success rate of roadmaps as a function of the number of samples and the maximum step."""
+"""Success rate of roadmaps as a function of the number of points and the maximum edge length."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ class Trial:
     """Results of roadmaps with the same number of points and maximum edge length.
 
     Attributes:
-        samples: Number of points.
-        max_step: Maximum edge length.
-        runs: Number of roadmaps.
-        rate: Fraction of the roadmaps that found a path.
-        lower: Lower end of the 95 % Wilson interval of the rate.
-        upper: Upper end of the 95 % Wilson interval of the rate.
-        length: Median length of the paths, or NaN without a path.
-        seconds: Median time of a run [s].
+        samples: Number of free points to sample for each roadmap.
+        max_step: Maximum Euclidean length of an edge in the coordinates.
+        runs: Number of roadmaps in the trial.
+        rate: Fraction of the roadmaps on which a path was found.
+        lower: Lower end of the 95 % Wilson confidence interval of `rate`.
+        upper: Upper end of the 95 % Wilson confidence interval of `rate`.
+        length: Median length of the found paths, or NaN if no path was found.
+        seconds: Median time [s] to make a roadmap and plan a path on it.
     """
 
     samples: int
@@ -74,9 +74,9 @@ class SuccessStudy(StudyResult):
         write_table(path, names, [astuple(row) for row in self.rows])
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the success rate against the number of samples, with 95 % intervals.
+        """Plot the success rate against the number of samples, with 95 % confidence intervals.
 
-        Each maximum edge length has one line.
+        The plot contains one line for each maximum edge length.
 
         Args:
             ax: matplotlib axes, or None for a new figure.
@@ -149,7 +149,7 @@ def success_study(
 
 
 def wilson(successes: int, runs: int) -> tuple[float, float]:
-    """Return the 95 % interval of a success rate."""
+    """Return the 95 % Wilson confidence interval of a success rate."""
     z2 = _NORMAL_95**2
     rate = successes / runs
     middle = (rate + z2 / (2 * runs)) / (1 + z2 / runs)
