@@ -114,7 +114,8 @@ class ClosureFrames:
 class Body:
     """A rigid body of a robot.
 
-    A joint or the end points of a strut determine the pose of the body. The ground has neither.
+    A joint or the end points of a strut determine the pose of the body. The ground has neither a
+    joint nor end points.
 
     Attributes:
         name: Name of the body.

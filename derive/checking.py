@@ -34,8 +34,8 @@ def check(
 
     Returns:
         The errors, sorted by line. If an error cannot be corrected, the check ends early, and the
-        last finding states this. A robot without errors has only warnings and notes. Its notes
-        include the joint limits at which loops do not close.
+        last finding states this. A robot without errors has only warnings and notes. For a robot
+        with loops, the notes include the joint limits at which loops do not close.
 
     Raises:
         UnknownRobotError: No robot has this name.

@@ -51,8 +51,7 @@ class Calibration(StudyResult):
             deviation.
         used: (rows,) mask of the measurement rows that the fit used. Rows that the fit did not use
             are outliers.
-        noise: Estimated standard deviations of the measurements, divided by their stated standard
-            deviations.
+        noise: Ratio of the estimated to the stated standard deviations of the measurements.
         residual_dof: Number of measured values minus number of fitted variables.
         unknowns: Values of all unknowns of the measurements, such as target positions in the tool
             frame [m].

@@ -51,10 +51,10 @@ def animate(
 
     Args:
         robot: The robot, from `chasles.load`.
-        trajectory: A `Trajectory`, `Motion` or `MotionSequence`, shown in real time. Or (k, n)
-            coordinates q [rad or m], shown one per frame. With None, the robot starts at the
-            default configuration of `draw`, and moves one coordinate after another within its
-            limits. The coordinate of a robot with n = 1 moves through a full turn or its range.
+        trajectory: A `Trajectory`, `Motion` or `MotionSequence`, shown in real time, or coordinates
+            q (k, n) [rad or m], shown one per frame. With None, the robot starts at the default
+            configuration of `draw`, and moves one coordinate after another within its limits. The
+            coordinate of a robot with n = 1 moves through a full turn or its range.
         file: The file to write, .gif or .mp4. An .mp4 file needs ffmpeg, from the system or from
             `pip install 'chasles[film]'`.
         views: One or more of the views of `draw`. The default is "plane" for planar robots and
@@ -65,7 +65,7 @@ def animate(
         The path of the written file.
 
     Raises:
-        InputValueError: The suffix, a view or fps is invalid, or the trajectory belongs to a
+        InputValueError: The file suffix, a view or `fps` is invalid, or the trajectory belongs to a
             different robot.
         ShapeError: The coordinates do not have the shape (k, n).
         NotInstalledError: Matplotlib or Pillow (`pip install 'chasles[draw]'`), or the program

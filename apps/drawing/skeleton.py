@@ -107,8 +107,8 @@ class Skeleton:
                 [rad or m]. For a serial robot, z is q.
 
         Returns:
-            (..., bodies, 4, 4) body poses. z does not need to close the loops. Each rod or cylinder
-            then still points from its first end point to its second.
+            (..., bodies, 4, 4) body poses. z does not need to close the loops. Even if loops are
+            open, each rod or cylinder points from its first end point to its second.
         """
         local = self._motions.poses(np.asarray(z, dtype=np.float64))
         found = np.empty((*local.shape[:-3], len(self.bodies), 4, 4))

@@ -35,7 +35,7 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
         MissingFunctionError: The named function does not compute positions, or the ``.casadi`` file
             does not contain this function.
         DescriptionError: The robot description is invalid.
-        InputValueError: A function derived from a robot file or description has an unknown name.
+        InputValueError: The robot file or description has no function of this name.
     """
     folder = _folder(robot)
     if folder is not None:

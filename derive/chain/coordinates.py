@@ -56,7 +56,7 @@ class InProportion:
         self._D_q = robot.joint_values_D_q()
 
     def D_q(self) -> Matrix:
-        """Return the constant derivatives of the joint values with respect to the coordinates.
+        """Return the derivatives of the joint values with respect to the coordinates.
 
         The entries of the matrix D_q are constants: 1, -1 or coupling ratios.
         """

@@ -234,7 +234,7 @@ def tree_poses(bodies: Sequence[TreeBody], values: Sequence[float]) -> list[Arra
     """Return the poses (4, 4) of all bodies except strut sections, in the base frame.
 
     Args:
-        bodies: The bodies of the robot, from which strut sections are skipped.
+        bodies: The bodies of the robot. The function skips strut sections.
         values: The full configuration z of a robot with loops, or the coordinates q of a serial
             robot (radian or meter).
     """

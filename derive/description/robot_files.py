@@ -85,9 +85,9 @@ def read(
             attribute ``cleaning`` of the robot lists the changed numbers.
 
     Returns:
-        The robot, in meters and radians. It is a Mechanism if the file describes loops, lists the
-        actuated joints, or names the parent of a joint. Otherwise, it is a SerialRobot. If several
-        tips are possible, the attribute ``notes`` states the selected tip.
+        The robot, in meters and radians. The robot is a Mechanism if the file describes loops,
+        lists the actuated joints, or names the parent of a joint. Otherwise, the robot is a
+        SerialRobot. If several tips are possible, the attribute ``notes`` states the selected tip.
 
     Raises:
         DescriptionError: The file, or the file that it extends, cannot be read, is invalid or has

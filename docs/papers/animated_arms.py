@@ -15,25 +15,25 @@ PER_SECOND = 12
 DOTS_PER_INCH = 220
 COLOURS_IN_GIF = 200
 SLIMMEST = 0.45
-"""Minimum side of the box relative to its longest side, so that tick labels fit."""
+"""Minimum side of a drawn 3D box relative to its longest side, so that tick labels fit."""
 ZOOM = 0.95
-"""Size of the drawn box relative to the picture, so that labels are inside the picture."""
+"""Zoom factor of 3D axes, less than 1 so that the labels lie inside the picture."""
 
 
 def points(robot: Any, q: Any) -> Any:
-    """Return the positions of base, link origins and tool (..., links + 2, 3) [m]."""
+    """Return positions (..., links + 2, 3) of a robot's base, link origins and tool [m]."""
     links, tool = robot.link_poses(q)[..., :3, 3], robot.fk(q)[..., None, :3, 3]
     return np.concatenate([np.zeros_like(tool), links, tool], axis=-2)
 
 
 def drawn(axes: Any, line: Any, colour: str = COLOURS[0], **style: Any) -> Any:
-    """Draw one arm (k, 3) with a mark on each joint; returns the line."""
+    """Draw an arm as a line through points (k, 3) with marks, and return the matplotlib line."""
     given = {"marker": "o", "markersize": 2.5, "linewidth": 1.8} | style
     return axes.plot(*np.asarray(line).T, color=colour, **given)[0]
 
 
 def boxed(axes: Any, cloud: Any, margin: float = 0.05) -> None:
-    """Set equal scales around all points (..., 3), and labels in meters."""
+    """Set equal axis scales that contain all points (..., 3), and label the axes in meters."""
     flat = np.asarray(cloud).reshape(-1, 3)
     low, high = flat.min(0), flat.max(0)
     pad = margin * (high - low).max()
@@ -48,7 +48,7 @@ def boxed(axes: Any, cloud: Any, margin: float = 0.05) -> None:
 
 
 def in_space(figure: Any, place: Any) -> Any:
-    """Return perspective axes in a cell of a figure's grid, labeled like the other panels."""
+    """Add 3D axes to a cell of a figure's subplot grid, with the font of the other panels."""
     import matplotlib.pyplot as plt  # noqa: PLC0415
 
     with plt.rc_context(FONT):
@@ -60,7 +60,7 @@ def in_space(figure: Any, place: Any) -> Any:
 
 
 def frame(axes: Any, T: Any, length: float, **style: Any) -> None:
-    """Draw the axes of a pose (4, 4), with x, y and z in three colors."""
+    """Draw the x, y and z axes of a frame with pose (4, 4) in three colors."""
     for k, colour in enumerate((COLOURS[3], COLOURS[2], COLOURS[0])):
         ends = np.array([T[:3, 3], T[:3, 3] + length * T[:3, k]])
         axes.plot(*ends.T, color=colour, **({"linewidth": 1.2} | style))
@@ -74,14 +74,14 @@ def animation(
     view: tuple[float, float],
     count: int = FRAMES,
 ) -> Callable[[Path], None]:
-    """Return a function that writes the arm's motion as GIF.
+    """Return a function that writes an arm's motion as an animated GIF.
 
     Args:
         robot: The arm.
-        q: (m, n) coordinates at equal time intervals.
+        q: (m, n) coordinates of the arm at equal time intervals.
         height: Height of the picture [inch].
-        extra: Draws the stationary objects.
-        view: Elevation and azimuth [deg].
+        extra: Function that draws the stationary objects in the axes.
+        view: Elevation and azimuth of the camera [deg].
         count: Number of pictures.
     """
 

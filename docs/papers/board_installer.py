@@ -45,21 +45,24 @@ CASES = {
     "T1": np.array([20 * DEG, 0.03, 10 * DEG, -20 * DEG, 0.02, 0]),
     "T2": np.array([-35 * DEG, -0.06, -15 * DEG, 25 * DEG, -0.03, 12 * DEG]),
 }
-"""Configurations: waist, slider, crank, yaw, push rod, roll [rad, m]."""
+"""Joint values of each configuration: waist, slider, crank, yaw, push rod and roll [rad or m]."""
 BOX = np.array([[1.2, -0.715, 0.93], [1.55, 0.715, 1.55]])
-"""Lower and upper corner of the required box [m]; the paper does not state the x coordinates."""
+"""Lower and upper corners of the box that the tool must reach [m]. The paper does not state their x
+coordinates."""
 LABOUR = np.array([1.0, 1.5])
-"""According to the paper, the robot saves labor at installation heights in this range [m]."""
+"""Lowest and highest installation heights at which the robot saves labor, according to the paper
+[m]."""
 SAMPLES = 1_000_000
 LONGER = 1e-4
-"""Length error in the study of table 2 [m]."""
+"""Error of one length in the error study that replaces table 2 [m]."""
 EQUATION_27 = (
     "x = rho cos q1 + (e4 + t cos th7) cos(q1 + q4), "
     "y = rho sin q1 + (e4 + t cos th7) sin(q1 + q4), z = z_G + L1 - h4 + k r sin q3 + t sin th7 "
     "with rho = g0 + L2 + a_w + k r (cos q3 - 1) - "
     "(k - 1) q2 and cos(gamma0 + th7) = (a^2 + b^2 - (l0 + q5)^2)/(2 a b)"
 )
-"""The tool position as a function of the active variables, as in `equation_27`."""
+"""Text of equation (27), which gives the tool position from the active joint variables. The
+function `equation_27` evaluates this equation."""
 LENGTHS = (
     "rod_KH_length",
     "rod_FH_length",
@@ -73,7 +76,7 @@ LENGTHS = (
 
 
 def rows() -> list[Row]:
-    """Compare every printed value with the value of chasles."""
+    """Compare every value that the paper prints with the value that chasles computes."""
     printed = read("board_installer")
     return [
         *mobility_rows(printed),
@@ -87,17 +90,17 @@ def rows() -> list[Row]:
 
 @cache
 def robot() -> Any:
-    """Load the robot; its coordinates are the active joints."""
+    """Load the board installer, whose coordinates are its active joints."""
     return chasles.load("board_installer")
 
 
 def parameters() -> dict[str, float]:
-    """Return the lengths [m] and the angle [rad] of the robot."""
+    """Return the lengths [m] and the angle [rad] of the robot, keyed by parameter name."""
     return {name: parameter.value for name, parameter in robot().parameters.items()}
 
 
 def configurations(count: int) -> FloatArray:
-    """Return random coordinates (count, 6) within the limits."""
+    """Return random coordinates (count, 6) of the board installer within their limits."""
     found = np.random.default_rng(0).uniform(robot().lower, robot().upper, (count, 6))
     return np.asarray(found)
 
@@ -106,7 +109,10 @@ def configurations(count: int) -> FloatArray:
 
 
 def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compare the mobility, which is six. The counting formula is wrong for planar loops."""
+    """Compare the mobility of the board installer, which is six.
+
+    The Kutzbach formula gives a wrong mobility, because the loops are planar.
+    """
     mechanism = chasles.derive.read(ROBOT_FILES / "board_installer.toml")
     if not isinstance(mechanism, Mechanism):
         raise TypeError("expected a board installer with loops")
@@ -129,7 +135,7 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def length_rows(printed: dict[str, Printed]) -> list[Row]:
-    """State the lengths and limits of the robot, which are all assumed."""
+    """Return rows with the lengths and joint limits of the robot, which are all assumed."""
     value = parameters()
     reason = "with this value, all loops close and the tool reaches the box"
     push_rod = np.linalg.norm(triangle(0.0)[1] - triangle(0.0)[0])
@@ -145,7 +151,7 @@ def length_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def triangle(extension: float) -> tuple[FloatArray, FloatArray]:
-    """Return both pins M and N of the push rod in the base frame [m] for an extension [m]."""
+    """Return the positions [m] of push-rod pins M and N in the base frame, for an extension [m]."""
     value = parameters()
     q = np.zeros(6)
     q[4] = extension
@@ -178,7 +184,7 @@ def case_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def screw_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Check that the arm does not rotate, and check equation (27) for the tool position."""
+    """Check that the slider and arm joints only translate the tool, and check equation (27)."""
     q = configurations(300)
     arm, shift = arm_exponentials(q), arm_shift(q)
     turned = np.abs(arm[:, :3, :3] - np.eye(3)).max()
@@ -218,7 +224,7 @@ def arm_exponentials(q: FloatArray) -> FloatArray:
 
 
 def arm_shift(q: FloatArray) -> FloatArray:
-    """Return the translation (m, 3) [m] of the product of the exponentials."""
+    """Return the translation (m, 3) [m] by the slider and arm joints, in closed form."""
     value = parameters()
     k, r = value["k"], value["r"]
     along = k * r * (np.cos(q[:, 2]) - 1) - (k - 1) * q[:, 1]
@@ -296,7 +302,7 @@ def box_poses() -> FloatArray:
 
 @dataclass(frozen=True)
 class Errors:
-    """The tool errors that one wrong length of a link or rod causes.
+    """Largest tool errors that the error of one link or rod length causes.
 
     Attributes:
         name: Name of the link or rod length that has an error, one of `LENGTHS`.
@@ -310,7 +316,7 @@ class Errors:
 
 
 def grid(built: Any) -> FloatArray:
-    """Return coordinates (m, 6) on a grid within the limits."""
+    """Return coordinates (m, 6) of a robot on a grid within its joint limits."""
     counts = (3, 7, 7, 3, 3, 3)
     sides = [np.linspace(*ends) for ends in zip(built.lower, built.upper, counts, strict=True)]
     return np.array(list(product(*sides)))
@@ -318,7 +324,7 @@ def grid(built: Any) -> FloatArray:
 
 @cache
 def errors() -> tuple[Errors, ...]:
-    """Compute the tool errors that a 0.1 mm error of each length causes at 3969 configurations."""
+    """Compute tool errors at 3969 configurations for a 0.1 mm error of each length in turn."""
     built = chasles.load("board_installer", parametric=True)
     p = np.array([number.value for number in built.geometry])
     names = [number.name for number in built.geometry]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 MOVED = np.array([0.5, -0.06, 0.3, -0.9, 0.03, 0.0])
-"""Configuration of figure 2: waist, slider, crank, yaw, push rod, roll [rad, m]."""
+"""Joint values in figure 2: waist, slider, crank, yaw, push rod and roll [rad or m]."""
 EQUATION = (
     r"$x = \rho\,\cos q_1 + (e_4 + t\cos\theta_7)\,\cos(q_1 + q_4)$",
     r"$y = \rho\,\sin q_1 + (e_4 + t\cos\theta_7)\,\sin(q_1 + q_4)$",
@@ -60,12 +60,12 @@ class Skeleton:
     pins: dict[str, FloatArray]
 
     def line(self, letters: str | Sequence[str]) -> FloatArray:
-        """Return the positions of pins (m, 3), in the order of `letters`."""
+        """Return the positions (m, 3) [m] of the pins that `letters` names, in the same order."""
         return np.array([self.pins[letter] for letter in letters])
 
 
 def skeleton(q: FloatArray) -> Skeleton:
-    """Compute the pins of the chain from link poses, and crank and plate pins from lengths."""
+    """Compute pin positions: chain pins from link poses, crank and plate pins from lengths."""
     robot = chasles.load("board_installer")
     size = {name: parameter.value for name, parameter in robot.parameters.items()}
     T = dict(zip(robot.link_names, robot.link_poses(q), strict=True))
@@ -116,11 +116,11 @@ MEMBERS = (
     ("", ["E'", 'E"'], 2, 1.0),
     ("push rod", ["M", "N", "C"], 4, 1.4),
 )
-"""Name, pins, color and line width of each group of links."""
+"""Name, pin letters, color index and line width of each group of links in the pictures."""
 
 
 def structure() -> Any:
-    """Draw the reference configuration from the side.
+    """Draw the board installer in its reference configuration, seen from the side.
 
     The picture shows the parallel links, and the wrist that follows pin H.
     """
@@ -158,7 +158,7 @@ NUDGES = {
     "C": (0.0, 0.04),
     "T": (0.03, 0.03),
 }
-"""Offsets of the letters from their pins [m]."""
+"""Offset of each pin's letter from the pin in the side view [m]."""
 
 
 def in_space() -> Any:
@@ -180,7 +180,7 @@ def in_space() -> Any:
 
 
 def equation() -> Any:
-    """Draw the equations as text."""
+    """Draw equation (27) and its auxiliary equations as text."""
     figure, axes = panels(0.21 * len(EQUATION))
     axes.axis("off")
     for k, words in enumerate(EQUATION):
@@ -207,7 +207,7 @@ def cloud(found: Any, box: FloatArray) -> Any:
 
 
 def view(found: Any, box: FloatArray, normal: int) -> Any:
-    """Draw figure 5 (b) to (d): sample density in columns of cells, and the required box."""
+    """Draw figure 5 (b), (c) or (d): samples per column of cells, and the required box."""
     across, up = {2: (0, 1), 1: (0, 2), 0: (1, 2)}[normal]
     shares = 1000 * found.hits.sum(normal) / found.hits.sum()
     lower, upper = found.grid.lower, found.grid.upper
@@ -231,7 +231,7 @@ def view(found: Any, box: FloatArray, normal: int) -> Any:
 
 
 def bars(errors: Sequence[Errors]) -> Any:
-    """Draw the largest errors along x, y and z as bars for each length, and a line at 0.5 mm."""
+    """Draw the largest tool errors along x, y and z for each wrong length, and a 0.5 mm line."""
     figure, axes = panels(2.6)
     place = np.arange(len(errors))
     for k in range(3):

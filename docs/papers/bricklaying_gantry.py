@@ -153,21 +153,21 @@ CORRECTED = {
     "A_prime": ("71.57", "35.50 + 36.03", deg(35.50 + 36.03)),
     "C_prime": ("125.53", "180 - 54.39", deg(180 - 54.39)),
 }
-"""For each misprint, the correct value, the cause as a noun phrase, and the value that results from
+"""Correct value of each misprint, its cause as a noun phrase, and the wrong value that results from
 the cause."""
 NUMERATOR = "the paper prints 45.02/2.04 instead of 5.02/2.04"
 
 
 INPUTS = ("_x", "_y", "_time", "target", "lengths")
-"""A key that ends with one of these words belongs to an input of chasles, not to a result."""
+"""Endings of the keys of printed values that are inputs of chasles, not results."""
 PARTS = "the value is counted in our parts list, which follows the paper"
 IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
-"""Numbers of the drop spots whose printed r is correct in inches, keyed by the number of the
-set-up."""
+"""Numbers of the drop spots for which the printed polar radius r is correct in inches, keyed by
+set-up number."""
 
 
 def rows() -> list[Row]:
-    """Compare every printed value with the value of chasles."""
+    """Compare every value that the paper prints with the value that chasles computes."""
     printed = read("bricklaying_gantry")
     return [
         *mobility_rows(printed),
@@ -199,7 +199,7 @@ def judged(printed: dict[str, Printed], key: str, ours: Any) -> Row:
 
 
 def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compare section 2.1: the mobility formula, and the printed numbers of links and joints."""
+    """Compare the mobility formula and the numbers of links and joints in section 2.1."""
     mechanism = chasles.derive.read(ROBOT_FILES / "bricklaying_gantry.toml")
     if not isinstance(mechanism, Mechanism):
         raise TypeError("expected a gantry with loops")
@@ -231,14 +231,14 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
 
 @dataclass(frozen=True)
 class Spot:
-    """A drop spot, reached by the gantry and by the polar arm.
+    """A spot at which a brick is dropped, reached by the gantry and by the polar arm.
 
     Attributes:
         xy: (2,) position of the gantry's guide [m].
         theta: Angle of the polar arm [rad].
         r: Length of the polar arm [m].
         omega: Angular rate of the polar arm from the pick spot [rad/s].
-        duration: Duration of the motion [s].
+        duration: Time of the motion from the pick spot to the drop spot [s].
     """
 
     xy: FloatArray
@@ -250,7 +250,7 @@ class Spot:
 
 @cache
 def polar_arm() -> Any:
-    """Load the arm with a link of length r at the angle theta."""
+    """Load the polar arm, which is a link of variable length r at the angle theta."""
     return chasles.load(Path(__file__).parent / "robots" / "bricklaying_polar.toml")
 
 
@@ -284,7 +284,8 @@ def spot(xy: FloatArray) -> Spot:
 def equation_rows(printed: dict[str, Printed]) -> list[Row]:
     """Evaluate equations (3) to (6) of the paper for the first drop position.
 
-    The results are compared with the gantry and the polar arm.
+    The equations are compared with the guide position of the gantry and the joint angle of the
+    polar arm.
     """
     own = spots(1)[0]
     x, y = own.xy
@@ -327,7 +328,7 @@ def drop_spot_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def positions(item: Printed, own: tuple[Spot, ...]) -> Row:
-    """Compare the matrix X_wi of section 3.1 with the polar coordinates of a set-up."""
+    """Compare the position matrix X_wi of section 3.1 with the guide positions of a set-up."""
     values = {f"r{k}": spot.r for k, spot in enumerate(own, 1)}
     values |= {f"t{k}": spot.theta for k, spot in enumerate(own, 1)}
     guide = np.array([[*spot.xy, 0] for spot in own])
@@ -358,10 +359,10 @@ def in_inches(item: Printed, ours: FloatArray) -> Row:
 
 @dataclass(frozen=True)
 class Triangle:
-    """The planar arm at the target; its last link lies on the line from the origin to the target.
+    """Planar arm at the target, with its last link on the line from the origin to the target.
 
     Attributes:
-        q: (2, 3) both solutions, elbow above the line first [rad].
+        q: (2, 3) joint angles of both solutions, with the elbow above the line in the first [rad].
         wrist: (2,) position of the wrist center [m].
         line: Angle of the line from the origin to the target [rad].
     """
@@ -373,7 +374,7 @@ class Triangle:
 
 @cache
 def triangle() -> Triangle:
-    """Solve both elbow configurations, and the triangle of shoulder, elbow and wrist."""
+    """Compute both elbow solutions of the planar arm at the target, and the wrist center."""
     (on_line,) = polar_arm().ik_position([*TARGET, 0]).within_limits().valid_q()
     chain = chasles.load("bricklaying_planar")
     q = chain.ik_planar([*TARGET, on_line[0]]).valid_q()
@@ -382,7 +383,7 @@ def triangle() -> Triangle:
 
 
 def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compare the values of section 2.3."""
+    """Compare the inverse kinematics of the planar arm in section 2.3."""
     found = triangle()
     chain, arm = chasles.load("bricklaying_planar"), polar_arm()
     shoulder, elbow, wrist = found.q[0]

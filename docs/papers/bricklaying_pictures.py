@@ -21,9 +21,10 @@ INCH = 0.0254
 FRAME = (0.45, 0.55, 0.3)
 """Width, length and height of the frame [m]."""
 CONFIGURATION = (0.28, 0.33, 0.1)
-"""x, y and z of the guide in figure 1 [m]."""
+"""Guide position (x, y, z) of the gantry in figure 1 [m]."""
 STAGES = 8
-"""Stages of the motion for each brick: grip, three lines to lay it, release, three lines back."""
+"""Number of motion stages for each brick: grip, three lines to lay the brick, release and three
+return lines."""
 
 
 def drawn(spots: dict[int, Sequence[Spot]], found: Triangle, built: Wall) -> dict[str, Any]:
@@ -59,7 +60,7 @@ def box(axes: Any, lower: Any, upper: Any, **style: Any) -> None:
 
 
 def gantry() -> Any:
-    """Draw the frame, the platforms and the guide at the poses of their links."""
+    """Draw the gantry: its frame, and the platforms and the guide at their link poses."""
     robot = chasles.load("bricklaying_gantry")
     at = dict(zip("xyz", CONFIGURATION, strict=True))
     q = robot.actuators([at[joint.name] for joint in robot.chain_joints])
@@ -99,7 +100,7 @@ def inches(height: float, width: float, up: float, **given: Any) -> tuple[Any, A
 
 
 def drop_spots(spots: dict[int, Sequence[Spot]]) -> Any:
-    """Draw the two set-ups of the gantry, with a line from the base to each drop spot."""
+    """Draw the two set-ups of the gantry, with a line from the origin to each drop spot."""
     figure, both = inches(2.2, 6.4, 6.9, columns=2, sharey=True)
     for (setup, own), axes in zip(spots.items(), both, strict=True):
         for spot in own:
@@ -116,7 +117,7 @@ def drop_spots(spots: dict[int, Sequence[Spot]]) -> Any:
 
 
 def target() -> Any:
-    """Draw figure 4: the plane with the target."""
+    """Draw figure 4: the pick-up spot at the origin, and the target."""
     figure, axes = inches(2.2, 14, 9.5)
     goal(axes)
     return figure
@@ -139,7 +140,7 @@ def line_to(axes: Any, found: Triangle) -> None:
 
 
 def chain_length(found: Triangle) -> Any:
-    """Draw figure 5: the hypotenuse between origin and target."""
+    """Draw figure 5: the line from the origin to the target, and its length."""
     figure, axes = inches(2.2, 14, 9.5)
     line_to(axes, found)
     goal(axes)
@@ -175,7 +176,7 @@ def perimeters(found: Triangle) -> Any:
 
 
 def arm(axes: Any, q: FloatArray, colour: str, style: str, name: str) -> FloatArray:
-    """Draw the planar arm, and return its four points [inch]."""
+    """Draw the planar arm, and return the positions of shoulder, elbow, wrist and tip [inch]."""
     poses = chasles.load("bricklaying_planar").link_poses(q)
     points = np.vstack([[0, 0], poses[:, :2, 3] / INCH])
     axes.plot(*points.T, style, color=colour, marker="o", markersize=3.5, label=name)
@@ -183,7 +184,7 @@ def arm(axes: Any, q: FloatArray, colour: str, style: str, name: str) -> FloatAr
 
 
 def angles(found: Triangle) -> Any:
-    """Draw figure 7: sides and angles of the triangle."""
+    """Draw figure 7: sides and angles of the triangle of shoulder, elbow and wrist."""
     figure, axes = inches(2.6, 14, 10.5)
     line_to(axes, found)
     points = arm(axes, found.q[0], COLOURS[0], "-", "")
@@ -202,7 +203,7 @@ def angles(found: Triangle) -> Any:
 
 
 def both_elbows(found: Triangle) -> Any:
-    """Draw figure 8: both solutions with their joint angles."""
+    """Draw figure 8: both elbow solutions of the planar arm with their joint angles."""
     figure, axes = inches(2.9, 14, 10.5)
     for k, (q, side) in enumerate(zip(found.q, ("above", "below"), strict=True)):
         words = ", ".join(f"{value:.2f}°" for value in np.degrees(q))
@@ -213,12 +214,13 @@ def both_elbows(found: Triangle) -> Any:
 
 
 def wall_of_bricks(built: Wall) -> Any:
-    """Draw the wall, the pick-up spot and the path of the guide."""
+    """Draw the brick wall, the pick-up spot and the path of the gantry's guide."""
     from bricklaying_wall import BRICK  # noqa: PLC0415
 
     figure, axes = solid(2.9)
     half = np.array([BRICK[0], BRICK[1], 0]) / 2
-    # matplotlib cannot sort these objects by depth, so they are drawn from back to front.
+    # The path and the bricks are drawn from back to front, because matplotlib cannot sort them by
+    # depth.
     axes.computed_zorder = False
     way = built.sampled.T[:, :3, 3]
     axes.plot(*way.T, color=COLOURS[0], linewidth=0.6, zorder=0, label="path of the guide")
@@ -238,7 +240,7 @@ def wall_of_bricks(built: Wall) -> Any:
 
 
 def motor_rates(built: Wall) -> Any:
-    """Draw the rates of the three motors until the guide returns to the pick-up spot."""
+    """Plot the rates of the gantry's three motors for the first brick, including the return."""
     sampled = built.sampled
     first = sampled.stage < STAGES
     figure, axes = panels(2.2)

@@ -16,11 +16,12 @@ from chasles.study.motion import MotionSequence, Trajectory, limit_violations, l
 FloatArray = NDArray[np.float64]
 
 BRICK = np.array([0.08, 0.04, 0.03])
-"""Length, width and height of a brick [m], chosen so that a wall fits into the strokes."""
+"""Length, width and height of a brick [m], chosen so that a wall fits into the strokes of the
+gantry."""
 PICK_SPOT = np.array([0.04, 0.05, 0.03])
 """Guide position at which the gripper grips a brick by its upper face [m]."""
 ABOVE = 0.03
-"""Height by which bricks are lifted before they travel [m]."""
+"""Height above the drop position at which the guide moves horizontally [m]."""
 SPEED = {"speed": 0.12, "acceleration": 0.4, "jerk": 4.0}
 """Limits of the guide's speed, acceleration and jerk [m/s, m/s^2, m/s^3]."""
 GRIP = 0.4
@@ -28,7 +29,7 @@ GRIP = 0.4
 
 
 def chain_of(gantry: Any, xyz: Any) -> FloatArray:
-    """Return the prismatic joints for a position [m], in the order of the main chain."""
+    """Return the prismatic joint values for a guide position [m], in main-chain order."""
     return np.array([xyz["xyz".index(joint.name)] for joint in gantry.chain_joints])
 
 
@@ -38,8 +39,8 @@ class Wall:
 
     Attributes:
         places: (m, 3) planned guide positions at which bricks are released [m].
-        released: (m, 3) guide positions of `fk` for the motor angles at which bricks are released
-            [m].
+        released: (m, 3) guide positions at which bricks are released, computed by `fk` from the
+            motor angles [m].
         sampled: The planned motion of the motors.
     """
 
@@ -49,7 +50,10 @@ class Wall:
 
 
 def bond() -> FloatArray:
-    """Return guide positions for rows of 4, 3 and 2 bricks; each brick rests on two bricks."""
+    """Return the guide positions for a wall with rows of 4, 3 and 2 bricks.
+
+    Each brick above the first row rests on two bricks.
+    """
     length, _, height = BRICK
     return np.array(
         [
@@ -62,7 +66,7 @@ def bond() -> FloatArray:
 
 @cache
 def wall() -> Wall:
-    """Return the motion for every brick: pick, lift, travel, lower, release, and return."""
+    """Return the motion that lays all bricks: pick, lift, travel, lower, release and return."""
     gantry = chasles.load("bricklaying_gantry")
     laying = MotionSequence(gantry, gantry.actuators(chain_of(gantry, PICK_SPOT)))
     released = []
@@ -88,7 +92,7 @@ def over(laying: MotionSequence, place: FloatArray, height: float, name: str) ->
 
 
 def wall_rows(printed: dict[str, Printed]) -> list[Row]:
-    """List the bricks and the speeds that we chose for the wall, and the errors of the motion."""
+    """Return table rows for the bricks and speeds that we chose, and for the position errors."""
     built = wall()
     beyond = limit_violations(chasles.load("bricklaying_gantry"), built.sampled)
     if beyond:

@@ -20,7 +20,7 @@ from report import Figures, Row, read, show
 
 
 def rows() -> list[Row]:
-    """Compare every number of the report with the value of chasles."""
+    """Compare every number that the report prints with the value that chasles computes."""
     printed = read("lynxmotion_and_3rrr")
     return [
         *lynxmotion_arm.rows(printed),

@@ -1,4 +1,4 @@
-"""Part 1 of the report: the Lynxmotion arm, its tables, workspace, inverse and five motions."""
+"""Part 1 of the report: tables, workspace, inverse kinematics and motions of the Lynxmotion arm."""
 
 from __future__ import annotations
 
@@ -43,30 +43,31 @@ CONFIGURATIONS = np.radians(
 SAMPLES, FINEST = 500_000, 30
 """Number of workspace samples, and number of cells along the longest side of the workspace."""
 D1 = 0.05
-"""Height of the shoulder in the motions [m], as in robots/lynxmotion_low.toml."""
+"""Shoulder height of the Lynxmotion arm in all motions [m], as in robots/lynxmotion_low.toml."""
 BALL, RADIUS = np.array([0.2, 0.075, 0.075]), 0.012
 """Center and radius of the sphere obstacle [m]. We chose a sphere midway between points 3 and 4,
 because our copy of the report has no figure 1.10."""
 DETOUR = np.array([0.2, 0.075, 0.14])
-"""The via point above the sphere [m]."""
+"""Via point above the sphere obstacle [m]."""
 THIN, THICK = 1e-4, 0.012
-"""Two link radii [m] for the distances to obstacles."""
+"""Link radii [m]: `THIN` for distances from link center lines, and `THICK` for the links in part 3.
+"""
 RATE = 100.0
-"""Samples per second; the paper's interval is 0.01 s."""
+"""Samples of a motion per second, for the sampling interval of 0.01 s in the paper."""
 FINE = 600.0
-"""Sampling frequency [Hz] for maxima: a multiple of three, because phases end at thirds of a
-second."""
+"""Sampling frequency [Hz] for maxima, a multiple of three because trapezoidal phases end at thirds
+of a second."""
 GENERIC = "The test arm has the lengths d1 = 70, a2 = 120, a3 = 90 and d5 = 50 mm"
 ROUNDING = 1e-9
 """Lengths [m] and angles [rad] below this value count as 0."""
 PHASES = 3
-"""Number of phases: acceleration, uniform speed, and deceleration."""
+"""Number of phases of a trapezoidal speed profile: acceleration, uniform speed and deceleration."""
 BISECTIONS = 40
 
 
 @cache
 def arm() -> Any:
-    """Load the arm with all lengths 0.1 m."""
+    """Load the Lynxmotion arm with all lengths equal to 0.1 m."""
     return chasles.load("lynxmotion")
 
 
@@ -83,7 +84,7 @@ def low() -> Any:
 
 
 def rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compare every number of part 1 with the value of chasles."""
+    """Compare every number in part 1 of the report with the value that chasles computes."""
     return [
         *model(printed),
         *forward(printed),
@@ -98,7 +99,7 @@ def rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def model(printed: dict[str, Printed]) -> list[Row]:
-    """Compare equation (1.2) at generic values, the rows of table 1.1, and the lengths."""
+    """Compare equation (1.2) at generic values, the rows of table 1.1, and the arm lengths."""
     robot, q = arm(), np.array([0.3, 0.7, -0.4, 0.5, -0.6])
     joint = chasles.load(HERE / "robots" / "mdh_row.toml")
     row = {name: own.value for name, own in joint.parameters.items()} | {"theta": 0.7}
@@ -176,12 +177,12 @@ def within(q: Any) -> int:
 
 @cache
 def found_workspace() -> Workspace:
-    """Compute the workspace within the limits of table 1.3."""
+    """Compute the workspace of the arm within the joint limits of table 1.3."""
     return workspace(arm(), SAMPLES, resolution=FINEST, threads=2, progress=False)
 
 
 def few_samples() -> Any:
-    """Return tool positions (5000, 3) at as many random configurations as in the paper [m]."""
+    """Return tool positions (5000, 3) [m] at random configurations, as many as in the paper."""
     robot = arm()
     some = samples_of(robot, 5000, "uniform", key=0)
     q = np.concatenate([block.copy() for block in some.blocks(0)])
@@ -217,7 +218,7 @@ def reach(printed: dict[str, Printed]) -> list[Row]:
 
 
 def solutions(robot: Any, points: Any) -> Any:
-    """Return both configurations (m, 2, 5) with a level tool, elbow up first."""
+    """Return both configurations (m, 2, 5) with a horizontal tool at m points, elbow up first."""
     x = np.column_stack([points, np.zeros(len(points))])
     found = robot.ik_position_pitch(x)
     facing = np.abs(found.q[..., 0]) <= np.pi / 2
@@ -252,7 +253,7 @@ def inverse(printed: dict[str, Printed]) -> list[Row]:
 
 
 def inverse_equations(printed: dict[str, Printed]) -> list[Row]:
-    """Evaluate equations (1.11) to (1.14) with four different lengths at point 2."""
+    """Compare equations (1.11) to (1.14) at via point 2 for an arm with four different lengths."""
     robot = generic()
     q = solutions(robot, VIA[1:2])[0]
     T = robot.link_poses(q[0])
@@ -288,7 +289,7 @@ def inverse_equations(printed: dict[str, Printed]) -> list[Row]:
 
 
 def limits(printed: dict[str, Printed]) -> list[Row]:
-    """Find the range of shoulder heights for which all via points are within the limits."""
+    """Find the shoulder heights at which the arm reaches all via points within its limits."""
     count = reached(0.1).sum()
     numbers = [f"{k + 1}" for k in np.flatnonzero(reached(0.1))]
     least, largest = (bisected(D1, end) for end in (0.0, 0.1))
@@ -309,9 +310,10 @@ def limits(printed: dict[str, Printed]) -> list[Row]:
 
 
 def reached(d1: float) -> Any:
-    """Test (5,) whether the arm reaches each via point within its limits.
+    """Test for each of the five via points whether the arm reaches the point within its limits.
 
-    Lowering the shoulder is equivalent to raising the points.
+    Instead of lowering the shoulder of the arm, the function raises the via points, which is
+    equivalent.
     """
     lift = np.array([0, 0, arm().parameters["d1"].value - d1])
     x = np.column_stack([VIA + lift, np.zeros(len(VIA))])
@@ -319,7 +321,7 @@ def reached(d1: float) -> Any:
 
 
 def bisected(inside: float, outside: float) -> float:
-    """Find by bisection the height at which the first via point violates the limits [m]."""
+    """Find by bisection the shoulder height [m] at which a via point becomes unreachable."""
     for _ in range(BISECTIONS):
         middle = (inside + outside) / 2
         inside, outside = (middle, outside) if reached(middle).all() else (inside, middle)
@@ -327,18 +329,18 @@ def bisected(inside: float, outside: float) -> float:
 
 
 def start() -> MotionSequence:
-    """Start a motion at the first via point, elbow up."""
+    """Return a motion sequence that starts at the first via point with the elbow up."""
     return MotionSequence(low(), solutions(low(), VIA[:1])[0, 0])
 
 
 def task(point: Any) -> Any:
-    """Return the input of the inverse for a point and a horizontal tool."""
+    """Return the task coordinates of a point with a horizontal tool: position and pitch 0."""
     return np.r_[point, 0.0]
 
 
 @cache
 def free() -> Trajectory:
-    """Return the motion of figure 1.6: two parabolas through points 1-2-3 and 3-4-5."""
+    """Return the motion of figure 1.6: two parabolas through via points 1-2-3 and 3-4-5."""
     found = start()
     for k in (0, 2):
         curve = task_curve("position_pitch", parabola(VIA[k : k + 3]))
@@ -348,18 +350,18 @@ def free() -> Trajectory:
 
 @cache
 def lines(rate: float = RATE) -> Trajectory:
-    """Return the motion of figures 1.7 to 1.9: straight lines, trapezoidal speed, 1 s each."""
+    """Return the motion of figures 1.7 to 1.9: straight lines of 1 s each, trapezoidal speed."""
     return along(VIA, rate)
 
 
 @cache
 def around(rate: float = RATE) -> Trajectory:
-    """Return the motion of figure 1.10; the third line passes a point above the sphere."""
+    """Return the motion of figure 1.10, whose third line ends at a point above the sphere."""
     return along(np.vstack([VIA[:3], DETOUR, VIA[3:]]), rate)
 
 
 def along(points: Any, rate: float) -> Trajectory:
-    """Return the motion along straight lines between points, 1 s each."""
+    """Return a motion along straight lines between points, with 1 s for each line."""
     found = start()
     for a, b in pairwise(points):
         curve = task_line("position_pitch", task(a), task(b))
@@ -377,7 +379,7 @@ def polynomials() -> Trajectory:
 
 
 def free_motion(printed: dict[str, Printed]) -> list[Row]:
-    """Compare the free motion's time steps and its distances from the via points."""
+    """Compare time steps and via-point distances of the parabolic motion in figure 1.6."""
     made = free()
     p = made.T[:, :3, 3]
     miss = np.linalg.norm(p[None] - VIA[:, None], axis=-1).min(1).max()
@@ -406,7 +408,7 @@ def free_motion(printed: dict[str, Printed]) -> list[Row]:
 
 
 def straight_lines(printed: dict[str, Printed]) -> list[Row]:
-    """Compare the straight lines in three phases: tool speeds, joint rates and straightness."""
+    """Compare the motion on straight lines: phases, tool speeds, joint rates and straightness."""
     made = lines()
     speed = np.linalg.norm(made.V[:, :3], axis=1)
     peaks = [speed[made.stage == k].max() for k in range(4)]
@@ -449,7 +451,7 @@ def off_lines(made: Trajectory) -> float:
 
 
 def detour(printed: dict[str, Printed]) -> list[Row]:
-    """Return table rows for the sphere between points 3 and 4, and for the clearance around it."""
+    """Return table rows for the sphere between via points 3 and 4, and the clearance around it."""
     reason = f"{MISSING}. We chose a sphere midway between points 3 and 4"
     clear = clearance(around(FINE))
     return [
@@ -471,7 +473,7 @@ def detour(printed: dict[str, Printed]) -> list[Row]:
 
 
 def clearance(made: Trajectory) -> float:
-    """Return the minimum distance [m] between link center lines and the sphere obstacle."""
+    """Return the minimum distance [m] of link center lines from the sphere during a motion."""
     space = configuration_space(low(), [sphere(BALL, RADIUS)], radius=THIN)
     own = [k for k, (_, other) in enumerate(space.checks) if other == 0]
     return float(min(space.distances(q)[own].min() for q in made.q)) + THIN

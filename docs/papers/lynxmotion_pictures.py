@@ -1,4 +1,4 @@
-"""Pictures of part 1: the arm's frames, configurations, workspace and five motions."""
+"""Pictures of the Lynxmotion arm: frames, configurations, workspace and five motions."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from chasles.study.motion import Trajectory
 
 JOINTS = ("q1", "q2", "q3", "q4")
 NAMES = ("1, 2", "3", "4", "5")
-"""Frame labels at each origin; frames 1 and 2 share an origin."""
+"""Labels of the frames at each drawn origin. Frames 1 and 2 have the same origin."""
 VIEW = (22.0, -60.0)
 
 
 def figures() -> Figures:
-    """Return figures 1.1 to 1.11, keyed by caption.
+    """Return pictures for figures 1.1 to 1.11 of the report, keyed by caption.
 
     Our copy of the report does not contain the original figures.
     """
@@ -50,7 +50,7 @@ def figures() -> Figures:
 
 
 def frames() -> Any:
-    """Draw the frames of table 1.1 in a configuration."""
+    """Draw the link frames of table 1.1 at one configuration of the arm."""
     figure, axes = solid(2.9)
     q = np.array([0.4, 1.0, -0.8, -0.6, 0.0])
     line, T = points(arm.arm(), q), arm.arm().link_poses(q)
@@ -80,7 +80,7 @@ def configurations() -> Any:
 
 
 def workspace() -> Any:
-    """Draw the cells that the tool reaches, in space and seen along z and y."""
+    """Draw the workspace cells that the tool reaches, in 3D and seen along z and y."""
     found = arm.found_workspace()
     figure, axes = panels(5.0, 2, 2, height_ratios=[1.7, 1])
     for own in axes[0]:
@@ -147,7 +147,7 @@ def marks(axes: Any) -> None:
 
 
 def around_ball(axes: Any) -> None:
-    """Draw the via points, the sphere and the point above it."""
+    """Draw the via points, the sphere obstacle and the via point above the sphere."""
     marks(axes)
     u, v = np.meshgrid(np.linspace(0, 2 * np.pi, 19), np.linspace(0, np.pi, 10))
     ball = np.array([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)]) * arm.RADIUS

@@ -1,4 +1,4 @@
-"""Mutation tests of verdicts: each printed digit is changed in turn, and the verdict must fail."""
+"""Mutation tests of verdicts: if a printed digit is changed, the verdict of its row must fail."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from report import Row
 
 _NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.])")
-"""Matches a number in an equation, but not the digit in a symbol such as t2."""
+"""Regular expression for a number in an equation, but not for the digit in a symbol such as t2."""
 NOTHING = "the paper prints no value"
 WORDS = "words, or an equation without digits"
 WRONG = "the printed value is wrong, and its cause is unknown"
@@ -28,7 +28,7 @@ class Digit:
     """A digit of a printed value.
 
     Attributes:
-        path: Indices into the nested lists of the printed value.
+        path: Indices of the number in the nested lists of the printed value.
         index: Position of the digit within the text of the number.
     """
 
@@ -37,9 +37,9 @@ class Digit:
 
 
 def exemption(row: Row) -> str:
-    """Return why the verdict of a row cannot depend on one of its digits.
+    """Return the reason why changed digits cannot alter the verdict of a table row.
 
-    The result is "" if the row has no exemption.
+    The reason is an empty string if changed digits can alter the verdict.
     """
     if row.source is None or row.source.value is None:
         return NOTHING
@@ -51,17 +51,17 @@ def exemption(row: Row) -> str:
 
 
 def has_cause(row: Row) -> bool:
-    """Test whether the note of a row states the cause of a wrong printed value."""
+    """Test whether the note of a table row states the cause of a wrong printed value."""
     return "cause: " in row.note
 
 
 def exempt(rows: Sequence[Row]) -> Counter[str]:
-    """Count the table rows that each exception covers."""
+    """Count the table rows that each reason exempts from digit tests."""
     return Counter(reason for row in rows if (reason := exemption(row)))
 
 
 def digits(row: Row) -> list[Digit]:
-    """List the digits in the printed value of a row."""
+    """List the digits in the printed value of a table row."""
     value = row.source.value if row.source else None
     return [] if value is None else list(_digits(value, ()))
 
@@ -78,7 +78,7 @@ def _digits(value: Text, path: tuple[int, ...]) -> Iterator[Digit]:
 
 
 def is_expression(text: str) -> bool:
-    """Test whether a text is a number or an equation; words are neither."""
+    """Test whether a text is a number or an equation, and not words."""
     try:
         ast.parse(text.strip(), mode="eval")
     except SyntaxError:
@@ -87,10 +87,10 @@ def is_expression(text: str) -> bool:
 
 
 def survives(row: Row, digit: Digit) -> bool:
-    """Test whether the verdict of a row stays the same for a changed digit.
+    """Test whether the verdict of a table row does not detect a changed digit.
 
-    The printed value is increased and decreased. If the change is just over the tolerance, at least
-    one of the two changed values must alter the verdict. If the change is just over twice the
+    The test increases and decreases the printed value. If the change is just over the tolerance, at
+    least one of the two changed values must alter the verdict. If the change is just over twice the
     tolerance, both changed values must alter the verdict.
     """
     if row.source is None or row.judge is None:
@@ -109,7 +109,7 @@ def _holds(row: Row, changed: Printed) -> bool:
 
 
 def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printed]]:
-    """Return items that differ by just over one tolerance, and by just over two tolerances."""
+    """Return printed items with values changed by just over one tolerance, and just over two."""
     text = _text(printed.value, digit.path)
     number = decimal(text)
     if number is None:
@@ -127,7 +127,7 @@ def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printe
 
 
 def _exponent(text: str, index: int) -> int:
-    """Return k, where 10^k is the place value of the digit at an index of a decimal number."""
+    """Return the exponent k of the place value 10^k of a digit in a decimal number."""
     point = text.find(".")
     if point < 0:
         return len(text) - 1 - index

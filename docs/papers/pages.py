@@ -22,7 +22,8 @@ from report import ECHO, MISSING, TWICE, Row, Verdict, capitalized
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent / "papers.md"
-"""The page with the verdicts of all papers; each paper has its own page in this folder."""
+"""The page that counts the verdicts of all papers. Each paper also has its own page in
+`docs/papers`."""
 BUILD = HERE.parents[1] / "build" / "reproduce"
 PAPERS = (
     "board_installer",
@@ -34,11 +35,11 @@ PAPERS = (
 PROCESSES = 2
 DOTS_PER_INCH = 320
 NOWHERE = "not printed"
-"""Place of an item that the paper does not print; the tables omit this place."""
+"""Value of `Row.where` for an item that the paper does not print. The pages omit this value."""
 HEAD = ("item", "values", "verdict")
 _NUMBER = r"\((?:[A-Z]\.)?\d+(?:\.\d+)*\)"
 EQUATIONS = re.compile(rf"{_NUMBER}((?:-|, ){_NUMBER})*")
-"""Numbers of equations, such as "(3), (4)", "(3)-(6)" or "(B.1.7)"."""
+"""Regular expression for equation numbers, such as "(3), (4)", "(3)-(6)" or "(B.1.7)"."""
 MEANINGS: dict[Verdict, str] = {
     "agrees": "our value equals the printed value to half a unit of its last digit. If the paper "
     "says “about”, the note quotes it and states the tolerance.",
@@ -85,9 +86,10 @@ LISTS: dict[str, tuple[Verdict, ...]] = {
     "Values that the paper does not print": ("assumed", "lost", "not printed"),
     "Consistency": ("consistency",),
 }
-"""The lists below the table of a paper, with the verdicts of their rows."""
+"""Headings of the lists on a paper's page, with the verdicts of the rows in each list."""
 USUAL_NOTES: dict[Verdict, tuple[str, ...]] = {"consistency": (ECHO, TWICE), "lost": (MISSING,)}
-"""Notes that the lists omit, because they only repeat the meaning of the verdict."""
+"""Notes that the lists on a paper's page omit, because these notes only repeat the meaning of the
+verdict."""
 LINE_WIDTH = 100
 TITLE = "Five papers, number by number"
 INTRODUCTION = f"""\
@@ -118,7 +120,7 @@ figure img { max-width: 100%; }
 
 @dataclass(frozen=True)
 class Chapter:
-    """One paper: title and source, table rows, and pictures keyed by caption."""
+    """A paper's part of the report: title, source, table rows, and pictures keyed by caption."""
 
     paper: str
     title: str
@@ -129,7 +131,7 @@ class Chapter:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Write the report; returns 1 if a page in docs is out of date."""
+    """Write the report of all papers, and return 1 if a page in docs is out of date."""
     with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
         chapters = list(pool.map(reproduced, present()))
     BUILD.mkdir(parents=True, exist_ok=True)
@@ -158,7 +160,7 @@ def _holds(path: Path, text: str) -> bool:
 
 
 def page_of(paper: str) -> Path:
-    """Return the page of a paper."""
+    """Return the path of the Markdown page of a paper."""
     return HERE / f"{paper}.md"
 
 
@@ -189,18 +191,18 @@ def reproduced(paper: str) -> Chapter:
 
 
 def words(script: Any) -> tuple[str, str]:
-    """Return the first line of a script's docstring, and the next paragraph."""
+    """Return the title and source of a paper: first two paragraphs of its script's docstring."""
     title, _, rest = script.__doc__.partition("\n\n")
     return title.strip().removesuffix("."), " ".join(rest.split("\n\n")[0].split())
 
 
 def slug(caption: str) -> str:
-    """Return the file name of a picture: the words before the colon of its caption."""
+    """Return a picture's file name without suffix: the words before the colon of its caption."""
     return re.sub(r"\W+", "_", caption.partition(":")[0].lower()).strip("_")
 
 
 def written(stem: Path, picture: Any) -> Path:
-    """Write a figure as PNG, or an animation as GIF; returns the file."""
+    """Write a figure as PNG or an animation as GIF, and return the path of the file."""
     if callable(picture):
         path = stem.with_suffix(".gif")
         picture(path)
@@ -214,7 +216,7 @@ def written(stem: Path, picture: Any) -> Path:
 
 
 def summary(rows: dict[str, Sequence[Row]]) -> str:
-    """Return the text of docs/papers.md, with a table of verdicts and a table of digits."""
+    """Return the text of docs/papers.md, with tables that count verdicts and tested digits."""
     pages = ", ".join(f"[{paper}](papers/{paper}.md)" for paper in rows)
     lines = [
         INTRODUCTION,
@@ -227,7 +229,7 @@ def summary(rows: dict[str, Sequence[Row]]) -> str:
 
 
 def section(paper: str, rows: Sequence[Row]) -> str:
-    """Return the text of the page of a paper."""
+    """Return the Markdown text of a paper's page."""
     title, source = words(importlib.import_module(paper))
     lines = [f"# {title}", "", source, ""]
     lines += [f"`python docs/papers/{paper}.py`", ""]
@@ -273,7 +275,7 @@ def _block(head: Sequence[str], rows: Any) -> list[str]:
 
 
 def cells(row: Row) -> tuple[str, ...]:
-    """Return the cells of a row in the order of `HEAD`; the second cell is a sentence."""
+    """Return the Markdown cells of a table row: item, values as a sentence, and verdict."""
     note = _phrase(row.note.replace("; cause: ", ". The printed value results from "))
     values = f"{_paper_value(row)}; {_our_value(row)}."
     return _item(row), values, f"{row.verdict.capitalize()}. {note}".strip()
@@ -320,7 +322,7 @@ def _item(row: Row) -> str:
 
 
 def _entry(row: Row) -> list[str]:
-    """Return the lines of a row in a list: both values, and the note."""
+    """Return text lines for a row in a list: printed value, our value and note."""
     printed, ours = _values(row)
     value = row.source.value if row.source else None
     if _is_quoted(value):
@@ -337,7 +339,7 @@ def _entry(row: Row) -> list[str]:
 
 
 def _wrapped(text: str, indent: str = "") -> list[str]:
-    """Break a text into the lines of a list, at spaces only."""
+    """Wrap a text into lines of a list, with breaks only at spaces."""
     wrapper = textwrap.TextWrapper(LINE_WIDTH, indent, "    ")
     wrapper.break_on_hyphens = wrapper.break_long_words = False
     return wrapper.wrap(text)
@@ -352,7 +354,7 @@ def _values(row: Row) -> tuple[str, str]:
 
 
 def _phrase(note: str) -> str:
-    """Return a note with a period, and with a capital unless it starts with a symbol."""
+    """Return a note with a final period, and with a capital unless it starts with a symbol."""
     note = capitalized(note)
     return f"{note}." if note and not note.endswith((".", ":")) else note
 
@@ -367,7 +369,7 @@ def table(head: Sequence[str], rows: Any) -> list[str]:
 
 
 def html_page(chapters: Sequence[Chapter]) -> str:
-    """Return the report as one file that includes style and pictures."""
+    """Return the report as one HTML page that includes its style and pictures."""
     verdicts = _html_counts(chapters, VERDICTS, _counts)
     digits = _html_counts(chapters, DIGITS, _digit_counts)
     meanings = [

@@ -1,4 +1,4 @@
-"""Axes of the papers' pictures: 8 cm wide, in colors that color-blind readers can distinguish."""
+"""Creates figures of 8 cm width in colors that color-blind readers can distinguish."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ COLOURS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#000000")
 """Colors of Okabe and Ito (2008), which also differ in lightness."""
 STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 1)))
 WIDTH = 3.15
-"""Width of a column [inch]: 8 cm."""
+"""Width of a text column [inch], which is 8 cm."""
 FONT = {
     "font.size": 7.5,
     "axes.titlesize": 8,
@@ -25,7 +25,7 @@ PALE = "#e8e8e8"
 
 
 def panels(height: float, rows: int = 1, columns: int = 1, **given: Any) -> tuple[Any, Any]:
-    """Return a figure as wide as a text column, and its axes, in the style of this file.
+    """Return a figure as wide as a text column, and its axes, with the settings in `FONT`.
 
     Args:
         height: Height of the figure [inch].
@@ -40,7 +40,7 @@ def panels(height: float, rows: int = 1, columns: int = 1, **given: Any) -> tupl
 
 
 def solid(height: float) -> tuple[Any, Any]:
-    """Return a figure of column width with axes in perspective."""
+    """Return a figure as wide as a text column, and its 3D axes."""
     figure, axes = panels(height, subplot_kw={"projection": "3d"})
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_tick_params(pad=-2)
@@ -55,7 +55,7 @@ def curves(axes: Any, t: Any, values: Any, names: Sequence[str], label: str) -> 
         axes: Axes of the plot.
         t: (m,) times [s].
         values: (m, n) values to plot.
-        names: n names of the columns.
+        names: Names of the n columns.
         label: Label of the vertical axis, with the unit.
     """
     for k, (column, name) in enumerate(zip(np.asarray(values).T, names, strict=True)):
@@ -75,7 +75,7 @@ def legend_below(figure: Any, axes: Any, columns: int) -> None:
 
 
 def plane(axes: Any, across: str = "x [m]", up: str = "y [m]") -> None:
-    """Set equal scales, a grid and labels."""
+    """Set equal scales, a grid and axis labels for a planar plot."""
     axes.set_aspect("equal")
     axes.set_xlabel(across)
     axes.set_ylabel(up)

@@ -19,11 +19,11 @@ EVERY = 8
 LENGTH = 0.18
 """Length of the axes of a drawn frame [m]."""
 START = 1.7
-"""Axis length of the start frame, relative to other frames."""
+"""Axis length of the drawn start frame relative to the length of other frames."""
 
 
 def frames(robot: Any) -> Any:
-    """Draw the link frames at zero, with x, y and z in three colors."""
+    """Draw the link frames at zero joint values, with x, y and z axes in three colors."""
     figure, axes = solid(2.7)
     T, line = robot.link_poses(np.zeros(8)), points(robot, np.zeros(8))
     drawn(axes, line, GREY)
@@ -43,14 +43,14 @@ def frames(robot: Any) -> Any:
 
 
 def axis_moved(robot: Any, made: Trajectory) -> Any:
-    """Draw the arm at zero and at the end of the motion, and the path of the tool."""
+    """Draw the arm at zero joint values and at the end of a motion, and the path of the tool."""
     figure, axes = solid(2.7)
     lines = points(robot, made.q)
     drawn(axes, lines[0], COLOURS[2], linestyle=":", linewidth=2.6, label="zero")
     drawn(axes, lines[-1], COLOURS[0], label="end state")
     axes.plot(*lines[:, -1].T, "--", color=COLOURS[3], linewidth=1.4, label="path of the tool")
-    # If the tool only rotates, both frames have the same origin. The start frame is longer and
-    # dotted so that it stays visible.
+    # If the tool only rotates, its start and end frames have the same origin. The start frame is
+    # longer and dotted, so that it stays visible.
     frame(axes, robot.fk(made.q[0]), START * LENGTH, linestyle=":", linewidth=1.6)
     frame(axes, robot.fk(made.q[-1]), LENGTH)
     boxed(axes, np.vstack([lines.reshape(-1, 3), lines[0] + START * LENGTH]))
@@ -61,6 +61,6 @@ def axis_moved(robot: Any, made: Trajectory) -> Any:
 
 
 def all_axes(robot: Any, motions: Sequence[Trajectory]) -> Any:
-    """Animate each axis from zero to its end state and back."""
+    """Animate the motion of each joint from zero to its end value and back."""
     ways = [np.concatenate([made.q[::EVERY], made.q[::-EVERY]]) for made in motions]
     return animation(robot, np.concatenate(ways), 3.0, lambda _: None, VIEW, PICTURES)

@@ -40,8 +40,8 @@ CONFIGURATION = np.array([0.4, 0.3, -0.5, 0.2, 0.6, -0.7, 0.8, -0.9])
 CASE = "The configuration of the robot is (0.4, 0.3, -0.5, 0.2, 0.6, -0.7, 0.8, -0.9) m or rad"
 MATRICES = ("A0", "A1", "A2", "A3", "A4", "A5", "A6", "A7", "Aee")
 ENDS = {"a": 1.0, "b": np.pi / 2, "c": np.pi / 2, "d": 0.5} | dict.fromkeys("efgh", np.pi / 2)
-"""Final joint values of figure 3 [m, rad]. The paper moves each axis "as much as possible", and
-prints no limits."""
+"""Assumed joint value at the end of the motion in each panel of figure 3 [m or rad]. The paper
+moves each axis "as much as possible", and prints no limits."""
 AXES = dict(zip("abcdefgh", (0, 2, 1, 3, 4, 5, 6, 7), strict=True))
 """Index of the joint that moves in each panel of figure 3."""
 SLIDES = (0, 3)
@@ -50,7 +50,7 @@ ROUNDING = 1e-12
 
 
 def rows() -> list[Row]:
-    """Compare every number of the paper with the value of chasles."""
+    """Compare every number that the paper prints with the value that chasles computes."""
     printed, robot = read("photo_robot"), chasles.load("photo_robot")
     return [
         *structure(printed, robot),
@@ -64,7 +64,10 @@ def rows() -> list[Row]:
 
 
 def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Compare the number and the types of the axes, where S means three axes through one point."""
+    """Compare the number and types of the joints.
+
+    The letter S denotes three axes through one point.
+    """
     letters = "".join("P" if axis.unit == "m" else "R" for axis in robot.coordinates)
     wrist = robot.link_poses(CONFIGURATION)[6:, :3, 3]
     meet = "S" if np.ptp(wrist, axis=0).max() < ROUNDING else "RRR"
@@ -91,7 +94,7 @@ def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
 
 
 def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Compare the lengths that the paper prints below equation (12); r1 = 0 occurs twice there."""
+    """Compare the lengths below equation (12), where the paper prints r1 = 0 twice."""
     names = ("r10", "r2", "l3", "r40", "r6")
     ring_top = robot.link_poses(np.zeros(8))[2, 2, 3]
     below = evaluated(printed["r20"]) - 1e3 * ring_top
@@ -152,12 +155,12 @@ def matrices(printed: dict[str, Printed], robot: Any) -> list[Row]:
 
 
 def by_corrected_dh(table: Printed, symbols: dict[str, float]) -> Any:
-    """Return the rows of table 1 as matrices (8, 4, 4)."""
+    """Return pose matrices (8, 4, 4) of the rows of table 1, by the corrected equation (1)."""
     return np.array([dh_matrix(*row) for row in evaluated(table, **symbols)])
 
 
 def dh_matrix(theta: float, r: float, length: float, alpha: float) -> Any:
-    """Return the matrix of equation (1), with the erratum of the paper corrected."""
+    """Return the DH matrix of equation (1), with the misprint of the paper corrected."""
     c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
     return [
         [c, -ca * s, s * sa, length * c],
@@ -185,7 +188,7 @@ def steps(robot: Any, q: Any) -> Any:
 
 
 def s_model(printed: dict[str, Printed]) -> list[Row]:
-    """Compare equation (2) with a joint with six nonzero parameters, and with equation (11)."""
+    """Compare equation (2) with a joint that has six nonzero parameters, and with equation (11)."""
     joint, theta = chasles.load(HERE / "robots" / "s_model.toml"), 0.7
     T = joint.fk([theta])
     numbers = lengths(joint)
@@ -223,13 +226,13 @@ def s_model(printed: dict[str, Printed]) -> list[Row]:
 
 
 def evaluated_rows(printed: Printed, symbols: dict[str, float]) -> Any:
-    """Evaluate the printed equations of a matrix row by row. Returns all values in one array."""
+    """Evaluate the printed equations of a matrix row by row, and return all values in an array."""
     texts = [text for row in printed.value or () for text in row]
     return np.array([evaluated(Printed("", text, "", ""), **symbols) for text in texts])
 
 
 def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Compare the printed equation (12), and poses from equations (3) to (11), with chasles."""
+    """Compare equation (12), and poses by equations (3) to (11), with the poses of chasles."""
     found = []
     for name, q in (("zero", np.zeros(8)), ("configuration", CONFIGURATION)):
         T_w_ee, T_w_0 = robot.fk(q), robot.link_poses(q)[0]
@@ -256,7 +259,7 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
 
 
 def columns(pose: Printed, ours: Any) -> list[Row]:
-    """Return the table rows for the axes and the position of a pose."""
+    """Return four table rows for a pose: its x, y and z axes and its position."""
     table = np.array(pose.value)
     return [
         consistent(
@@ -269,7 +272,7 @@ def columns(pose: Printed, ours: Any) -> list[Row]:
 
 
 def calibration(printed: dict[str, Printed]) -> list[Row]:
-    """Check the claims of section 5 that the model is complete and continuous."""
+    """Check the claims of section 5 that the kinematic model is complete and continuous."""
     folder = Path(chasles.derive.__file__).parent / "robots"
     report = chasles.derive.model_report(chasles.derive.read(folder / "photo_robot.toml"))
     complete = report.rank == report.identifiable
@@ -305,7 +308,7 @@ def quality(joint: Any, convention: str) -> Any:
 
 
 def figure_3(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Measure the tool's path while one axis moves from zero to a chosen end position."""
+    """Measure the tool's path in each panel of figure 3, in which one axis moves from zero."""
     found = []
     for part in AXES:
         p = moved(robot, part).T[:, :3, 3]

@@ -1,4 +1,4 @@
-"""Part 2 of the report: the planar 3-RRR platform, its inverse, modes, workspace, singularities."""
+"""Part 2 of the report: kinematics, workspace and singularities of a planar 3-RRR platform."""
 
 from __future__ import annotations
 
@@ -27,15 +27,17 @@ from chasles.study import PlanarRegion, constant_orientation_workspace
 POSES = {"2.3": (0.02, 0.05, 0.0), "2.4": (0.045, 0.02, np.radians(10)), "2.5": (0.075, 0.0, 0.0)}
 """Poses (x, y, phi) of figures 2.3 to 2.5 [m, rad]."""
 POSE, TURNED = np.array(POSES["2.3"]), np.array(POSES["2.4"])
-"""The poses of figures 2.3 and 2.4; equations are evaluated at the pose of figure 2.4."""
+"""Poses of figures 2.3 and 2.4. The printed equations are evaluated at the pose of figure 2.4."""
 ANGLES = (15, 30, 45, 60)
 """Orientations of the platform in figures 2.6 and 2.7 [deg]."""
 ORDER = (2, 0, 1)
-"""Indices of our legs in the order of table 2.2, which starts at 90 deg."""
+"""Leg indices of chasles in the order of table 2.2, which starts with the joint at 90 deg."""
 AHEAD = np.array([0.0, 0.3, 0.0])
-"""Straight displacement along which singularities are searched [m]."""
+"""Displacement (x, y, phi) [m, rad] from the pose of figure 2.3, along which singularities are
+searched."""
 INWARDS = 1e-10
-"""Relative displacement that moves a point of the workspace boundary inward, within reach."""
+"""Relative displacement that moves a point of the workspace boundary inward, so that the platform
+reaches this point."""
 BISECTIONS = 50
 LEG = "The example is the lower left leg at (45 mm, 20 mm, 10 deg)"
 MM2 = 1e-6
@@ -46,12 +48,12 @@ SPEED = np.array([0.1, 0.0, 0.0])
 
 @cache
 def platform(lower_links: int = 130) -> Any:
-    """Load the platform with lower links of 130 mm (table 2.1) or 170 mm (the text)."""
+    """Load the platform with lower links of 130 mm (table 2.1) or 170 mm (text of the report)."""
     return chasles.load({130: "planar_3rrr", 170: "planar_3rrr_170"}[lower_links])
 
 
 def rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compare every number of part 2 with the value of chasles."""
+    """Compare every number in part 2 of the report with the value that chasles computes."""
     return [
         *dimensions(printed),
         *joints(printed),
@@ -64,7 +66,7 @@ def rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def dimensions(printed: dict[str, Printed]) -> list[Row]:
-    """Compare table 2.1, and the length L that the text states."""
+    """Compare table 2.1, and the link length L that the text of the report states."""
     values = {name: parameter.value for name, parameter in platform().parameters.items()}
     return [
         consistent(printed["S_A"], values["S_A"]),
@@ -83,12 +85,12 @@ def dimensions(printed: dict[str, Printed]) -> list[Row]:
 
 @cache
 def region(angle: float, lower_links: int = 130) -> PlanarRegion:
-    """Return the positions that the platform reaches at an angle [deg]."""
+    """Return the region of positions that the platform reaches at an orientation angle [deg]."""
     return constant_orientation_workspace(platform(lower_links), np.radians(angle))
 
 
 def base_and_platform() -> tuple[Any, Any]:
-    """Return the base joints (3, 2), and the platform joints in the platform frame [m]."""
+    """Return positions (3, 2) of base joints, and of platform joints in the platform frame [m]."""
     here, turned = (
         np.array([ring.center for ring in region(angle).pieces[0]]) for angle in (0, 180)
     )
@@ -137,19 +139,19 @@ def joints(printed: dict[str, Printed]) -> list[Row]:
 
 
 def at_each_leg(**values: float) -> Callable[[Printed], Any]:
-    """Return a function that evaluates equations for the legs i = 1, 2, 3, one row per leg."""
+    """Return a function that evaluates printed equations for legs i = 1, 2, 3, one row per leg."""
     return lambda item: np.array([evaluated(item, i=i, **values) for i in (1, 2, 3)])
 
 
 def on_platform() -> Any:
-    """Return the platform joints (3, 2) at the pose of figure 2.4 [m]."""
+    """Return the positions (3, 2) of the platform joints at the pose of figure 2.4 [m]."""
     _, p = base_and_platform()
     a = TURNED[2]
     return TURNED[:2] + p @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]])
 
 
 def leg(k: int) -> dict[str, float]:
-    """Return the symbol values of leg k at the pose of figure 2.4, for its first solution."""
+    """Return symbol values of leg k for its first inverse solution at the pose of figure 2.4."""
     robot = platform()
     b, _ = base_and_platform()
     q = robot.ik_planar(TURNED).q[0]
@@ -160,7 +162,7 @@ def leg(k: int) -> dict[str, float]:
 
 
 def in_mm(values: dict[str, float]) -> dict[str, float]:
-    """Convert lengths to millimeters, the unit of the printed equation."""
+    """Convert the lengths X, Y, S_A and L to millimeters, the unit of the printed equation."""
     return {name: 1000 * values[name] for name in ("X", "Y", "S_A", "L")}
 
 
@@ -231,7 +233,7 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
 
 
 def inverse(printed: dict[str, Printed]) -> list[Row]:
-    """Compare both solutions of each leg, and the number of solutions."""
+    """Compare both inverse solutions of each leg, and the total number of solutions."""
     found = []
     for length in (130, 170):
         q = platform(length).ik_planar(POSE).q[[0, -1]]
@@ -275,7 +277,10 @@ def modes(printed: dict[str, Printed]) -> list[Row]:
 
 
 def areas(printed: dict[str, Printed]) -> list[Row]:
-    """State the areas of the workspaces in figures 2.6 and 2.7. Circular arcs bound each area."""
+    """Return table rows for the areas of the workspaces in figures 2.6 and 2.7.
+
+    Circular arcs bound each workspace.
+    """
     found = [consistent(printed["area_0"], region(0).area, TWICE)]
     for length, ending in ((130, ""), (170, "_170")):
         for angle in ANGLES:
@@ -287,7 +292,7 @@ def areas(printed: dict[str, Printed]) -> list[Row]:
 
 
 def singularities(printed: dict[str, Printed]) -> list[Row]:
-    """State the three kinds of singularity of J_x x' = J_q q', and the rates of one motion."""
+    """Return table rows for three types of singularity, and for the actuator rates of a motion."""
     robot = platform()
     way = robot.distance_to_singularity(POSE, AHEAD)
     return [
@@ -316,7 +321,7 @@ def singularities(printed: dict[str, Printed]) -> list[Row]:
 
 @cache
 def third_kind() -> Any:
-    """Return a boundary pose (x, y, phi) at 0 deg at which J_x is also singular."""
+    """Return a pose (x, y, phi) on the workspace boundary at 0 deg, at which J_x is singular."""
     for arc in region(0).arcs:
         along = np.linspace(0, 1, 181)
         sign = np.sign([determinant(on(arc, u)) for u in along])
@@ -331,7 +336,7 @@ def third_kind() -> Any:
 
 
 def on(arc: Any, part: float) -> Any:
-    """Return the pose at a fraction of a boundary arc, moved slightly inward."""
+    """Return the pose at a fraction of an arc of the workspace boundary, moved slightly inward."""
     points = arc.points()
     at = np.linspace(0, 1, len(points))
     p = np.array([np.interp(part, at, column) for column in points.T])

@@ -1,4 +1,4 @@
-"""Draws figures of the paper: the platform, its workspace, its singularities, and roadmaps."""
+"""Draws the planar 3-RRR platform, its workspace and singularities, and roadmaps."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from chasles.study.planning import Plan, prm
 
 ANGLES = {"2.6": 15, "2.7": 30, "2.7, second": 45, "2.7, third": 60}
 RNG = 35
-"""Seed of the random numbers in figures 3.2 to 3.4. As in the report, a roadmap with 100 points and
-step 10 contains no path."""
+"""Seed of the random numbers in figures 3.2 to 3.4. With this seed, a roadmap with 100 points and
+step 10 contains no path, as in the report."""
 MM = 1000.0
 
 
@@ -53,7 +53,7 @@ def figures() -> Figures:
 
 
 def leg_lines(pose: Any, q: Any) -> Any:
-    """Return base joint, elbow and platform joint of each leg, (3, 3, 2) [mm]."""
+    """Return positions (3, 3, 2) of base joint, elbow and platform joint of each leg [mm]."""
     b, p = platform.base_and_platform()
     c, s = np.cos(pose[2]), np.sin(pose[2])
     ends = np.asarray(pose[:2]) + p @ np.array([[c, s], [-s, c]])
@@ -106,7 +106,7 @@ SHIFTS = (np.array([-10, -38]), np.array([-10, -38]), np.array([14, 4]))
 
 
 def flow_chart() -> Any:
-    """Draw the steps from a pose to the crank angles."""
+    """Draw a flow chart of the steps from a platform pose to the crank angles."""
     figure, axes = panels(3.3)
     steps = (
         "pose $x, y, a$; table 2.1",
@@ -134,7 +134,7 @@ def flow_chart() -> Any:
 
 
 def configuration(pose: Any) -> Any:
-    """Draw the platform in a pose: the first solution of each leg, and the second one in gray."""
+    """Draw the platform at a pose with the first solution of each leg, and the other in gray."""
     figure, axes = panels(3.2)
     q = platform.platform().ik_planar(pose).q[[0, -1]]
     posed(axes, pose, q[1], "#9a9a9a", linestyle="--", label="other solution")
@@ -145,7 +145,7 @@ def configuration(pose: Any) -> Any:
 
 
 def workspace(angle: int) -> Any:
-    """Draw the positions that the platform reaches, with lower links of 130 and 170 mm."""
+    """Draw the workspace boundaries of the platform with lower links of 130 and 170 mm."""
     figure, axes = panels(3.0)
     for k, length in enumerate((130, 170)):
         found = platform.region(angle, length)
@@ -159,7 +159,7 @@ def workspace(angle: int) -> Any:
 
 
 def modes() -> Any:
-    """Draw both assembly modes with the same crank angles."""
+    """Draw both assembly modes of the platform with the same crank angles."""
     figure, axes = panels(3.2)
     q = platform.platform().ik_planar(platform.POSE).q[0]
     x, valid = platform.platform().fk_planar_all(q)
@@ -187,7 +187,7 @@ def singular() -> Any:
 
 
 def the_map() -> Any:
-    """Draw our map with start and goal."""
+    """Draw the map that replaces figure 3.1, with start and goal."""
     figure, axes = panels(3.0)
     on_map(axes)
     legend_below(figure, axes, 2)
@@ -195,7 +195,7 @@ def the_map() -> Any:
 
 
 def on_map(axes: Any) -> None:
-    """Draw the occupied cells, the start and the goal."""
+    """Draw the occupied cells of the map, the start and the goal."""
     side = roadmaps.SIDE
     occupied = roadmaps.workshop().occupied.T
     axes.imshow(~occupied, origin="lower", extent=(0, side, 0, side), cmap="gray", vmin=-0.4)
@@ -227,7 +227,7 @@ def roads(samples: int, step: float) -> Any:
 
 
 def success() -> Any:
-    """Plot the success rate over the number of points and the step."""
+    """Plot the success rate of path planning over the number of points, for both step sizes."""
     figure, axes = panels(2.5)
     roadmaps.trials().plot(axes)
     axes.set_xscale("log")
@@ -239,7 +239,7 @@ def success() -> Any:
 
 
 def arm() -> Any:
-    """Draw the arm along its path, with the sphere."""
+    """Draw the Lynxmotion arm along its planned path around the sphere."""
     figure, axes = solid(3.2)
     space, plan = roadmaps.arm_plan()
     lines = points(space.robot, plan.at(np.linspace(0, 1, 40)))

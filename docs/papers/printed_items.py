@@ -1,26 +1,27 @@
-"""Numbers and statements that a paper prints, and evaluation of its equations.
+"""Reads the numbers and statements that a paper prints, and evaluates its equations.
 
 The items of a paper are in `printed/<paper>.toml`, one TOML table per item, with these fields:
 
 `item` is the name of the item in the tables, by default the key of the TOML table.
 
 `value` is the value in the paper, as a string such as "0.97" that preserves the printed digits. The
-string can also contain words or an equation. A nested list of strings represents a matrix. The
-field `value` is omitted if the paper prints no value, or if the value is lost. `lost = true` states
-that our copy of the paper lacks the value.
+string in `value` can also contain words or an equation. A nested list of strings in `value`
+represents a matrix. The field `value` is omitted if the paper prints no value, or if the value is
+lost. `lost = true` states that our copy of the paper lacks the value.
 
 If the paper does not print a number, the field `evaluated` replaces `value`. The number in
 `evaluated` is computed by the equations of the paper, independently of chasles.
 
-`unit` is a unit of `UNITS`, by default none.
+`unit` is the unit of the value, one of `UNITS`; the default is no unit.
 
-`where` is the position in the paper, such as "table 4, row 5".
+`where` is the place of the item in the paper, such as "table 4, row 5".
 
-`digits` is the number of decimals with which the value of chasles is printed. The default is one
-decimal more than in the paper, or more decimals if rounding would hide whether the values agree.
+`digits` is the number of decimals with which the value of chasles is printed. The default of
+`digits` is one decimal more than in the paper, or more if rounding would hide whether the values
+agree.
 
-`about` is the tolerance of a number that follows the word "about" in the paper. The tolerance is in
-the item's unit.
+`about` is the tolerance, in the item's unit, of a number that follows the word "about" in the
+paper.
 
 `text` is the sentence of the paper that contains "about".
 
@@ -39,7 +40,7 @@ from typing import Any
 import numpy as np
 
 Value = Any
-"""A number, an array or a text. Numbers are in meters, radians and seconds."""
+"""A compared value: a number, an array or a text, with numbers in meters, radians and seconds."""
 Text = str | tuple["Text", ...]
 """A printed value: a number or word as a string, or nested tuples of such strings."""
 
@@ -85,12 +86,12 @@ class Printed:
 
     Attributes:
         item: Name of the item.
-        value: The printed number or word, or a table of numbers or words. None if the paper does
-            not print the value, or if the printed value is lost.
-        unit: The unit, one of `UNITS`.
+        value: Printed number, word or table, or None if the paper prints no value or if our copy
+            lacks the value.
+        unit: Unit of the printed value, one of `UNITS`.
         where: The place of the value in the paper, such as a table cell.
-        about: The tolerance [unit] that the paper's words imply. If `about` is None, the tolerance
-            is half a unit of the last printed digit.
+        about: Tolerance of the printed number [unit], which the paper's words imply. If `about` is
+            None, the tolerance is half a unit of the last printed digit.
         text: The paper's words.
         digits: Number of decimals of our value in the table. If `digits` is None, our value has one
             decimal more than the paper's value.
@@ -113,7 +114,7 @@ class Printed:
 
 
 def read(paper: str) -> dict[str, Printed]:
-    """Read the printed items of a paper, by key.
+    """Read the printed items of a paper, keyed by the name of their TOML table.
 
     Args:
         paper: Name of the file in `printed/`, without its suffix.
@@ -148,7 +149,7 @@ def _printed(place: str, key: str, table: dict[str, Any]) -> Printed:
 
 
 def unit_word(unit: str) -> str:
-    """Return a unit for a sentence, where "in" would read as a preposition."""
+    """Return a unit for a sentence: "inch" replaces "in", which would read as a preposition."""
     return "inch" if unit == "in" else unit
 
 
@@ -157,11 +158,12 @@ def _frozen(value: Any) -> Text:
 
 
 def evaluated(printed: Printed, **values: float) -> Any:
-    """Evaluate printed equations; the result has their printed shape.
+    """Evaluate printed equations, and return their values in the printed shape.
 
     Args:
         printed: An item of a paper with an equation, or rows of equations, in Python notation.
-        values: Values of the symbols in meters and radians; cos, sin and so on are known.
+        values: Values of the equation symbols in meters and radians. Functions such as cos and sin
+            are predefined.
 
     Returns:
         A value of an equation: a number or an array.
@@ -193,7 +195,7 @@ def decimal(value: str) -> Decimal | None:
 
 
 def half_unit(number: Decimal) -> Decimal:
-    """Return half a unit of the last digit."""
+    """Return half a unit of the last digit of a decimal number."""
     return Decimal(5).scaleb(int(number.as_tuple().exponent) - 1)
 
 

@@ -2,9 +2,10 @@
 
 Each table row states a verdict, and the script stops if the verdict is wrong.
 
-The script of each paper has two functions. `rows()` returns a list of `Row`. `figures()` returns a
-dict from caption to matplotlib figure, or to a function that writes an animation to a GIF path.
-`printed_items.py` reads the printed values of a paper.
+The script of each paper has two functions. The function `rows()` returns the table of the paper as
+a list of `Row`. The function `figures()` returns a dict from each caption to a matplotlib figure,
+or to a function that writes an animation to a GIF path. `printed_items.py` reads the printed values
+of a paper.
 
 The command ``python docs/papers/photo_robot.py`` prints the table of one paper. The command
 ``python docs/papers/report.py`` writes all tables and pictures to build/reproduce. With the option
@@ -75,9 +76,9 @@ Equation = Callable[[Printed], Value]
 ECHO = "the value is an input, copied from the paper"
 """Note for a table row whose value is only an input of the paper."""
 MISSING = "our copy lacks the figure"
-"""Note for a value that our copy of the paper shows only in a missing figure."""
+"""Note for a value in a figure that our copy of the paper lacks."""
 TWICE = "both values come from the same model, computed twice"
-"""Note for an item that the paper does not print, computed by chasles and by another model."""
+"""Note for an item that the paper does not print, computed by chasles and independently."""
 
 ROUNDING = 1e-9
 """Largest relative rounding error that an evaluated equation may have."""
@@ -86,7 +87,7 @@ EDGE = 1e-12
 have no exact floating-point value."""
 _MAX_DECIMALS = 12
 _MAX_SHOWN = 6
-"""Maximum number of equation entries that the tables show."""
+"""Maximum number of equation values that a table row shows; otherwise it shows their number."""
 
 
 class Refuted(AssertionError):
@@ -98,8 +99,8 @@ class Finding:
     """The result of checking a statement in the text of a paper.
 
     Attributes:
-        holds: Whether the statement is true.
-        evidence: The numbers in the table that support the statement.
+        holds: Whether the paper's statement is true.
+        evidence: Text in the table with the numbers that confirm or refute the statement.
     """
 
     holds: bool
@@ -112,17 +113,18 @@ class Row:
 
     Attributes:
         item: Name of the item.
-        printed: The printed value [unit]. None if the value is missing in the available text, or if
-            the paper prints no value. A value in brackets was evaluated by equations of the paper.
+        printed: Printed value [unit], or None if our copy lacks the value or the paper prints no
+            value. A number in brackets is not printed, but evaluated by equations of the paper.
         ours: The value that chasles computes [unit], or None.
         unit: The unit of `printed` and `ours`.
         verdict: The result of the comparison of `printed` and `ours`.
         where: Page, table, figure or equation of the item in the paper.
         note: A remark, such as the corrected value, an interpretation that we tried, or an
             assumption.
-        digits: Decimals of `ours` in the table, if it is a number.
-        source: The compared item.
-        judge: Function that compares a changed printed value with the value of chasles.
+        digits: Number of decimals of `ours` in the table, if `ours` is a number.
+        source: The printed item that the row compares.
+        judge: Function that repeats the comparison for a changed printed item, and returns the new
+            row.
     """
 
     item: str
@@ -163,7 +165,8 @@ def agrees(
         ours: The value that chasles computes, in meters, radians and seconds, with the shape of the
             printed value. For a statement in words, `ours` is a `Finding`.
         note: Information that a reader needs to interpret the row.
-        evaluated: Evaluates a printed equation; our value must agree except for rounding errors.
+        evaluated: Function that evaluates a printed equation, with which our value must agree
+            except for rounding errors.
 
     Raises:
         Refuted: The printed value differs from our value, or the paper does not print the value.
@@ -179,7 +182,7 @@ def consistent(
 ) -> Row:
     """Assert that our value is consistent with the paper.
 
-    The agreement does not prove that the value is correct.
+    Agreement with our value does not prove that the printed value is correct.
 
     Raises:
         Refuted: The printed value differs from our value, or `reason` is empty.
@@ -191,10 +194,10 @@ def consistent(
 
 @_repeatable
 def in_one_reading(printed: Printed, ours: Value, reading: str) -> Row:
-    """Assert agreement under an interpretation that the paper does not state.
+    """Assert that both values agree under an interpretation that the paper does not state.
 
     Raises:
-        Refuted: The printed value differs from our value, or the interpretation is not stated.
+        Refuted: The printed value differs from our value, or `reading` is empty.
     """
     if not reading:
         raise Refuted(f"item {printed.item} states no interpretation of the paper")
@@ -235,17 +238,18 @@ def erratum(
         printed: The printed item.
         ours: The value that chasles computes, in meters, radians and seconds. For a statement in
             words, `ours` is a `Finding`.
-        corrected: The correct value. A string is in the item's unit and accurate to half a unit of
-            its last digit. Numbers and arrays are in meters, radians and seconds, and accurate to
-            rounding errors. A `Finding` contains the corrected statement as a sentence.
+        corrected: The correct value. A string in `corrected` is in the item's unit and accurate to
+            half a unit of its last digit. Numbers and arrays in `corrected` are in meters, radians
+            and seconds, and accurate to rounding errors. A `Finding` in `corrected` contains the
+            corrected statement as a sentence.
         note: What is wrong.
         evaluated: Function that evaluates a printed equation in the units of `ours`.
         cause: Cause of the wrong printed value, and the value that results from this cause. The
             cause is a noun phrase that completes “the printed value results from”.
 
     Raises:
-        Refuted: The printed value agrees with our value. The corrected value differs from our
-            value. The value that results from `cause` differs from the printed value.
+        Refuted: The printed value agrees with our value, the corrected value differs from our
+            value, or `cause` does not give the printed value.
     """
     value = _equation_value(printed, evaluated)
     wrong = printed.value if value is None else value
@@ -283,18 +287,17 @@ def _with_value(row: Row, printed: Printed, value: Value) -> Row:
 
 @_repeatable
 def assumed(printed: Printed, ours: Value, reason: str) -> Row:
-    """State a value that the paper needs but does not print, and why we chose it.
+    """Return a row for a value that the paper needs but does not print, with our reason.
 
     Raises:
-        Refuted: The paper prints a value for the item. `Refuted` is also raised if `reason` is
-            empty.
+        Refuted: The paper prints a value for the item, or `reason` is empty.
     """
     return _without_value(printed, ours, "assumed", reason)
 
 
 @_repeatable
 def lost(printed: Printed, ours: Value, reason: str) -> Row:
-    """State a value or curve that is missing in the available text, and the value of chasles.
+    """Return a row with our value for a value or curve that our copy of the paper lacks.
 
     Raises:
         Refuted: The item has a printed value. `Refuted` is also raised if `reason` is empty.
@@ -304,7 +307,7 @@ def lost(printed: Printed, ours: Value, reason: str) -> Row:
 
 @_repeatable
 def not_printed(printed: Printed, ours: Value, reason: str) -> Row:
-    """State a value that the paper neither prints nor needs.
+    """Return a row for a value that the paper neither prints nor needs.
 
     Raises:
         Refuted: The item has a printed value. `Refuted` is also raised if `reason` is empty.
@@ -328,11 +331,11 @@ def not_reproducible(
         printed: The printed item.
         ours: The value that chasles computes, in meters, radians and seconds.
         note: Information that a reader needs to interpret the row.
-        readings: Other interpretations that were tried, each with its value.
+        readings: Other interpretations of the paper that we tried, each with its value.
 
     Raises:
-        Refuted: The printed value agrees with our value or with the value of an interpretation. Or
-            both `note` and `readings` are empty.
+        Refuted: The printed value agrees with our value or with a value in `readings`, or both
+            `note` and `readings` are empty.
     """
     readings = readings or {}
     if printed.value is None or not (note or readings):
@@ -356,7 +359,7 @@ def not_reproducible(
 
 
 def _sentences(parts: Sequence[str]) -> str:
-    """Join the sentences of a note. The last sentence has no period."""
+    """Join the sentences of a note, without a period after the last sentence."""
     first, *others = [part for part in parts if part] or [""]
     return ". ".join([first, *map(capitalized, others)])
 

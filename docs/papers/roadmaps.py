@@ -1,4 +1,4 @@
-"""Part 3 of the report: roadmaps in a drawn map, and roadmaps of the arm among obstacles."""
+"""Part 3 of the report: roadmaps on an occupancy map, and a roadmap of the arm among obstacles."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ from chasles.study.planning import (
 SIDE = 100
 """Number of cells along each side of the map."""
 START, GOAL = np.array([8.0, 8.0]), np.array([92.0, 92.0])
-"""Start and goal on the map, in cells."""
+"""Start and goal positions on the map, in cells."""
 CASES = {"3.2": (100, 10), "3.3": (100, 20), "3.4": (200, 10)}
-"""Number of points and step size of each figure. In the report, three figures have the same number
-3.2. Here, these figures have the numbers 3.2 to 3.4."""
+"""Number of roadmap points and step size in each figure. The report numbers three figures 3.2, but
+this script numbers these figures 3.2 to 3.4."""
 MACHINES = ((10, 34, 10, 8), (44, 20, 8, 10), (44, 66, 8, 12), (78, 26, 10, 8))
 """Corner and side lengths of each machine on the map, in cells."""
 RUNS, SPREAD_RUNS = 10, 4
 FEW = 25
 COUNTS = (50, 100, 200, 400)
-"""Numbers of points in the study."""
+"""Numbers of roadmap points in the study of success rates."""
 MAX = 0.9
 """A number of roadmap points is sufficient if at least this fraction of the planning runs succeed.
 """
@@ -52,7 +52,7 @@ TABLE = np.array([0.5, 0.5, 0.02])
 
 @cache
 def workshop() -> OccupancyMap:
-    """Return a map with walls, gaps and machines. This map replaces figure 3.1, which is lost."""
+    """Return the map that replaces the lost figure 3.1, with walls, gaps and machines."""
     occupied = np.zeros((SIDE, SIDE), dtype=bool)
     occupied[30:34, :50] = True
     occupied[66:70, 50:] = True
@@ -62,15 +62,15 @@ def workshop() -> OccupancyMap:
 
 
 def rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compare every statement of part 3 with the results of chasles."""
+    """Compare every statement in part 3 of the report with the results of chasles."""
     return [*paths(printed), *claims(printed), *arm(printed)]
 
 
 @cache
 def trials() -> SuccessStudy:
-    """Return success rates.
+    """Return the success rates of path planning on the map.
 
-    This study reads the paper's step as the largest distance between connected points.
+    The study interprets the paper's step as the largest distance between connected roadmap points.
     """
     return success_study(
         workshop(), START, GOAL, samples=COUNTS, max_steps=(SMALL, LARGE), runs=RUNS
@@ -78,7 +78,7 @@ def trials() -> SuccessStudy:
 
 
 def rate(points: int, step: float) -> float:
-    """Return the success rate.
+    """Return the success rate of path planning for a number of roadmap points and a step.
 
     `step` is the maximum distance between connected points of the roadmap.
     """
@@ -93,7 +93,7 @@ def spread_maps(points: int, step: float) -> list[Any]:
 
 
 def spread_rate(points: int, step: float) -> float:
-    """Return the success rate if the paper's step is the smallest distance between points."""
+    """Return the success rate if the paper's step is the minimum distance of roadmap points."""
     plans = [own.plan(START, GOAL, algorithm="dijkstra") for own in spread_maps(points, step)]
     return sum(plan.found for plan in plans) / SPREAD_RUNS
 
@@ -101,7 +101,7 @@ def spread_rate(points: int, step: float) -> float:
 def spacing(points: int, step: float) -> float:
     """Return the mean distance of a roadmap point from the nearest other point.
 
-    The step is the minimum distance between points.
+    The argument `step` is the minimum distance between roadmap points.
     """
     found = []
     for own in spread_maps(points, step):
@@ -137,8 +137,8 @@ def paths(printed: dict[str, Printed]) -> list[Row]:
 def claims(printed: dict[str, Printed]) -> list[Row]:
     """Check the conclusions of the report.
 
-    The paper does not define the step of the roadmap. No single definition supports all
-    conclusions.
+    The paper does not define the step of the roadmap. No single definition of the step supports all
+    conclusions of the report.
     """
     rates = [rate(points, SMALL) for points in COUNTS]
     rising = all(a <= b for a, b in pairwise(rates)) and rates[0] < rates[-1]
@@ -188,7 +188,7 @@ def claims(printed: dict[str, Printed]) -> list[Row]:
 
 
 def needed(step: float) -> int:
-    """Return the smallest number of points with which nine of ten runs find a path."""
+    """Return the smallest number of roadmap points with which nine of ten runs find a path."""
     return min(points for points in COUNTS if rate(points, step) >= MAX)
 
 
@@ -205,7 +205,7 @@ def arm_plan() -> tuple[Any, Plan]:
 
 
 def arm(printed: dict[str, Printed]) -> list[Row]:
-    """Evaluate a path that the roadmap planner finds in joint space."""
+    """Return a table row for a path of the arm that the roadmap planner finds in joint space."""
     space, plan = arm_plan()
     clear = min(space.clearance(q)[0] for q in plan.at(np.linspace(0, 1, 60)))
     words = (

@@ -56,17 +56,19 @@ FloatArray = NDArray[np.float64]
 BY_LAW = (
     "from 39 s to 49 s, we solve each pose by minimum-norm steps from the configuration at 37 s"
 )
-"""Note on values of the last stage, because the paper does not define the motion in this stage."""
+"""Note on values that depend on the last stage, whose motion the paper does not define."""
 SHIFT = np.radians([0.0049, -0.0045, -0.0049, -0.0049])
-"""Shifts of the start angles theta2, 3, 5 and 7, within half a unit of their last digit [rad]."""
+"""Shifts of the start angles theta2, theta3, theta5 and theta7, within half a unit of their last
+printed digit [rad]."""
 HALF_UNIT = np.radians(0.005)
 """Half a unit of the last digit of the start angles in equation (63) [rad]."""
 JUMP = 0.2
-"""Assumed time step [s]. A rate jump divided by this time step gives the printed acceleration."""
+"""Assumed time step [s]. The rate jump of theta3 divided by this time step gives the printed
+acceleration."""
 
 
 def rows() -> list[Row]:
-    """Compare every printed value with the value of chasles."""
+    """Compare every value that the paper prints with the value that chasles computes."""
     printed = read("well_manipulator")
     return [
         *constant_rows(printed),
@@ -85,7 +87,7 @@ def rows() -> list[Row]:
 def constant_rows(printed: dict[str, Printed]) -> list[Row]:
     """Compare every constant of equation (64).
 
-    The vector r_B is a misprint, but r_AB is correct.
+    In equation (64), the vector r_B is misprinted, but the vector r_AB is correct.
     """
     value = {name: parameter.value for name, parameter in robot().parameters.items()}
     vectors = {
@@ -160,7 +162,7 @@ def stage_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def at_the_object() -> FloatArray:
-    """Return point R (3,) after 5 s [m], from start angles that round to the printed digits."""
+    """Return point R (3,) after 5 s [m], from start angles that round to the printed angles."""
     if np.abs(SHIFT).max() >= HALF_UNIT:
         raise ValueError("the shifted start angles do not round to the printed digits")
     theta = initial()
@@ -175,7 +177,7 @@ def shown_mm(p: FloatArray) -> str:
 
 
 def digits_of_start() -> float:
-    """Return the largest shift [m] of R along an axis, for angle changes of half a printed unit."""
+    """Return the largest shift [m] of point R along an axis, by rounding errors of start angles."""
     well, start = robot(), initial()
     J = well.jacobian_mixed(well.actuators(start)) @ well.actuators_D_chain(start)
     return float(np.abs(J[:3, ARMS]).sum(1).max() * HALF_UNIT)
@@ -212,13 +214,13 @@ LAWS = {
     "minimum-norm joint rates": joint_norm,
     "minimum-norm cylinder speeds": cylinder_norm,
 }
-"""From 39 s to 49 s, the paper may minimize one of these norms, instead of the rule of figure 6.
-Each function returns the weight matrix of a norm. The integration of the joint rates starts at 39
-s."""
+"""Alternatives to the rule of figure 6: norms that the paper may minimize from 39 s to 49 s. Each
+function in `LAWS` returns the weight matrix of a norm. The integration of the joint rates starts at
+39 s."""
 
 
 def amplitude_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compare the amplitudes, which are the largest minus the smallest value over the 49 s."""
+    """Compare amplitudes: the largest minus the smallest value of each curve over the 49 s."""
     found = process()
     return [
         *angle_rows(printed, found),
@@ -229,7 +231,7 @@ def amplitude_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def angle_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
-    """Compare figures 6 and 8."""
+    """Compare the amplitudes of the joint and cylinder angles in figures 6 and 8."""
     joints, swings = np.ptp(found.theta[:, TURNING], axis=0), np.ptp(found.swings, axis=0)
     on_arm = np.ptp(found.swings - found.theta[:, ARMS], axis=0)
     other = {name: np.ptp(integrated(norm).swings, axis=0) for name, norm in LAWS.items()}
@@ -253,9 +255,9 @@ def angle_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
 
 
 def length_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
-    """Compare figure 9.
+    """Compare the amplitudes of the cylinder lengths in figure 9.
 
-    The misprinted position of pin B explains the value of cylinder 1.
+    The misprinted position of pin B explains the printed amplitude of cylinder 1.
     """
     first, *others = np.ptp(found.sampled.q[:, CYLINDERS], axis=0)
     misprinted = chasles.load(Path(__file__).parent / "robots" / "well_first_cylinder.toml")

@@ -1,4 +1,4 @@
-"""Equations on the robot ``well_manipulator``: Lie groups and two kinematic models of joints."""
+"""Compares equations on the well manipulator: Lie groups and two kinematic models of joints."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ ROBOT_FILES = Path(__file__).parents[2] / "derive" / "robots"
 A, B = np.array([0.3, -0.7, 1.1]), np.array([-0.4, 0.9, 0.2])
 """Two vectors."""
 AXIS, V, THETA = np.array([2.0, -1.0, 2.0]) / 3, np.array([0.3, -0.2, 0.5]), 0.7
-"""A screw with a unit vector omega, and an angle [rad]."""
+"""Unit vector omega and linear part v of a screw, and an angle [rad]."""
 EXTENDED = np.array([0.4, 0, 0, 0.11, 0, 0.07, 0])
-"""Joint displacements from the start, with extended telescopes, to test equation (36) [rad, m]."""
+"""Joint displacements from the start configuration [rad or m], with extended telescopes, to test
+equation (36)."""
 TILT = 1e-6
 """The tilt [rad] of an axis that is nominally parallel to the preceding axis."""
 STEP = 1e-5
-"""Half the step of a difference quotient [rad]."""
+"""Half the step of a central difference quotient [rad]."""
 SMALL = 1e-9
 """Matrix entries below this value count as 0."""
 
@@ -36,17 +37,17 @@ SMALL = 1e-9
 
 
 def hat(a: FloatArray) -> FloatArray:
-    """Return the cross-product matrix (3, 3) of equation (3)."""
+    """Return the cross-product matrix (3, 3) of a vector by equation (3)."""
     return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
 
 
 def exp(theta: float) -> FloatArray:
-    """Return the pose (4, 4) of the screw, computed by chasles."""
+    """Return the pose (4, 4) after a screw motion by an angle [rad], computed by chasles."""
     return np.asarray(se3.exp(theta * np.r_[V, AXIS]))
 
 
 def by_equation_5(theta: float) -> FloatArray:
-    """Return the pose (4, 4) of the screw by equation (5), with the rotation from chasles."""
+    """Return the pose (4, 4) after a screw motion by equation (5), with rotation from chasles."""
     T = exp(theta)
     R = T[:3, :3]
     T[:3, 3] = (np.eye(3) - R) @ np.cross(AXIS, V) + np.outer(AXIS, AXIS) @ V * theta
@@ -54,7 +55,7 @@ def by_equation_5(theta: float) -> FloatArray:
 
 
 def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Evaluate the equations of section 2 at generic values."""
+    """Compare the Lie group equations of section 2 at generic values."""
     first, other = exp(THETA), exp(-2 * THETA) @ exp(0.3)
     values = {f"a{k}": value for k, value in enumerate(A, 1)}
     slope = (exp(THETA + STEP) - exp(THETA - STEP))[:3, :3] / (2 * STEP)
@@ -119,7 +120,7 @@ def quality() -> ModelReport:
 
 
 def convention(name: str, joint: int = 0) -> ConventionQuality:
-    """Return the quality of a convention for a pair of consecutive axes; pair 0 is the first."""
+    """Return the quality of a kinematic convention for a pair of joint axes, counted from 0."""
     (found,) = [c for c in quality().joints[joint].conventions if c.convention == name]
     return found
 
@@ -127,7 +128,7 @@ def convention(name: str, joint: int = 0) -> ConventionQuality:
 def model_rows(printed: dict[str, Printed]) -> list[Row]:
     """Compare section 3 of the paper with the results of chasles.
 
-    Model (6) is `mdh5`, and model (8) is `hayati5`.
+    Model (6) of the paper is the convention `mdh5` of chasles, and model (8) is `hayati5`.
     """
     report = quality()
     numbers = {"r": report.revolute, "t": report.prismatic}
@@ -190,7 +191,7 @@ def model_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def jump_of_theta() -> float:
-    """Return the jump of the angle theta in model (6) [rad].
+    """Return the jump of theta in model (6) [rad] when one of two parallel axes tilts by `TILT`.
 
     The x axis of the preceding frame is along the common normal. Therefore, the rotation between
     the two joint axes is Rz Rx(alpha) Rz(theta).

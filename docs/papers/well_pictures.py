@@ -82,7 +82,7 @@ def over_time(process: Process, values: FloatArray, names: tuple[str, ...], labe
 
 
 def configurations(process: Process) -> Any:
-    """Draw the arm from the side, its cylinders, and the pipe."""
+    """Draw the arm and its cylinders from the side at four times, and the vertical line of R."""
     figure, axes = panels(3.6)
     for k, time in enumerate(SHOWN):
         arms, cylinders = side(process.sampled.q[process.at(time)])
@@ -131,7 +131,7 @@ def working(process: Process) -> Callable[[Path], None]:
 
 
 def side(q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return arm joints (8, 2) and cylinder ends (4, 2, 2) in the plane of x and z [m]."""
+    """Return positions of arm joints (8, 2) and cylinder ends (4, 2, 2) in the x-z plane [m]."""
     well = chasles.load("well_manipulator")
     value = {name: parameter.value for name, parameter in well.parameters.items()}
     T = dict(zip(well.link_names, well.link_poses(q), strict=True))

@@ -16,15 +16,16 @@ from chasles.study.motion import MotionSequence, Trajectory, line
 FloatArray = NDArray[np.float64]
 
 TURNING = [0, 1, 2, 4, 6]
-"""Indices of theta1, 2, 3, 5 and 7 among the joints of the main chain."""
+"""Indices of theta1, theta2, theta3, theta5 and theta7 among the joints of the main chain."""
 ARMS = TURNING[1:]
 CYLINDERS = [1, 2, 4, 6]
-"""Indices of the four cylinders among the coordinates."""
+"""Indices of the four cylinders among the coordinates of the well manipulator."""
 TELESCOPES = ["l_HI", "l_MN"]
 OVER_THE_WELL = np.array([[0, 1, 0, 1.237], [0, 0, -1, 0], [-1, 0, 0, 1.02], [0, 0, 0, 1]])
 """Pose of the tool point R after 25 s [m], from step (4) of section 5."""
 DESCENT = 2.166
-"""Downward distance of the tool in each of the last two motions [m]: 10 s at 216.6 mm/s."""
+"""Distance by which the tool moves down in each of the last two motions [m], in 10 s at 216.6 mm/s.
+"""
 RATE = 50.0
 """Samples per second."""
 IN_PLANE = [0, 2, 4]
@@ -39,11 +40,11 @@ def robot() -> Any:
 
 @dataclass(frozen=True)
 class Process:
-    """The process of section 5 of the paper, which takes 49 s.
+    """The sampled working process of section 5 of the paper, which takes 49 s.
 
     Attributes:
         sampled: The motion of the coordinates and of the tool point R.
-        theta: (m, 7) joints of the main chain [rad or m].
+        theta: (m, 7) joint values of the main chain [rad or m].
         rates: (m, 7) joint rates of the main chain [rad/s or m/s].
         swings: (m, 4) angles theta8 to theta11 of the cylinders [rad].
     """
@@ -56,7 +57,7 @@ class Process:
     def at(self, time: float) -> int:
         """Return the sample index at a time [s].
 
-        If two stages meet at this time, the later stage counts.
+        If two stages meet at this time, the sample belongs to the later stage.
         """
         return int(np.searchsorted(self.sampled.t, time - 0.5 / RATE))
 
@@ -77,7 +78,7 @@ def over_the_well(down: float) -> FloatArray:
 
 @cache
 def process() -> Process:
-    """Return all eight stages of the process.
+    """Return the working process of the manipulator with all its eight stages.
 
     In the last stage, four joints satisfy three conditions. The four joints move by minimum-norm
     steps from the configuration at 37 s.
@@ -114,12 +115,12 @@ def process() -> Process:
 
 
 def joint_norm(_: FloatArray) -> FloatArray:
-    """Return the weight matrix (4, 4) of minimum-norm joint rates."""
+    """Return the weight matrix (4, 4) of the norm of the joint rates."""
     return np.eye(len(ARMS))
 
 
 def cylinder_norm(by_chain: FloatArray) -> FloatArray:
-    """Return the weight matrix (4, 4) of minimum-norm cylinder speeds."""
+    """Return the weight matrix (4, 4) of the norm of the cylinder speeds."""
     return by_chain[np.ix_(CYLINDERS, ARMS)]
 
 
@@ -128,8 +129,8 @@ def integrated(norm: Callable[[FloatArray], FloatArray]) -> Process:
     """Return the process with joint rates of minimum norm in its last stage.
 
     Args:
-        norm: Computes the (4, 4) weight matrix of the arm rates from the (7, 7) derivatives of the
-            coordinates with respect to the main chain.
+        norm: Function that computes the (4, 4) weight matrix of the arm rates from the (7, 7)
+            derivatives of coordinates by main-chain joints.
     """
     found = process()
     first = found.at(39)
@@ -157,7 +158,7 @@ def runge_kutta(
 
 
 def least_rates(theta: FloatArray, norm: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """Return the minimum-norm rates (7,) with which R moves down [rad/s]."""
+    """Return the minimum-norm joint rates (7,) with which point R moves down [rad/s]."""
     by_chain = robot().actuators_D_chain(theta)
     J = (robot().jacobian_mixed(robot().actuators(theta)) @ by_chain)[np.ix_(IN_PLANE, ARMS)]
     inverse = np.linalg.inv(norm(by_chain))

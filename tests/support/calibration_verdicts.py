@@ -1,4 +1,4 @@
-"""Classifies the warnings and errors of an identification."""
+"""Classifies the warnings and errors of a parameter identification."""
 
 from dataclasses import dataclass
 
@@ -27,7 +27,7 @@ class Verdict:
 
     @property
     def is_clean(self) -> bool:
-        """Test whether the robot explains the measurements without a warning."""
+        """Test whether the robot model fits the measurements without a warning."""
         return not (self.accusations or self.unexplained)
 
     @property

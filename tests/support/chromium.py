@@ -21,11 +21,10 @@ FLAGS = (
     "--disable-dev-shm-usage",
     "--no-first-run",
     "--disable-background-networking",
-    # With this option, Chromium accepts clicks before it has drawn the first frame. Drawing the
-    # first frame takes long.
+    # This option lets Chromium accept clicks before it has drawn the first frame, which takes long.
     "--allow-pre-commit-input",
     "--window-size=760,520",
-    "--force-device-scale-factor=0.25",  # software rendering takes most of the run time
+    "--force-device-scale-factor=0.25",  # few pixels, because software rendering is slow
     "--remote-debugging-port=0",
     "--remote-allow-origins=*",
 )
@@ -36,14 +35,15 @@ class Chromium:
     """A browser with one page.
 
     Attributes:
-        said: Console messages of the page since it was opened: (level, text).
+        said: (level, text) of each console message since the web page was opened.
     """
 
     def __init__(self, program: str, folder: Path) -> None:
         command = [program, *FLAGS, f"--user-data-dir={folder}", "about:blank"]
         quiet = subprocess.DEVNULL
         self._process = subprocess.Popen(
-            # The function acquires no lock, so other threads of this process cannot block it.
+            # ``_end_with_parent`` acquires no lock, so other threads of this process cannot block
+            # it.
             command,
             stdout=quiet,
             stderr=quiet,
@@ -75,7 +75,7 @@ class Chromium:
         until(lambda: self.run("document.readyState === 'complete' && !window.isOld"))
 
     def run(self, script: str):
-        """Return the value of an expression on the page."""
+        """Evaluate a JavaScript expression on the web page, and return its value."""
         answer = self._ask(
             "Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True
         )
@@ -94,10 +94,10 @@ class Chromium:
         return times[1] - times[0]
 
     def drag(self, start, end) -> None:
-        """Drag the mouse in steps between two points of the page.
+        """Drag the mouse in steps between two points of the web page.
 
-        The page must draw frames between the events, because it looks for the object below the
-        mouse only while drawing.
+        The web page must draw frames between the mouse events, because the page finds the object
+        below the mouse only while drawing.
         """
         self._mouse("mouseMoved", start)
         self.draw()

@@ -1,4 +1,4 @@
-"""Runs the command line in this process."""
+"""Runs the command line of chasles in the test process."""
 
 import contextlib
 import io

@@ -1,4 +1,7 @@
-"""Checks a commit message: ``area: imperative summary``, a blank line, the reason."""
+"""Checks the format of a commit message.
+
+A blank line separates the line ``area: imperative summary`` from the reason.
+"""
 
 import re
 import sys

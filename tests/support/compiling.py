@@ -33,11 +33,11 @@ CALLED = ("c", "casadi", "python")
 BUILD = Path(__file__).parents[2] / "build" / "tests"
 """Cache of generated folders and compiled libraries."""
 IDENTIFICATION = ("fk", "fk_p", "jacobian_p", "identification_jacobian")
-"""Functions that the identification of a robot calls."""
+"""Names of the robot functions that a parameter identification calls."""
 
 QUICK, FAST = "-O0", "-O1"
-"""Compiler flags: A calibrated arm is compiled in 2.5 s with QUICK, in 5 s with FAST and in 11 s
-with -O3."""
+"""Compiler flags. Compiling a calibrated arm takes 2.5 s with QUICK, 5 s with FAST and 11 s with
+-O3."""
 COMPILER = shutil.which("clang") and "clang"
 """The command ``clang``, or None if Clang is not installed. At -O0, Clang compiles three times
 faster than GCC. GCC compiles the shipped robots."""
@@ -84,7 +84,7 @@ def reading_here() -> Iterator[None]:
 
 @contextmanager
 def printing_here() -> Iterator[None]:
-    """Context in which articles are printed in the test process, not in forked processes."""
+    """Context in which LaTeX articles are printed in the test process, not in forked processes."""
 
     @contextmanager
     def run_later(work: Callable[[], object]) -> Iterator[Callable[[], object]]:
@@ -117,9 +117,8 @@ def own_robots_compiled_quickly() -> Iterator[None]:
 def deriving_only(*functions: str) -> Iterator[None]:
     """Context in which `chasles.load` derives only the named functions, without a new process.
 
-    With `parametric=True`, only the functions `IDENTIFICATION` are derived. Robots without
-    `parametric=True` get the functions in `functions`. If `functions` is empty, robots without
-    `parametric=True` get all functions.
+    Robots loaded with `parametric=True` get only the functions in `IDENTIFICATION`. Robots without
+    `parametric=True` get the functions in `functions`, or all functions if `functions` is empty.
     """
     load = chasles.load
     home = tempfile.TemporaryDirectory()
@@ -144,15 +143,15 @@ def compiled(
     languages: Sequence[str] = CALLED,
     flags: str = QUICK,
 ) -> chasles.Robot:
-    """Derives, compiles and loads a robot.
+    """Derive, compile and load a robot.
 
-    Concurrent tests wait until the first derivation ends.
+    Concurrent tests of the same robot wait until its first derivation ends.
 
     Args:
         robot: The description.
         folder: Output folder of the derived robot.
-        functions: The functions to derive; all by default.
-        languages: The output languages; the callable languages by default.
+        functions: Names of the functions to derive, or None for all functions.
+        languages: Output languages of the derivation. By default, these are the callable languages.
         flags: Compiler flags.
     """
     words = (description_text(robot), repr(functions), repr(sorted(languages)), _compiler_digest())
@@ -178,7 +177,10 @@ def loaded(folder: Path, flags: str = QUICK) -> chasles.Robot:
 
 @cache
 def _compiler_digest() -> str:
-    """Return the SHA-256 of the compiler sources. A new hash forces new derivations."""
+    """Return the SHA-256 hash of the compiler sources.
+
+    A changed hash forces new derivations.
+    """
     root = Path(chasles.derive.__file__).parent
     files = sorted(p for p in root.rglob("*") if p.suffix in (".py", ".h"))
     return hashlib.sha256(b"\0".join(file.read_bytes() for file in files)).hexdigest()

@@ -1,4 +1,4 @@
-"""Robots in a convention, and their forward kinematics as a plain matrix product."""
+"""Robots in a kinematic convention, and their forward kinematics as a matrix product."""
 
 import sympy as sp
 
@@ -18,7 +18,7 @@ def joint(convention, name, kind="revolute", **given):
 
 
 def robot(*joints):
-    """Return a robot whose symbols are all parameters."""
+    """Return a serial robot in which every symbol of a joint placement is a parameter."""
     placements = [part for joint in joints for part in (*joint.before, *joint.after)]
     values = [v for part in placements for v in getattr(part, "vector", None) or (part.angle,)]
     symbols = {symbol for value in values for symbol in value.free_symbols}
@@ -27,7 +27,7 @@ def robot(*joints):
 
 
 def product(described, coordinates=q):
-    """Return forward kinematics as the plain product of elementary matrices."""
+    """Return the forward kinematics as a product of elementary matrices."""
     T = placement_matrix(described.base)
     values = iter(described.joint_values(coordinates[: len(described.coordinates)]))
     for part in described.joints:
@@ -49,7 +49,7 @@ def derived_fk(described):
 
 
 def equal(A, B):
-    """Test whether matrices are equal as polynomials in cosines and sines of single angles."""
+    """Test whether two matrices are equal as polynomials in cosines and sines of single angles."""
     difference = (sp.Matrix(A) - sp.Matrix(B)).applyfunc(lambda x: sp.expand(x, trig=True))
     return difference.applyfunc(lambda x: sp.expand(sp.trigsimp(x))) == sp.zeros(*difference.shape)
 
@@ -94,7 +94,7 @@ m_held = { value = 4500, unit = "g", meaning = "held body and wrist" }
 
 
 def sagging_ur5e(gravity='[0, 0, "-9.81"]'):
-    """Return the text of a robot file with link masses."""
+    """Return the text of a UR5e robot file with gravity and link masses."""
     text = (ROBOTS / "ur5e.toml").read_text().replace("[parameters]", f"[parameters]{NAMED}")
     text = text.replace('convention = "dh"', f'convention = "dh"\ngravity = {gravity}')
     for joint, link in (

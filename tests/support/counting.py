@@ -1,6 +1,6 @@
 """Counts the function calls of a piece of code.
 
-The count does not depend on the machine or its load.
+The number of function calls does not depend on the machine or its load.
 """
 
 import sys
@@ -14,7 +14,7 @@ def calls_of(work: Callable[[], object]) -> int:
     """Return the number of Python and C function calls made by ``work``.
 
     Tests bound the number of calls instead of the run time, because the number does not depend on
-    the processor or on other processes. Exceptions of the call propagate.
+    the processor or on other processes. ``calls_of`` does not catch exceptions of ``work``.
     """
     count = 0
 
@@ -36,7 +36,7 @@ class TooManyCallsError(BaseException):
 
 
 def stopped_after(most: int, work: Callable[[], Result]) -> Result:
-    """Return the result of ``work``, which may make a limited number of function calls.
+    """Return the result of ``work``, which may make at most ``most`` function calls.
 
     Raises:
         TooManyCallsError: ``work`` made more function calls than allowed and was stopped.

@@ -6,8 +6,8 @@ import chasles
 from chasles.derive.emit.reserved import safe
 
 FUNCTIONS = {"fk", "fk_jacobian_mixed", "twist_mixed", "hessian_mixed", "ik", "chain", "actuators"}
-"""Names of the functions that the test programs use. The set has functions with one result, with
-several results, and with solution slots."""
+"""Names of the robot functions that the C++ test programs call. The set includes functions with one
+result, with several results, and with solution slots."""
 PUT = """\
 #include <cstdio>
 #include <cstring>
@@ -23,12 +23,12 @@ static void put(const Values& values) {
 
 
 def compiled_functions(robot):
-    """Return the manifest entries of the functions that the programs compile."""
+    """Return the manifest entries of the robot functions that the C++ test programs call."""
     return [info for info in robot.manifest.functions if info.name in FUNCTIONS]
 
 
 def driver(name):
-    """Write a C++ program that evaluates a function for rows of inputs."""
+    """Return the source of a C++ program that evaluates a robot function for rows of inputs."""
     robot, cases = chasles.load(name), []
     for info in compiled_functions(robot):
         sizes = [int(np.prod(item.shape)) for item in info.inputs]
@@ -55,11 +55,11 @@ def driver(name):
 
 
 def inputs_of(robot, info, rng, count):
-    """Return random inputs of a function.
+    """Return random inputs of a robot function.
 
-    If the robot has loops, the inputs are near its reference, so that the loops close. If an
-    inverse has a redundancy parameter, the value of the last joint is used for this parameter, as
-    for panda.
+    If the robot has loops, the inputs are near its reference configuration, so that the loops
+    close. If the inverse kinematics has a redundancy parameter, as for panda, this parameter gets
+    the value of the last joint.
     """
     middle, spread = (np.array(robot.reference.q), 0.1) if robot.reference else (0.0, np.pi)
     q = middle + rng.uniform(-spread, spread, (count, robot.n))

@@ -19,13 +19,14 @@ WARNINGS = ["-Wall", "-Wextra", "-Werror", "-Wno-unknown-pragmas"]
 SHIM = Path(__file__).parent / "native" / "cuda_shim.h"
 KINDS = {"float": np.float32, "double": np.float64}
 SOLVED = {"float": 2e-5, "double": 1e-9}
-"""Largest residual of a solution."""
+"""Maximum residual of an inverse kinematics solution, for each floating-point type."""
 TOLERANCE = {"float": 1e-4, "double": 1e-12}
-"""Largest difference between results of the kernels and of the C code."""
+"""Maximum difference between results of the CUDA kernels and of the C code, for each floating-point
+type."""
 
 
 class Shim:
-    """The exported kernels of a robot.
+    """The exported CUDA kernels of a robot, compiled for the processor.
 
     Attributes:
         robot: The robot.
@@ -49,7 +50,7 @@ class Shim:
         return self._called(f"{name}_{kind}", KINDS[kind], inputs, shapes)
 
     def nearest(self, kind, T, q_seed, *, lower=None, upper=None, weights=None):
-        """Return the results of the kernel ``ik_nearest``: q, residual, margin and slot."""
+        """Return q, residual, margin and solution slot from the kernel ``ik_nearest``."""
         own = [None if x is None else np.asarray(x)[None] for x in (lower, upper, weights)]
         shapes = [(self.robot.n,), (), (), ()]
         found = self._called(f"ik_nearest_{kind}", KINDS[kind], [T, q_seed, *own], shapes)
@@ -91,9 +92,9 @@ def columns(rows):
 
 
 def differing(shim, kind, q):
-    """List the functions whose results differ from the results of the C code.
+    """List the CUDA functions whose results differ from the results of the C code.
 
-    Solutions of the inverse are compared only away from singularities.
+    Inverse kinematics solutions are compared only away from singularities.
     """
     lines = []
     for name, info in shim.functions.items():
@@ -112,7 +113,7 @@ def differing(shim, kind, q):
 
 
 def incomplete(shim, kind, q):
-    """List the differences between the solutions of the kernel and of the C code."""
+    """List the differences between the IK solutions of the CUDA kernel and of the C code."""
     robot, info, lines = shim.robot, inverse_of(shim.robot), []
     inputs = inputs_of(robot, info, q)
     exact = expected(robot, info, inputs)

@@ -30,8 +30,7 @@ SAMPLE = (
     *("ur5e", "jaco2", "iiwa14", "lynxmotion", "bricklaying_planar"),
     *("five_bar", "well_manipulator", "planar_3rrr", "stewart_gough"),
 )
-"""Shipped robots that together represent every kind of robot. Together, these robots have every
-function that any shipped robot has."""
+"""Shipped robots of every kind, which together have every function that any shipped robot has."""
 
 FULL = ("ur5e", "iiwa14", "lynxmotion", "scara", "five_bar", "planar_3rrr")
 """Robots of the main kinds, for tests of all functions. The derivation of each robot takes about a
@@ -39,9 +38,9 @@ second."""
 
 
 def description(name: str) -> Path:
-    """Return the robot file of a shipped robot.
+    """Return the path of a robot file.
 
-    If no shipped robot has this name, return the path of the robot file in the folder shelf/.
+    If no shipped robot has the name ``name``, the path is in the folder shelf/.
     """
     own = ROBOTS / f"{name}.toml"
     return own if own.is_file() else ROBOTS / "shelf" / own.name
@@ -59,7 +58,7 @@ def derivation(name: str) -> Derivation:
 
 @cache
 def article(name: str) -> Mapping[str, str]:
-    """Return the article fragments of a shipped robot, keyed by file."""
+    """Return the fragments of a shipped robot's LaTeX article, keyed by file name."""
     return fragments(derivation(name))
 
 
@@ -77,7 +76,7 @@ def kernels(name: str) -> dict:
 
 
 def every_branch(function, kernel, *arguments) -> list[np.ndarray]:
-    """Return the flat outputs of a CasADi kernel on all of its branches."""
+    """Return each output of a CasADi function, flattened and concatenated over all branches."""
     if not function.signs:
         return [np.array(output).ravel() for output in kernel(*arguments)]
     found = [kernel(*arguments, signs) for signs in patterns(function)]

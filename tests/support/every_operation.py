@@ -1,4 +1,4 @@
-"""A program that contains every operation of the printers, and inputs with special values."""
+"""An expression graph with all operations of the code printers, and inputs with special values."""
 
 import itertools
 

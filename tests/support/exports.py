@@ -1,4 +1,4 @@
-"""Inputs of exported functions, and the expected results from the compiled C."""
+"""Inputs of exported functions, and the expected results from the compiled C code."""
 
 import numpy as np
 
@@ -34,7 +34,7 @@ def inverse_of(robot):
 def configurations(robot, count):
     """Return random configurations.
 
-    If the robot has loops, the configurations are near its reference.
+    If the robot has loops, the configurations are near its reference configuration.
     """
     rng = np.random.default_rng(7)
     if robot.reference:
@@ -48,13 +48,13 @@ def right_angles(robot, count):
 
 
 def apart(x, y):
-    """Return the differences of angles modulo whole turns."""
+    """Return the absolute differences of angles modulo whole turns."""
     difference = x - y
     return np.abs(difference - 2 * np.pi * np.round(difference / (2 * np.pi)))
 
 
 def regular_slots(robot, info, q, residual, regular=1e-3):
-    """Return a mask of the valid solutions away from singularities."""
+    """Return a Boolean mask of the valid inverse kinematics solutions away from singularities."""
     valid = residual <= 1e-9
     kept = [k for k in range(robot.n) if k not in info.role.fixed]
     J = robot.jacobian_mixed(q[valid])[..., kept]

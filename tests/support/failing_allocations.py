@@ -1,9 +1,8 @@
-"""Lets each memory allocation of some calls fail in turn.
+"""Makes single memory allocations of runtime calls fail.
 
-Prints as JSON how often each call returned a result or raised an error.
-
-Runs as a program with PYTHONMALLOC=malloc. LD_PRELOAD must contain the library that is compiled
-from ``native/failing_allocations.c``.
+The script prints, as JSON, how often each call returned a result or raised an error. The script
+runs with PYTHONMALLOC=malloc. LD_PRELOAD must contain the library that is compiled from
+``native/failing_allocations.c``.
 """
 
 import ctypes
@@ -19,8 +18,8 @@ import chasles
 
 OWN = f"{Path(chasles.__file__).parent}/".encode()
 LOADS = 4
-"""Approximate number of repetitions of a call. In each repetition, a different memory allocation
-fails. A call makes hundreds of allocations."""
+"""Approximate number of repetitions of a call that makes hundreds of memory allocations. In each
+repetition, a different memory allocation fails."""
 POSES = 20_000
 """Number of poses that are solved on two threads."""
 LIBRARY = ctypes.PyDLL(None)
@@ -82,7 +81,7 @@ def allocations(call: Callable[[], object]) -> int:
 def end(call: Callable[[], object], k: int, expected: object) -> str:
     """Make memory allocation k of a call fail.
 
-    Returns how the call ends, such as "MemoryError".
+    Returns a text that states how the call ends, such as "MemoryError".
     """
     LIBRARY.fail_allocation(OWN, k)
     try:

@@ -22,7 +22,7 @@ os.rename."""
 class _Watch:
     """Counts the file operations in a folder.
 
-    The operation with the number `step` raises an error, or ends the process if `is_fatal` is true.
+    File operation number `step` raises an error, or ends the process if `is_fatal` is true.
     """
 
     def __init__(self) -> None:
@@ -87,9 +87,9 @@ def failing(step: int, folder: Path) -> Iterator[None]:
 
 
 def killed(step: int, work: Callable[[], object], folder: Path) -> None:
-    """Run work in a forked process.
+    """Run the function ``work`` in a forked process.
 
-    SIGKILL ends the process just before file operation number `step` in the folder.
+    SIGKILL ends the forked process just before file operation number `step` in the folder.
     """
     child = os.fork()
     if child == 0:
@@ -105,7 +105,7 @@ def killed(step: int, work: Callable[[], object], folder: Path) -> None:
 
 @contextmanager
 def full_after(size: int) -> Iterator[None]:
-    """Context in which each write beyond a file size fails."""
+    """Context in which writing a file beyond ``size`` bytes fails."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
@@ -136,14 +136,14 @@ def restore(folder: Path, former: dict[str, bytes | None]) -> None:
 def check_writes(write: Callable[[], object], folder: Path, match: str | None = None) -> None:
     """Check that files survive each fault, and that a second write succeeds.
 
-    Each file operation fails in turn. In further runs, the disk is full from the start, or becomes
-    full before the end. If an error occurs while several files are written, each file has its
-    former or its new content.
+    In each run, a different file operation of ``write`` fails. In two further runs, the disk is
+    full from the start, or becomes full before the end. After an error, each file must have either
+    its former or its new content.
 
     Args:
-        write: Writes several files into a folder.
+        write: Function that writes several files into ``folder``.
         folder: The output folder, which contains the files of an earlier run.
-        match: Pattern of the error message.
+        match: Regular expression that the error message must match, or None for any message.
     """
     former = contents(folder)
     steps = steps_of(write, folder)

@@ -1,4 +1,4 @@
-"""Configurations and pose errors for tests of iterative inverses."""
+"""Configurations and pose errors for tests of iterative inverse kinematics."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ PLATFORMS = ("stewart_gough", "planar_3rrr")
 
 
 def configurations(robot, count, seed=3):
-    """Return random configurations within the limits with closed loops."""
+    """Return random configurations within the joint limits at which all loops close."""
     reach = np.array([np.pi if c.unit == "rad" else 1.0 for c in robot.coordinates])
     q = np.random.default_rng(seed).uniform(*span(robot, reach), (50 * count, robot.n))
     q = q[np.isfinite(robot.fk(q)).all((1, 2))][:count]

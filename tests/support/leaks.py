@@ -24,7 +24,7 @@ def assert_no_leaks(calls, watched, settle=gc.collect):
 
 
 def _repeat(call, count, settle):
-    """Repeat a call `count` times. Then waits until unused objects are freed."""
+    """Repeat a call `count` times, and then wait until unused objects are freed."""
     for _ in range(count):
         call()
     settle()

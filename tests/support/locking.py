@@ -1,4 +1,4 @@
-"""A file lock shared by the workers of a run."""
+"""A file lock shared by the worker processes of a test run."""
 
 import fcntl
 from collections.abc import Iterator

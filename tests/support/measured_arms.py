@@ -25,7 +25,7 @@ class Truth(NamedTuple):
 
 
 def drawn(arm, seed, zero=0.0, count=60):
-    """Return an arm with axis errors of 1 mm and 1 mrad, and joint offset errors up to `zero`."""
+    """Return an arm with axis errors up to 1 mm or 1 mrad, and offset errors up to `zero` rad."""
     random = np.random.default_rng(seed)
     p = np.array([g.value for g in arm.geometry])
     off = np.array([g.part in ("axis", "tool") for g in arm.geometry])

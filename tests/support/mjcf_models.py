@@ -42,7 +42,7 @@ def random_joint(dice, name):
 
 
 def random_model(dice):
-    """Return a random model with side branches, frames and sites."""
+    """Return a random MJCF model with side branches, frames and sites."""
     count = dice.randint(2, 6)
     degree = dice.choice(("degree", "degree", "radian"))
     opened, closed, names = [], [], 0
@@ -76,7 +76,7 @@ def random_model(dice):
 
 
 def oracle(text):
-    """Return the MuJoCo model without missing meshes."""
+    """Return the MuJoCo model of an MJCF text, without its missing meshes."""
     return mujoco.MjModel.from_xml_string(
         text.replace('<mesh name="missing" file="missing.stl"/>', "").replace(
             'type="mesh" mesh="missing"', 'size="0.1"'
@@ -85,7 +85,7 @@ def oracle(text):
 
 
 def poses_of(model, values):
-    """Return the pose of every body and site at joint values."""
+    """Return the pose of every body and site at given joint values, keyed by name."""
     data = mujoco.MjData(model)
     for name, value in values.items():
         data.qpos[model.joint(name).qposadr[0]] = value
@@ -177,7 +177,7 @@ def random_spatial_loop(dice):
 
 
 def random_delta(dice):
-    """Return a delta: a translating platform on three rods with ball joints and three arms."""
+    """Return a delta robot: three arms and three ball-joint rods move a translating platform."""
     sizes = [dice.uniform(*bounds) for bounds in ((0.15, 0.25), (0.15, 0.25), (0.04, 0.06))]
     radius, arm, edge = (round(size, 3) for size in sizes)
     height = round(dice.uniform(0.35, 0.45), 3)
@@ -211,7 +211,7 @@ def random_delta(dice):
 
 
 def rod_pair_delta(*, is_free):
-    """Return a delta with rod pairs."""
+    """Return a delta robot with a pair of rods on each arm."""
     radius, arm, rod, edge, aside = 0.2, 0.2, 0.5, 0.05, 0.04
     across = edge - radius - arm
     drop = (rod**2 - across**2) ** 0.5

@@ -1,4 +1,4 @@
-"""Compiles the exported functions for MATLAB with Octave, and evaluates them for many inputs."""
+"""Compiles exported MATLAB functions with Octave, and evaluates these functions for many inputs."""
 
 import platform
 import subprocess
@@ -11,13 +11,13 @@ from tests.support.derivations import robot_of
 from tests.support.exports import apart, inverse_of, regular_slots
 
 FUNCTIONS = {"fk", "fk_jacobian_mixed", "hessian_mixed", "ik", "chain", "actuators", "chain_all"}
-"""Names of the functions whose results in Octave are compared with the generated C."""
+"""Names of the functions whose results in Octave are compared with the generated C code."""
 BASELINE = "-march=x86-64" if platform.machine() == "x86_64" else ""
-"""Compiler flag for the instructions that the MATLAB functions use."""
+"""Compiler flag for the baseline instruction set, which the exported MATLAB functions use."""
 SOLVED = 1e-9
-"""Largest residual of a solution (m or rad)."""
+"""Maximum residual of a valid solution (m or rad)."""
 POSE_ERROR = 1e-9
-"""Largest pose error of a solution."""
+"""Maximum difference between the entries of a pose and of the pose that a solution reaches."""
 
 
 def exported(robot, folder: Path) -> Path:
@@ -27,7 +27,7 @@ def exported(robot, folder: Path) -> Path:
 
 
 def octave(script: str, folder: Path) -> str:
-    """Run a script in a folder, and return the printed text."""
+    """Run an Octave script in a folder, and return its printed text."""
     command = ["octave-cli", "--no-history", "--quiet", "--norc", "--eval", script]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -35,12 +35,12 @@ def octave(script: str, folder: Path) -> str:
 
 
 def make(name: str) -> str:
-    """Return the statements that compile the functions of a robot."""
+    """Return the MATLAB statements that compile the exported functions of a robot."""
     return f"addpath('{name}'); make_chasles_{name};\n"
 
 
 def call(name: str, info, inputs, folder: Path, suffix: str = "") -> str:
-    """Write inputs for MATLAB, and return the statements that call a function."""
+    """Write the inputs of a function, and return the MATLAB statements that call the function."""
     stem, statements, arguments = f"{info.name}{suffix}", [], []
     for k, (item, values) in enumerate(zip(info.inputs, inputs, strict=True)):
         sizes = [*(item.shape or (1,)), len(values)]
@@ -56,7 +56,7 @@ def call(name: str, info, inputs, folder: Path, suffix: str = "") -> str:
 
 
 def results(info, count: int, folder: Path, suffix: str = "") -> list[np.ndarray]:
-    """Return the outputs of a call in the array layout of the Python functions."""
+    """Return the outputs of a MATLAB call in the array layout of the Python functions."""
     shapes = [item.shape or (1,) for item in info.outputs]
     if info.role.is_inverse:
         shapes.insert(1, shapes[1])
@@ -75,11 +75,11 @@ def _count(info) -> int:
 
 
 def difference_of_solutions(robot, inputs, found) -> tuple[float, int]:
-    """Compare all Octave solutions with the solutions of the generated C code.
+    """Compare Octave solutions with the solutions of the generated C code.
 
-    The compared poses are away from singularities. Returns (largest difference, number of compared
-    solutions). The difference is infinite if a slot is valid only in Octave or only in C, or if a
-    solution does not reach its pose.
+    Only solutions away from singularities are compared. Returns (largest difference, number of
+    compared solutions). The difference is infinite if a solution is valid only in Octave or only in
+    C, or if a solution does not reach its pose.
     """
     q, valid = found[0], found[1] == 1
     exact, residual = _pose_by_pose(robot, inputs)
@@ -95,7 +95,8 @@ def difference_of_solutions(robot, inputs, found) -> tuple[float, int]:
 def _pose_by_pose(robot, inputs):
     """Return the solutions and residuals of the C code, computed pose by pose.
 
-    MATLAB calls the C code pose by pose. The C code for batches adds numbers in a different order.
+    The exported MATLAB functions also call the C code pose by pose. For batches of poses, the C
+    code adds numbers in a different order.
     """
     solved = [robot.functions["ik"].ufunc(*row) for row in zip(*inputs, strict=True)]
     return np.array([q for q, _, _ in solved]), np.array([residual for _, residual, _ in solved])

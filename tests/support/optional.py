@@ -14,8 +14,8 @@ class OptionalPackage:
     def __getattr__(self, attribute: str):
         """Return a public attribute of the package.
 
-        During collection, pytest reads private attributes of all objects in a test file. Reading a
-        private attribute must not import the package.
+        During collection, pytest reads private attributes of all objects in a test file, which must
+        not import the package.
         """
         if attribute.startswith("_"):
             raise AttributeError(f"{self._name}: only public attributes can be used")
@@ -23,10 +23,10 @@ class OptionalPackage:
 
 
 def reason(name: str) -> str:
-    """Return the skip reason for a missing package."""
+    """Return the reason for skipping a test whose package is missing."""
     return f"missing package: {name} (make test installs it)"
 
 
 def requires(name: str) -> pytest.MarkDecorator:
-    """Return the pytest mark of tests that need a package."""
+    """Return the pytest mark that skips a test if a package is missing."""
     return pytest.mark.skipif(find_spec(name) is None, reason=reason(name))

@@ -24,7 +24,7 @@ def examples(page: str, language: str = "python") -> list[str]:
 
 
 def run(page: str, names: dict | None = None) -> dict:
-    """Run the Python blocks of a page, and return the defined names."""
+    """Run the Python code blocks of a documentation page, and return the defined names."""
     names = {} if names is None else names
     blocks = examples(page)
     assert blocks, page
@@ -47,7 +47,7 @@ def _slug(title: str) -> str:
 
 
 def links(page: str) -> list[str]:
-    """Return the link and image targets of a page within the repository."""
+    """Return the targets of a page's links and images that are within the repository."""
     without_code = re.sub(r"`[^`\n]*`", "", prose(page))
     targets = re.findall(r"\]\(([^)\s]+)\)", without_code)
     return [target for target in targets if not re.match(r"[a-z]+:", target)]

@@ -1,4 +1,4 @@
-"""Derives parametric functions of serial robots, and checks them with automatic derivatives."""
+"""Derives parametric functions of serial robots, and checks them by automatic differentiation."""
 
 from functools import cache
 
@@ -26,7 +26,7 @@ def functions_of(robot, parametric=PARAMETRIC):
 
 @cache
 def of_convention(name):
-    """Derive the functions of a random chain in a convention."""
+    """Derive the parametric functions of a random chain in a kinematic convention."""
     return functions_of(drawn(IN_CONVENTION[name], 3), IN_TOOL_FRAME)
 
 
@@ -37,7 +37,7 @@ def nominal(derived):
 def by_differentiation(fk_p, q, p, by):
     """Return (pose, tool twists) from automatic derivatives.
 
-    The twists (v, omega) are in base axes.
+    The tool twists (v, omega) are in base axes, one for each differentiated variable.
     """
     symbols = ca.SX.sym("q", len(q)), ca.SX.sym("p", len(p))
     pose = fk_p(*symbols)

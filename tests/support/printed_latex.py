@@ -1,4 +1,4 @@
-"""Evaluates the printed inverse of an article from its LaTeX text alone.
+"""Evaluates the inverse kinematics that an article prints, from the LaTeX text alone.
 
 The file ``inverse.tex`` contains definitions ``name &= formula``. The file ``symbols.tex`` defines
 the short symbols. A recursive-descent parser evaluates each formula numerically.
@@ -18,11 +18,11 @@ class UnknownSymbolError(KeyError):
 
 
 class Formula:
-    """A formula that is evaluated numerically from left to right.
+    """A LaTeX formula that is evaluated numerically from left to right.
 
     Args:
         tex: LaTeX text of the formula.
-        known: Values of symbols, keyed by LaTeX without spaces.
+        known: Values of the symbols, keyed by their LaTeX names without spaces.
     """
 
     def __init__(self, tex, known):
@@ -216,7 +216,7 @@ class Known(dict):
     Attributes:
         angles: (LaTeX of the angle, cosine or sine function), keyed by the short symbol of the
             cosine or sine.
-        sums: Names of the angle sums in the steps, keyed by their LaTeX.
+        sums: Names of the angle sums in the solution steps, keyed by the LaTeX text of each sum.
     """
 
     def __init__(self, values, angles, sums):
@@ -238,10 +238,10 @@ class Known(dict):
 
 
 class PrintedInverse:
-    """Solution steps of an inverse for poses, parsed from the LaTeX of an article.
+    """Solution steps of an inverse kinematics function, parsed from the LaTeX text of an article.
 
     Attributes:
-        is_whole: Whether every step has a formula and every number has full precision.
+        is_whole: Whether every solution step has a formula and every number has full precision.
         signs: Names of the sign symbols, in the order of the solution slots.
     """
 
@@ -274,7 +274,7 @@ class PrintedInverse:
         return known
 
     def solve(self, T, given, signs):
-        """Return all symbol values for a pose (4, 4), input symbols and signs."""
+        """Return the values of all symbols for a pose (4, 4), given input symbols and signs."""
         rotation, position = self.letters
         known = self.constants() | given | dict(zip(self.signs, map(float, signs), strict=True))
         for i in range(3):

@@ -1,5 +1,4 @@
-"""Serial robots for the tests of articles. Besides shipped robots, they include robots with long
-equations."""
+"""Serial robots for tests of LaTeX articles: shipped robots, and robots with long equations."""
 
 import random
 from functools import cache
@@ -121,7 +120,7 @@ BUILT = {
 }
 ROBOTS = [*NAMES, *BUILT]
 FUNCTIONS = ("fk", "jacobian_mixed", "jacobian_space")
-"""Names of the functions to derive. The article prints the equations of these functions."""
+"""Names of the derived functions, whose equations the LaTeX article prints."""
 
 
 @cache
@@ -134,5 +133,5 @@ def derived(name):
 
 @cache
 def printed(name):
-    """Return the article fragments of a robot, keyed by file."""
+    """Return the LaTeX fragments of a robot's article, keyed by file name."""
     return committed(name) if name in NAMES else fragments(derived(name))

@@ -5,7 +5,7 @@ import numpy as np
 from chasles import Robot
 
 CLOSURE = 1e-12
-"""Tolerance of J qd - V, relative to |V|."""
+"""Tolerance of J qd - V relative to |V|, for a Jacobian J, joint rates qd and a twist V."""
 HELD = np.radians([[50, 170, -70], [92, 212, -28]])
 """Crank limits between which planar_3rrr is never singular, with couplers of 130 mm or 170 mm."""
 WITH_RATES = [
@@ -32,8 +32,8 @@ WITH_RATES = [
 def sampling_limits(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower and upper limits (n,) for random coordinates.
 
-    For a robot without limits, the function returns `HELD`. The only tested robots without limits
-    are planar_3rrr and its variants.
+    For a robot without limits, the returned limits are `HELD`. The only tested robots without
+    limits are planar_3rrr and its variants.
     """
     if np.isfinite(robot.lower).all() and np.isfinite(robot.upper).all():
         return robot.lower, robot.upper
@@ -41,10 +41,10 @@ def sampling_limits(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def span(robot: Robot, reach: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return (lower, upper) limits (n,).
+    """Return (lower, upper) limits (n,) of all coordinates.
 
-    An unlimited coordinate has limits at the distance ``reach`` from its reference value, or from
-    0.
+    An unlimited coordinate has limits at the distance ``reach`` from its reference value, or from 0
+    without a reference.
     """
     center = np.zeros(robot.n) if robot.reference is None else np.array(robot.reference.q)
     lower = np.where(np.isfinite(robot.lower), robot.lower, center - reach)

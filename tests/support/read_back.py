@@ -1,4 +1,4 @@
-"""Compares the printed inverse of an article numerically with the function ``ik``."""
+"""Numerically compares the inverse kinematics in an article with the function ``ik``."""
 
 import itertools
 
@@ -10,7 +10,7 @@ from tests.support.derivations import every_branch
 from tests.support.printed_latex import PrintedInverse
 
 SAME = 1e-9
-"""Tolerance (radian or meter)."""
+"""Maximum difference between printed and computed solutions (radian or meter)."""
 INSIDE = 1e-3
 """Minimum margin of a solution slot that the test compares."""
 POSES = 3

@@ -9,7 +9,7 @@ from chasles import Robot
 class RobotStandIn(SimpleNamespace):
     """A robot object with attributes, but without compiled functions.
 
-    For `isinstance`, the object is a `Robot`.
+    The function `isinstance` recognizes this object as a `Robot`.
     """
 
     @property

@@ -1,4 +1,4 @@
-"""Skeletons of described robots, without derivation and compilation."""
+"""Skeletons of robot descriptions, without derived and compiled functions."""
 
 from types import SimpleNamespace
 
@@ -16,7 +16,7 @@ from tests.support.robot_stand_in import RobotStandIn
 
 
 def described_skeleton(robot):
-    """Return the skeleton of a description, with all loops at the reference."""
+    """Return the skeleton of a description, with all loops in the reference configuration."""
     hybrid = solved(robot) if isinstance(robot, Mechanism) else None
     robot = hybrid.mechanism if hybrid else robot
     terms = hybrid.terms if hybrid else Terms({p.symbol: p.value for p in robot.parameters})

@@ -1,4 +1,7 @@
-"""External programs such as pdflatex. Tests are skipped if their program is missing."""
+"""External programs for tests, such as pdflatex.
+
+A test is skipped if its program is missing.
+"""
 
 import shutil
 
@@ -26,12 +29,12 @@ MISSING = "missing program"
 
 
 def reason(program: str) -> str:
-    """Return the skip reason for a missing program."""
+    """Return the reason for skipping a test whose program is missing."""
     return f"{MISSING}: {program} (apt-get install {PACKAGES[program]})"
 
 
 def needs(program: str) -> pytest.MarkDecorator:
-    """Return the pytest mark of tests that need a program."""
+    """Return the pytest mark that skips a test if a program is missing."""
     return pytest.mark.skipif(shutil.which(program) is None, reason=reason(program))
 
 

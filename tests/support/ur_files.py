@@ -5,6 +5,6 @@ DELTAS = ("theta", "d", "a", "alpha")
 
 
 def conf(deltas):
-    """Return a calibration.conf with six deviations of each DH parameter."""
+    """Return the text of a calibration.conf with six deviations of each DH parameter."""
     lines = [f"delta_{name} = [ {deltas[name]}]" for name in DELTAS]
     return "\n".join(["[mounting]", *lines, "joint_checksum = [ 0x6e0f7bf, 0xa32a713f]", ""])

@@ -1,4 +1,4 @@
-"""Opens robot pages in the browser and evaluates expressions on them."""
+"""Opens HTML pages of robots in a browser, and evaluates JavaScript expressions on the pages."""
 
 import json
 

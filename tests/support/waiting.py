@@ -1,4 +1,4 @@
-"""Waits for a condition set by another process or thread."""
+"""Waits until another process or thread fulfills a condition."""
 
 import time
 from collections.abc import Callable

@@ -73,9 +73,9 @@ def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
         frame stay the same.
 
     Raises:
-        DescriptionError: The file is not a calibration, the robot is not a UR arm, or the
-            calibration moves the tool at q = 0 by more than 0.05 m. Such a calibration belongs to
-            a different type of UR arm.
+        DescriptionError: The file is not a calibration, or the robot is not a UR arm. The error is
+            also raised if the calibration moves the tool at q = 0 by more than 0.05 m or about 2
+            degrees. Such a calibration belongs to a different type of UR arm.
     """
     check_type("apply_calibration: description", description, SerialRobot, Mechanism)
     file = as_path("path", path)

@@ -9,7 +9,7 @@ DIRECTIONS = ([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0])
 ACROSS = ([1, 0, 0], [0, 0, 1], [1, 0, 1], [2, 0, -1])
 """Directions normal to the y axis."""
 IN_PLANE = ((1, 0, 0), (0, 0, 1), (1, 0, 1), (-1, 0, 0), (2, 0, -1), (0, 0, -1))
-"""Directions normal to the parallel joint axes. These joint axes are parallel to the y axis."""
+"""Directions normal to the parallel joint axes, which are parallel to the y axis."""
 HEAD = 'name = "r"\nconvention = "urdf"\nunits = { length = "mm", angle = "deg" }\n'
 
 
@@ -38,8 +38,8 @@ def decoupled(kinds: str, seed: int, *, meeting: bool = False) -> SerialRobot:
 
     Args:
         kinds: The joint types.
-        seed: Seed 1 generates axes along the base axes. Odd seeds generate lengths with few
-            decimals.
+        seed: Random seed. Seed 1 generates joint axes along the base axes, and odd seeds generate
+            lengths that are multiples of 100 mm.
         meeting: Whether adjacent revolute axes intersect.
     """
     draw = random.Random(f"{kinds}{seed}")
@@ -52,10 +52,10 @@ def decoupled(kinds: str, seed: int, *, meeting: bool = False) -> SerialRobot:
 
 
 def planar(kinds: str, seed: int) -> SerialRobot:
-    """Return an arm with parallel revolute axes (R).
+    """Return an arm whose revolute axes are parallel.
 
-    In ``kinds``, T is a prismatic joint normal to the revolute axes. L is a prismatic joint
-    parallel to the revolute axes.
+    In ``kinds``, R is a revolute joint, T a prismatic joint normal to the revolute axes, and L a
+    prismatic joint parallel to them.
     """
     draw = random.Random(seed)
     directions = [draw.choice(ACROSS) if kind == "T" else [0, 1, 0] for kind in kinds]
@@ -69,13 +69,14 @@ def _direction(draw: random.Random) -> list[float]:
 def crane(
     order: str, *, hand: bool, round_numbers: bool, seed: int, wrist: bool = False
 ) -> SerialRobot:
-    """Return an arm of random geometry, with its tool on or off the last axis.
+    """Return a random arm with a slewing joint, and with its tool on or off the last axis.
 
     Args:
-        order: The joints that move in a plane.
-        hand: Whether the arm has a fifth axis, in the plane of the motion.
-        round_numbers: Whether lengths are round.
-        seed: Number of the arm.
+        order: Joint types (R or P) of the joints that move in a plane.
+        hand: Whether the arm has a further revolute joint, whose axis lies in the plane of the
+            motion.
+        round_numbers: Whether all lengths are multiples of 100 mm.
+        seed: Random seed of the arm.
         wrist: Whether the arm ends with two intersecting axes of random directions.
     """
     draw = random.Random(seed)

@@ -69,7 +69,7 @@ Value = Callable[[sp.Expr], sp.Expr]
 
 
 def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
-    """Yield (error name, mechanism) for each single error.
+    """Yield (error name, mechanism) for each error of one length or one joint axis.
 
     The second-to-last mechanism has the errors of all lengths. The last mechanism also has all axis
     errors.
@@ -144,12 +144,11 @@ def _tilted(mechanism: Mechanism, names: set[str]) -> Mechanism:
 def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
     """Return a mechanism with pinned links in place of its rods.
 
-    The geometry is unchanged. Each rod becomes a body with two pins.
+    Each rod with pins becomes a body with two pins, and the geometry of the mechanism is unchanged.
 
     Args:
         mechanism: The robot, whose rod frames are parallel to the base frame.
-        axis: Rotation from the z axis to the pin axis. The default () means that the pin axis is
-            the z axis.
+        axis: Rotation from the z axis to the pin axis. By default, the pin axis is the z axis.
     """
     back = tuple(replace(turn, angle=-turn.angle) for turn in reversed(axis))
     rods = [s for s in mechanism.struts if s.ends == "pin" and not s.is_cylinder]
@@ -188,7 +187,8 @@ def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
 
     The loops of the mechanism close only in the least-squares sense.
 
-    Each frame is shifted by 0.1 to 0.5 mm and rotated by 0.1 to 2 mrad about each axis.
+    Each joint frame is shifted by 0.1 to 0.5 mm along each axis and rotated by 0.1 to 2 mrad about
+    each axis.
     """
     joints = tuple(replace(j, before=(*j.before, *displaced(rng))) for j in mechanism.joints)
     closures = tuple(
@@ -199,7 +199,7 @@ def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
 
 
 def displaced(rng: np.random.Generator) -> Placement:
-    """Return a random shift of 0.1 to 0.5 mm and a rotation of 0.1 to 2 mrad, per axis."""
+    """Return a random shift (0.1 to 0.5 mm per axis) and rotation (0.1 to 2 mrad per axis)."""
 
     def drawn(least: float, most: float) -> sp.Rational:
         value = rng.uniform(least, most) * rng.choice((-1, 1))

@@ -1,6 +1,7 @@
-"""Random platforms with further joints.
+"""Random parallel platforms with additional joints.
 
-Each leg keeps a ball joint in a plane. The further joints form a rail, a turntable or an arm.
+Each leg of a platform keeps a ball joint in a plane. The additional joints form a rail, a turntable
+or an arm.
 """
 
 from dataclasses import replace
@@ -36,7 +37,7 @@ def carrying(mechanism, axes, kinds=()):
     Args:
         mechanism: The platform.
         axes: Axis and origin (meter) of each joint.
-        kinds: Kind of each joint; by default, the joints are revolute.
+        kinds: Type of each joint. By default, all joints are revolute.
     """
     joints, parent = [], "platform"
     for k, (axis, xyz) in enumerate(axes):
@@ -57,7 +58,8 @@ def moved(mechanism, name, axis, xyz):
 
     Args:
         mechanism: The platform.
-        name: Name of the actuated joint; a rail is prismatic, other joints are revolute.
+        name: Name of the actuated joint, which is prismatic if the name is ``rail`` and revolute
+            for other names.
         axis: Axis of the joint.
         xyz: Origin of the joint (meter).
     """

@@ -10,7 +10,8 @@ from chasles.derive import read_text
 
 BEFORE = ("", "rail", "turntable")
 BEHIND = {"delta": ("", "z", "zy", "xyz"), "hexapod": ("", "z", "zs")}
-"""Joints after each kind of platform: revolute axes x, y and z, or a prismatic joint s along z."""
+"""Joint sequences on each kind of platform, with x, y and z for revolute axes and s for a prismatic
+joint along z."""
 HEAD = """
 name = "carried"
 convention = "urdf"
@@ -26,7 +27,7 @@ def drawn_platform(seed):
     Further joints are before the platform, on the platform, or both.
 
     Args:
-        seed: Number of the platform.
+        seed: Random seed, which also selects the kind of platform and the additional joints.
     """
     kinds = [(kind, a, b) for kind in BEHIND for a in BEFORE for b in BEHIND[kind] if a or b]
     kind, before, behind = kinds[seed % len(kinds)]

@@ -16,7 +16,7 @@ Probability of a differential or a four-bar linkage in an arm without a coupled 
 
 
 def convertible_arm(seed: int) -> SerialRobot:
-    """Return the arm for a seed.
+    """Return the random arm for a seed.
 
     Two thirds of the arms have geometric errors between 1e-6 and 0.1 (meter, radian).
     """

@@ -16,21 +16,21 @@ STRUCTURES = (
     *("R=R", "R+R", "R+R=R", "R=R=R", "P+R=R", "R=R=PxR", "R+R=R=R", "R+R=R=R+R"),
     *("R+R=R/RxrxR", "R+R=R=R+R+R", "R+P=R/RxrxR", "R/R=R/RxrxR", "RxrxR+RxrxRxR"),
 )
-"""Structures with a closed-form inverse. Half of the generated arms have one of the listed
-structures."""
+"""Axis structures of arms with closed-form inverse kinematics. Half of the generated arms have one
+of the listed axis structures."""
 DENSITY = 0.4
-"""Probability that an entry outside the diagonal of C is nonzero."""
+"""Probability that an off-diagonal entry of the coupling matrix C is nonzero."""
 MAX_JOINTS, MAX_CONDITION = 7, 200.0
 
 
 @dataclass(frozen=True)
 class CoupledArm:
-    """An arm whose motors q move the joints theta = C q + c.
+    """An arm whose motor coordinates q determine the joint values theta = C q + c.
 
     Attributes:
         robot: The coupled arm.
         plain: The arm without couplings, whose coordinates are the joint values theta.
-        C: (n, n) ratios of the couplings.
+        C: (n, n) matrix of the coupling ratios between joints and motors.
         c: The offsets (n,).
     """
 
@@ -41,7 +41,7 @@ class CoupledArm:
 
 
 def coupled_arm(seed: int) -> CoupledArm:
-    """Return the arm for a seed, with two to seven joints."""
+    """Return the random arm for a seed, with two to seven joints."""
     draw = random.Random(seed)
     plain = random_arm(seed) if seed % 2 else robot_of(draw.choice(STRUCTURES), seed=seed)
     while len(plain.moving) > MAX_JOINTS:
@@ -56,7 +56,7 @@ def coupled_arm(seed: int) -> CoupledArm:
 
 
 def with_motors(plain: SerialRobot, C: sp.Matrix, offsets: list[sp.Expr]) -> CoupledArm:
-    """Return an arm whose motors q move the joints C q + offsets."""
+    """Return an arm whose motor coordinates q determine the joint values C q + offsets."""
     n = len(plain.moving)
     names = [f"m{k}" for k in range(1, n + 1)]
     couplings = tuple(

@@ -1,7 +1,5 @@
 """Random serial arms with two to eight joints, in every convention.
 
-All lengths are round numbers.
-
 Lengths are multiples of 0.1 m, and angles are multiples of 30 or 45 degrees. Many lengths and
 angles are 0, as in real arms. All joints of an arm use the same convention. Some randomly selected
 joints are prismatic. Each seed determines one arm.
@@ -114,11 +112,11 @@ class PoseAndJacobian:
 
 @dataclass(frozen=True)
 class Derived(Case):
-    """A serial robot and one of its inverses in CasADi, as a benchmark case.
+    """A benchmark case of a serial robot and one of its CasADi inverse kinematics functions.
 
     Attributes:
         described: The robot.
-        inverses: The axis structure of the robot and the derived inverses.
+        inverses: Axis structure of the robot and its derived inverse kinematics functions.
     """
 
     described: SerialRobot | None = None
@@ -148,7 +146,7 @@ class Derived(Case):
         )
 
     def found(self, q: np.ndarray) -> Found:
-        """Return all solution slots for the targets at q (m, n)."""
+        """Return all solution slots for the targets computed from the coordinates q (m, n)."""
         return self.robot.functions[self.function](self.targets(q), *self.others(q))
 
     def answers(self, q: np.ndarray) -> Answers:
@@ -156,7 +154,7 @@ class Derived(Case):
         return Answers(found.q, found.valid)
 
     def refined(self, q: np.ndarray) -> Answers:
-        """Return the solutions after refinement.
+        """Return the inverse kinematics solutions after refinement.
 
         As in a loaded robot, Newton's method refines inexact closed-form solutions.
         """
@@ -189,16 +187,16 @@ class Derived(Case):
 
     @property
     def still(self) -> tuple[int, ...]:
-        """Joints that the inverse sets to 0."""
+        """Indices of the joints that the inverse kinematics sets to 0."""
         q = self.inverses.functions[self.function].outputs[0]
         return tuple(k for k, value in enumerate(q.entries) if value == 0)
 
 
 def cases_for_given(robot: SerialRobot, seed: int) -> list[Derived]:
-    """Return the inverses of a serial robot for random sets of fixed joints.
+    """Return inverse kinematics cases of a serial robot for random sets of fixed joints.
 
-    In a redundant robot, as many joints are fixed as there are redundant degrees of freedom. In
-    other robots, one joint is fixed.
+    In a redundant robot, as many joints are fixed as there are redundant degrees of freedom. In a
+    robot without redundancy, one joint is fixed.
     """
     lines = Lines(_terms(robot), axes_of(robot, _terms(robot)))
     count = max(len(lines.axes) - rank.of_chain(lines), 1)
@@ -218,13 +216,13 @@ def _terms(robot: SerialRobot) -> Terms:
 
 
 def cases_of(robot: SerialRobot, found: Inverses | None = None) -> list[Derived]:
-    """Return one case per closed-form inverse of a serial robot.
+    """Return one benchmark case per closed-form inverse kinematics function of a serial robot.
 
-    Refined inverses are excluded, because the refinement runs in compiled C.
+    Functions with refinement are excluded, because the refinement runs in compiled C.
 
     Args:
         robot: The robot.
-        found: The inverses of the robot, or None to derive them.
+        found: Inverse kinematics functions of the robot, or None to derive these functions.
     """
     found = found or inverses(robot, _terms(robot))
     if found.polished is not None:

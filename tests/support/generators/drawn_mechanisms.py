@@ -19,7 +19,7 @@ from tests.support.oracles.multi_start import Multistart
 
 BASE = "0"
 SCALES = (1, 1, 1000, sp.Rational(1, 1000))
-"""Scale factors of lengths. Most mechanisms are a few decimeters long."""
+"""Scale factors of the lengths of mechanisms, which are a few decimeters long before scaling."""
 ATTEMPTS = 200
 """Maximum number of trials until the loops of a mechanism close."""
 DIGITS = 3
@@ -51,13 +51,13 @@ class Sketch:
         return self.length(-reach, reach), self.length(-reach, reach)
 
     def pin(self, name: str, parent: str, at: Point, *more: Rotation | Translation) -> str:
-        """Add a body on a pin, and return the body name."""
+        """Add a body on a revolute joint, and return the body name."""
         before = (Translation((*at, 0)), *more)
         self.joints.append(Joint(name, "revolute", before, link=f"{name}_b", parent=parent))
         return f"{name}_b"
 
     def slide(self, name: str, parent: str, at: Point, angle: sp.Expr) -> str:
-        """Add a body on a slider in the plane, and return the body name."""
+        """Add a body on a prismatic joint in the plane, and return the body name."""
         quarter = sp.pi / 2
         before = (Translation((*at, 0)), Rotation("z", angle), Rotation("y", quarter))
         after = (Rotation("y", -quarter), Rotation("z", -angle))
@@ -65,7 +65,7 @@ class Sketch:
         return f"{name}_b"
 
     def close(self, name: str, a: str, at_a: Point, b: str, at_b: Point) -> None:
-        """Add a pin that closes a loop."""
+        """Add a pin joint that closes a loop."""
         self.closures.append(Closure(name, "pin", _frame(a, at_a), _frame(b, at_b)))
 
     def rod(
@@ -267,9 +267,9 @@ def _rssr(s: Sketch, name: str, on: str) -> str:
 
 
 def rssr(s: Sketch) -> None:
-    """One or two loops.
+    """Add one or two RSSR loops.
 
-    Each loop has two cranks about skew axes, and a rod with ball joints.
+    Each RSSR loop has two cranks about skew axes, and a rod with ball joints.
     """
     rocker = _rssr(s, "a", BASE)
     if s.draw.random() < 0.25:
@@ -327,7 +327,7 @@ class DrawnMechanism:
 
 
 def drawn_mechanism(seed: int) -> DrawnMechanism:
-    """Return the mechanism for a seed."""
+    """Return the random mechanism for a seed."""
     family = list(FAMILIES)[seed % len(FAMILIES)]
     return drawn(FAMILIES[family], family, seed)
 
@@ -341,7 +341,7 @@ def drawn(
         sketched: Function that adds the joints and struts of the mechanism.
         family: Name of the family.
         seed: The seed.
-        scale: Factor of all lengths; random by default.
+        scale: Scale factor of all lengths, which is random by default.
     """
     draw = random.Random(seed)
     rng = np.random.default_rng(seed)
@@ -394,7 +394,7 @@ def _moved(frame: Frame, scaled: Callable[[Placement], Placement]) -> Frame:
 
 
 def _near(mechanism: Mechanism, numbers: Multistart, mode: Mapping[str, float]) -> Mechanism:
-    """Return the mechanism with a new reference: the rounded joint values of ``mode``."""
+    """Return the mechanism with the rounded joint values of ``mode`` as its reference."""
     values = dict(mode) | numbers.strut_values(mode)
     lengths = {name for name, unit in numbers.units(values).items() if unit == "m"}
     found = []

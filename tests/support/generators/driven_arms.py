@@ -33,9 +33,10 @@ CLEAR = 0.02
 errors cannot move the reference to a dead point."""
 ATTEMPTS, ATTEMPTS_APART = 20, 100_000
 SCALE = sp.S.One
-"""Scale of the arm lengths. Arms are a few decimeters long, so 0.5 mm is a manufacturing error."""
+"""Scale factor of the arm lengths. With this scale, arms are a few decimeters long, and an error of
+0.5 mm is a typical manufacturing error."""
 Drive = Callable[[Sketch, str, str, Point], None]
-"""Function (sketch, body, other body, pin) that adds a drive."""
+"""Function with the arguments (sketch, body, other body, pin position) that adds a drive."""
 
 
 def _motor(s: Sketch, body: str, _on: str, _at: Point) -> None:

@@ -74,7 +74,9 @@ class FieldArm:
 
 @dataclass(frozen=True)
 class FieldCase(Case):
-    """A real arm, derived into a folder with its name.
+    """A benchmark case of a real arm.
+
+    The generated code is in a folder with the name of the arm.
 
     Attributes:
         arm: The numeric chain.
@@ -90,7 +92,7 @@ class FieldCase(Case):
 
     @property
     def method(self) -> str:
-        """The method of the inverse: exact, refined or general."""
+        """Method of the inverse kinematics, which is exact, refined or general."""
         return read_manifest(self.folder).inverse.method
 
     @cached_property

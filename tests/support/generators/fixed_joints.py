@@ -1,4 +1,4 @@
-"""Arms whose inverse has the value of one joint as an input."""
+"""Arms whose inverse kinematics has the value of one joint as an input."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -18,13 +18,13 @@ FIXED = ("F", (1, 0, 0))
 def solved_with_fixed(
     joints: Sequence[tuple[str, Vector]], seed: int, meeting: int | None = None
 ) -> Derived:
-    """Derive the inverse of an arm with one fixed joint, and cache the derivation.
+    """Derive the inverse kinematics of an arm with one fixed joint, and cache the derivation.
 
     Args:
-        joints: For each joint: the type (R for revolute, P for prismatic, F for fixed), and the
-            direction of the axis.
+        joints: Type (R for revolute, P for prismatic, F for fixed) and axis direction of each
+            joint.
         seed: Seed of the random lengths.
-        meeting: Index of the joint whose axis meets the axes of all later joints; by default, no
+        meeting: Index of the joint whose axis meets the axes of all later joints, or None if no
             axes meet.
     """
     return _solved(tuple(joints), seed, meeting)

@@ -36,7 +36,7 @@ class GearedLinkage:
 
 
 Pair = tuple[str, Mapping[str, sp.Expr]]
-"""A coupled joint, and the ratio of each leader."""
+"""A coupled joint, and the gear ratio for each leader joint, keyed by name."""
 
 
 def geared_linkage(seed: int) -> GearedLinkage:
@@ -80,7 +80,7 @@ def _with_gears(sketch: Sketch, pairs: list[Pair]) -> tuple[Mechanism, np.ndarra
 
 
 def _closed(bare: Mechanism, rng: np.random.Generator) -> dict[str, float] | None:
-    """Return all joint values of a random closed configuration, or None."""
+    """Return all joint values of a random closed configuration, or None if none is found."""
     free = Model(replace(bare, actuated=(bare.joints[0].name,)))
     q, u = rng.uniform(-1, 1, 1), rng.uniform(-1.5, 1.5, len(free.u))
     try:
@@ -231,7 +231,7 @@ def spatial_linkage(s: Sketch) -> list[Pair]:
 
 
 def gears_without_loops(s: Sketch) -> list[Pair]:
-    """An arm without loops."""
+    """An arm without loops whose joints are connected by gears."""
     s.pin("shaft", BASE, s.point())
     one = s.pin("one", BASE, ORIGIN)
     two = s.pin("two", one, FAR, Rotation("x", sp.Rational(1, 2)))
@@ -260,7 +260,7 @@ def spindle(s: Sketch) -> list[Pair]:
 
 
 def cylinder_in_a_five_bar(s: Sketch) -> list[Pair]:
-    """A five-bar linkage with a cylinder."""
+    """A five-bar linkage with a cylinder whose length is coupled to a joint angle."""
     joints = _five_bar(s)
     tools = s.tools
     s.rod("ram", BASE, s.point(), s.draw.choice(tools), s.point())

@@ -13,7 +13,7 @@ def displaced(robot: SerialRobot, size: float, seed: int = 0) -> SerialRobot:
     """Return a serial robot with errors up to `size` (meter, radian) at each joint and the tool.
 
     Args:
-        robot: The robot without errors. Its parameters are replaced by their values.
+        robot: Robot without errors, whose parameters are replaced by their values.
         size: The maximum error.
         seed: Random seed.
     """

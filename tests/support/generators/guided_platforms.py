@@ -21,14 +21,15 @@ GUIDES = {
     "4-UPS/SP": (X, Y, Z, "up"),
     "5-UPS/UPU": (X, Y, "up", Y, X),
 }
-"""For each kind of platform, the joints of the chain that guides it."""
+"""For each kind of platform, the joints of the passive chain that guides the platform."""
 SLIDES = {"up": Z, "ahead": X}
 """Axes of the prismatic joints by name."""
 
 
 def _guide(joints):
-    """Return (text, last link, reference values) of the chain."""
-    # Without a vertical prismatic joint, the first joint is at the height of the platform.
+    """Return (robot file text, last link, reference values) of a passive chain."""
+    # In a chain without a vertical prismatic joint, the first joint is at the height of the
+    # platform.
     start = ORIGIN if "up" in joints else (0, 0, HEIGHT)
     listed = [
         (f"g{k}", "prismatic", ORIGIN, SLIDES[joint])
@@ -41,7 +42,7 @@ def _guide(joints):
 
 
 def guided(joints, rng):
-    """Return a platform with a chain, and one UPS leg per chain joint."""
+    """Return a platform with a passive chain, and with one UPS leg per joint of the chain."""
     count = len(joints)
     text, platform, reference = _guide(joints)
     # Two legs at opposite points of the platform would move only one of the platform's two axes.
@@ -71,4 +72,5 @@ def _at(radius, heading):
 
 
 GUIDED_KINDS = {kind: partial(guided, joints) for kind, joints in GUIDES.items()}
-"""Platforms by kind: the actuated joints, the text of joints and closures, and the reference."""
+"""Generators of platforms, keyed by kind. Each generator returns the actuated joints, the joints
+and closures as text, and the reference configuration."""

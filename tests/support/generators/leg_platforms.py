@@ -31,11 +31,11 @@ def drawn_legs(kind, seed):
 
 
 def drawn_as(kind, seed):
-    """Return a platform.
+    """Return the platform that the function ``kind`` generates.
 
-    ``kind`` is a function, such as a value of ``LEG_KINDS``. The third result of this function is
-    ``reference``. The tool has a random position on the body ``reference["tool"]``. Without this
-    entry, the tool is on the platform.
+    ``kind`` is a function such as a value of ``LEG_KINDS``, and the third result of this function
+    is ``reference``. The tool has a random position on the body ``reference["tool"]``, or on the
+    platform if this entry is missing.
     """
     rng = np.random.default_rng(seed)
     actuated, text, reference = kind(rng)
@@ -126,7 +126,7 @@ def _tripteron(rng):
 
 
 def exechon(rng):
-    """Return two UPR legs in a plane and an SPR leg."""
+    """Return an Exechon with two UPR legs in a plane and one SPR leg."""
     (wide, deep), (near, far) = rng.integers(250, 350, 2), rng.integers(80, 130, 2)
     text = chain(
         [
@@ -165,7 +165,7 @@ def exechon(rng):
 
 
 def _universal(rng):
-    """Return three UPU legs of a platform."""
+    """Return a platform on three UPU legs."""
     base, top, height = rng.integers(300, 400), rng.integers(100, 200), 600
     text, reference = FREE, {"z": height}
     for k in range(3):
@@ -186,7 +186,7 @@ def _universal(rng):
 
 
 def _elbows(rng):
-    """Return three URU legs.
+    """Return a platform on three URU legs.
 
     Each leg has a driven elbow instead of the prismatic joint of a UPU leg. The elbow axis is
     parallel to the inner axes of the universal joints.
@@ -282,8 +282,8 @@ LEG_KINDS = {
     "3-RUU": _rotary,
     "3-RUU with offsets": lambda rng: _rotary(rng, 10),
 }
-"""Generators of platforms by kind. Each generator returns the actuated joints, the joints and
-closures as text, and the reference configuration."""
+"""Generators of platforms, keyed by kind. Each generator returns the actuated joints, the joints
+and closures as text, and the reference configuration."""
 
 
 def around(radius, k):
@@ -291,5 +291,5 @@ def around(radius, k):
 
 
 def whole(values):
-    """Return values in millimeters or degrees, with enough decimal places to close the loops."""
+    """Round values in millimeters or degrees to enough decimal places to close the loops."""
     return [round(float(x), 9) for x in values]

@@ -38,7 +38,7 @@ def description_of(name: str):
 
 
 def bed_contacts(count: int, seed: int, noise: float) -> np.ndarray:
-    """Return coordinates (count, 3) of noisy bed contacts."""
+    """Return actuator coordinates (count, 3) of random, noisy contacts of the tool with the bed."""
     rng = np.random.default_rng(seed)
     radius, angle = _BED * np.sqrt(rng.uniform(size=count)), rng.uniform(0, 2 * np.pi, count)
     x, y, z = radius * np.cos(angle), radius * np.sin(angle), noise * rng.normal(size=count)

@@ -1,7 +1,7 @@
 """Random platforms of packaging robots and machine tools.
 
-A Par4 has four arms with pairs of rods. Five legs carry the spindle of a pentapod. The fifth leg
-keeps the platform from rotating. A Tricept carries a wrist.
+A Par4 has four arms with pairs of rods. Five legs carry the spindle of a pentapod, and the fifth
+leg keeps the platform from rotating. A Tricept carries a wrist.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ def _arm_with_rods(name, heading, lengths, body, end):
         heading: Direction of the arm in degrees.
         lengths: (base radius, arm length, rod length, half the rod distance).
         body: The body on which the rods end.
-        end: Position of the midpoint between both rod ends on this body.
+        end: Midpoint of the two rod ends in the frame of ``body``.
     """
     base, arm, rod, half = lengths
     out, side = _directions(heading)
@@ -100,9 +100,9 @@ def _delta_with_shaft(rng):
 
 
 def _pentapod(rng):
-    """Return five legs with ball joints on the base.
+    """Return a pentapod with five legs on ball joints at the base.
 
-    Each leg ends in a ring on the spindle. The ring of one leg is fixed to the platform. The other
+    Each leg ends in a ring on the spindle. One ring is fixed to the platform, and the other four
     rings rotate about the spindle.
     """
     base, top, height = rng.integers(380, 450), rng.integers(60, 90), 700
@@ -135,7 +135,7 @@ def _pentapod(rng):
 
 
 def _exechon_with_head(rng):
-    """Return a five-axis machine: an Exechon with two axes behind its platform."""
+    """Return a five-axis machine, which is an Exechon with two rotary axes on its platform."""
     names, text, reference = exechon(rng)
     text += chain(
         [
@@ -149,7 +149,10 @@ def _exechon_with_head(rng):
 
 
 def _tricept(rng):
-    """Return a tube on a universal joint, three UPS legs that move it, and a wrist."""
+    """Return a Tricept.
+
+    Three UPS legs move a tube, which has a universal joint at the base and carries a wrist.
+    """
     base, top, depth = rng.integers(280, 340), rng.integers(80, 120), 700
     text = chain(
         [
@@ -184,4 +187,5 @@ MACHINE_KINDS = {
     "Exechon with a head": _exechon_with_head,
     "Tricept with a wrist": _tricept,
 }
-"""Platforms by kind: the actuated joints, the text of joints and closures, and the reference."""
+"""Generators of platforms, keyed by kind. Each generator returns the actuated joints, the joints
+and closures as text, and the reference configuration."""

@@ -1,4 +1,4 @@
-"""URDF variants of one arm, like files from different exporters.
+"""URDF variants of one arm, as different exporters would write them.
 
 In all variants, the joint axes are equal except for rounding and added noise.
 """
@@ -105,7 +105,7 @@ def arm_of_urdf(name: str, text: str) -> Mutant:
 
 
 def arm_of_robot(robot: SerialRobot) -> Mutant:
-    """Convert a serial robot with revolute and prismatic joints, in double precision."""
+    """Convert a serial robot with revolute and prismatic joints to URDF in double precision."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
 
     def pose(placement: object) -> np.ndarray:

@@ -40,11 +40,11 @@ PLATFORMS = ("planar", "spatial", "cranks")
 
 
 def drawn_overactuated(kind, seed, *, closure="exact"):
-    """Return a platform with one or two spare actuators.
+    """Return a platform with one or two redundant actuators.
 
     Args:
         kind: One of ``PLATFORMS``.
-        seed: Number of the platform.
+        seed: Random seed of the platform.
         closure: Kind of the loop closure, which is ``exact`` or ``least squares``.
     """
     rng = np.random.default_rng(seed)

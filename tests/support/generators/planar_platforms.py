@@ -1,7 +1,7 @@
 """Random planar platforms, as robot files and as numerical models.
 
-A leg has three joints. One joint is actuated, and one joint closes the loop. In each leg, the
-joints before the closure form a chain that starts at the base.
+Each leg has three joints, of which one is actuated and another one closes the loop. In each leg,
+the joints before the closure form a chain that starts at the base.
 """
 
 from dataclasses import dataclass
@@ -63,7 +63,7 @@ class DrawnLeg:
     Attributes:
         kinds: Joint types (R or P) of a leg from base to platform.
         actuated: Index of the actuated joint.
-        closed: Index of the closure.
+        closed: Index of the joint that closes the loop.
         front: For each joint between the base and the closure, the frame in which the joint moves.
         back: For each joint between the platform and the closure, the frame in which the joint
             moves.
@@ -79,7 +79,7 @@ class DrawnLeg:
 
     @property
     def passive(self) -> int:
-        """Index of the passive joint among the joints of the leg in the kinematic tree."""
+        """Index of the passive joint of the leg that does not close the loop."""
         return JOINTS - self.actuated - self.closed
 
     @property
@@ -119,13 +119,14 @@ class DrawnPlatform:
         """Return the closure errors of the legs.
 
         Args:
-            x: (n, 6) platform pose (x, y, phi) and one passive joint of each leg. Values may be
-                complex.
+            x: (n, 6) platform pose (x, y, phi) and one passive joint value of each leg, as real or
+                complex numbers.
             q: (3,) actuated coordinates, or (3, n) with the coordinates of each row of x.
 
         Returns:
-            (n, 6) two closure errors per leg, and (n, 3) one value per leg. The value is positive
-            if both frames of a prismatic closure point in the same direction.
+            Closure errors (n, 6) with two errors per leg, and direction values (n, 3) with one
+            value per leg. A direction value is positive if both frames of a prismatic closure point
+            in the same direction.
         """
         gaps, facing = [], []
         pose = _frames(*x[:, :3].T)
@@ -163,7 +164,10 @@ class DrawnPlatform:
 def drawn_platform(
     generator: np.random.Generator, kinds: tuple[tuple[str, int], ...] = ()
 ) -> DrawnPlatform:
-    """Return a platform of about 1 m size. By default, the types of the legs are random."""
+    """Return a random planar platform of about 1 m size.
+
+    By default, the leg types are random.
+    """
     platform = _drawn(generator, kinds)
     while not platform.closes():
         platform = _drawn(generator, kinds)
@@ -204,7 +208,7 @@ def _link(generator: np.random.Generator) -> Place:
 
 
 def _rounded(place: np.ndarray) -> Place:
-    """Round to three decimals, because numbers in a robot file are exact decimals."""
+    """Round a frame to three decimals, because numbers in a robot file are exact decimals."""
     x, y, angle = (round(float(value), 3) for value in place)
     return x, y, angle
 
@@ -256,6 +260,6 @@ def _leg_text(k: int, leg: DrawnLeg) -> list[str]:
 
 
 def _frame_text(place: Place, turns: bool) -> str:
-    """Return a frame with z along the pin axis, or along the direction of a prismatic joint."""
+    """Return the text of a closure frame with z along the pin axis or the prismatic direction."""
     x, y, angle = place
     return f"xyz = [{x}, {y}, 0]" + ("" if turns else f', rpy = [0, "pi/2", {angle}]')

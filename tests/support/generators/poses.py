@@ -1,9 +1,9 @@
-"""Robots, tasks and coordinate sets for tests of inverses.
+"""Robots, tasks and coordinate sets for tests of inverse kinematics functions.
 
-Every target is reachable.
-
-A set contains random coordinates, multiples of 90 degrees, singularities, or coordinates near
-these. Bisection of a Jacobian determinant along a joint finds the singularities of any robot.
+Targets are computed from joint coordinates, so every target is reachable. A coordinate set contains
+random values, multiples of 90 degrees, singular configurations, or values near such angles or
+configurations. Bisection of a Jacobian determinant along a joint finds the singularities of any
+robot.
 """
 
 from collections.abc import Iterator
@@ -32,9 +32,9 @@ class Singularity:
 
     Attributes:
         joint: Index of the joint that is moved to a singular configuration.
-        rows: The rows of the task Jacobian that become dependent. () means all rows.
-        columns: Columns of the task Jacobian that become dependent. An empty tuple means all joints
-            that are not fixed.
+        rows: Rows of the task Jacobian that become linearly dependent, with () for all rows.
+        columns: Columns of the task Jacobian that become linearly dependent, with () for all
+            coordinates that the inverse kinematics solves.
     """
 
     joint: int
@@ -44,11 +44,11 @@ class Singularity:
 
 @dataclass(frozen=True)
 class Case:
-    """A robot and an inverse to test.
+    """A robot and one of its inverse kinematics functions to test.
 
     Attributes:
         name: The robot's name.
-        function: The name of the inverse.
+        function: Name of the inverse kinematics function.
         singular: The singularities, keyed by type.
         free: Joints that the task does not determine.
         most: Maximum number of solutions per target.
@@ -74,7 +74,7 @@ class Case:
 
     @cached_property
     def given(self) -> tuple[str, ...]:
-        """Names of the inputs of the inverse, without the target."""
+        """Names of the inputs of the inverse kinematics function, without the target."""
         inputs = self.robot.functions[self.function].inputs
         return tuple(argument.name for argument in inputs[1:])
 
@@ -84,7 +84,7 @@ class Case:
         return np.array([c.unit == "rad" for c in self.robot.coordinates])
 
     def targets(self, q: np.ndarray) -> np.ndarray:
-        """Return the task targets at q (..., n)."""
+        """Return the task targets that the robot reaches at q (..., n)."""
         return self.task.target(self.pose(q))
 
     def pose(self, q: np.ndarray) -> np.ndarray:
@@ -92,7 +92,7 @@ class Case:
         return self.screws.fk(self.robot.chain(q) if self.robot.loops else q)
 
     def others(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the values of the additional inputs at q (..., n)."""
+        """Return the values of the additional inputs of the inverse kinematics at q (..., n)."""
         return tuple(self._other(name, q) for name in self.given)
 
     def _other(self, name: str, q: np.ndarray) -> np.ndarray:
@@ -106,8 +106,8 @@ class Case:
     def coordinate(self, name: str) -> int | None:
         """Return the index of a coordinate from its name or its symbol, such as q7.
 
-        Returns None for a main-chain joint that is not a coordinate. The loops determine the value
-        of this joint.
+        Returns None for a main-chain joint that is not a coordinate, because the loops determine
+        the value of this joint.
         """
         names = [coordinate.name for coordinate in self.robot.coordinates]
         if name in names:
@@ -117,7 +117,7 @@ class Case:
 
     @property
     def solved(self) -> tuple[int, ...]:
-        """Indices of the coordinates solved by the inverse."""
+        """Indices of the coordinates that the inverse kinematics solves."""
         given = [name for name in self.given if name not in self.robot.functions]
         known = {*self.free, *map(self.coordinate, given)}
         return tuple(k for k in range(self.robot.n) if k not in known)
@@ -229,7 +229,7 @@ def sets(case: Case, sizes: Sizes, seed: int = 0) -> Iterator[PoseSet]:
 
 
 def right_angles(case: Case, rng: np.random.Generator) -> np.ndarray:
-    """Return q at all combinations of the angles -90, 0, 90 and 180 degrees."""
+    """Return coordinates with all combinations of the angles -90, 0, 90 and 180 degrees."""
     quarters = np.arange(-1, 3) * (np.pi / 2)
     moving = [k for k in range(case.robot.n) if case.turns[k] and k not in case.free]
     angles = np.array(list(product(quarters, repeat=len(moving))))
@@ -271,8 +271,10 @@ def singular(
 def _brackets(
     case: Case, singularity: Singularity, rng: np.random.Generator, q: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (q, low, high): the determinant changes its sign between the joint values low and
-    high."""
+    """Return (q, low, high).
+
+    The determinant of the task Jacobian changes its sign between the joint values low and high.
+    """
     k = singularity.joint
     low, high = -np.pi, np.pi
     if not case.turns[k]:

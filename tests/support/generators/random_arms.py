@@ -8,7 +8,7 @@ from chasles.derive import Joint, SerialRobot
 from chasles.derive.description.conventions import dh
 
 LINKS = "/=x"
-"""Relations between two axes: skew, parallel, intersecting."""
+"""Characters for the relation of two joint axes: / for skew, = for parallel, x for intersecting."""
 
 
 def long_arm(seed: int) -> SerialRobot:
@@ -28,12 +28,12 @@ def sliding_arm(seed: int) -> SerialRobot:
 
 
 def random_arm(seed: int, links: str = "//////", slides: Collection[int] = ()) -> SerialRobot:
-    """Return an arm with one joint per link.
+    """Return an arm with one joint per character of ``links``.
 
     Args:
         seed: Seed of the link lengths (0.05 to 0.5 m) and the angles.
-        links: One entry of ``LINKS`` per joint: the relation of the joint axis to the next joint
-            axis.
+        links: For each joint, the character in ``LINKS`` for the relation of the joint axis to the
+            next joint axis.
         slides: Indices of the prismatic joints.
     """
     rng = np.random.default_rng(seed)

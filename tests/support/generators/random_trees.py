@@ -15,8 +15,9 @@ class RandomTree:
     """A random tree of links.
 
     Attributes:
-        joints: Name, type, parent, child, xyz, rpy and axis of each joint; parents first.
-        links: Names of the links, the root first.
+        joints: Name, type, parent, child, xyz, rpy and axis of each joint, with parent joints
+            first.
+        links: Names of the links, with the root first.
     """
 
     def __init__(self, dice: random.Random) -> None:

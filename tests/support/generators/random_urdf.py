@@ -56,11 +56,11 @@ def compare(path: Path, seed: int) -> dict[str, int]:
     """Compare the link poses of a random robot with Pinocchio's link poses.
 
     Args:
-        path: The file to write.
+        path: URDF file to write.
         seed: Seed of the random robot generator.
 
     Returns:
-        Number of joints per type, number of mimic joints, number of nested mimic joints.
+        Number of joints of each type, of mimic joints and of nested mimic joints, keyed by name.
     """
     import pinocchio as pin
 

@@ -13,7 +13,7 @@ def _pose(T: np.ndarray) -> str:
 
 
 def sdf_of(tree: RandomTree, variant: str) -> str:
-    """Return a tree as SDF."""
+    """Return a tree of links as SDF text."""
     placed, lines = {"l0": np.eye(4)}, ['<link name="l0"/>']
     lines.append('<joint name="stand" type="fixed"><parent>world</parent><child>l0</child></joint>')
     for name, kind, parent, child, xyz, rpy, axis in tree.joints:

@@ -28,14 +28,14 @@ ANOTHER = 0.02
 TOLERANCES = {"offset": 1e-3, "axis": 5e-4, "loop": 5e-4}
 DEVICES = ("poses", "one target", "three targets", "ball bar", "sphere", "plane")
 MANY = {"poses": 40, "one target": 80, "three targets": 40}
-"""Number of configurations for devices that measure several values per configuration. Other
-devices: `MAX`."""
+"""Number of configurations for devices that measure several values per configuration. For other
+devices, the number is `MAX`."""
 MAX = 150
 FEW = 6, 25
-"""Minimum and maximum configuration count of the "few" measurements."""
+"""Minimum and maximum number of configurations in a set of few measurements."""
 REACH = 2.0
-"""Maximum absolute value of a coordinate [rad or m]. The value also applies to robots without
-limits or with wider limits."""
+"""Maximum absolute value of a coordinate [rad or m], also for robots without limits or with wider
+limits."""
 TOUCHING = 1e-10
 """Maximum distance of a contact from its surface [m]."""
 
@@ -50,7 +50,7 @@ class Simulated:
         measurements: The measurements.
         vary: Identified parameters.
         parameter_std: Standard deviations of the parameters, or None if they are unknown.
-        noise: Factor that scales the noise of the device: 0 or 1.
+        noise: Factor (0 or 1) that scales the noise of the device.
         p: The true geometry.
     """
 
@@ -74,7 +74,7 @@ def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> S
     Args:
         robot: A robot with parametric functions.
         seed: The seed.
-        device: One of the devices in `DEVICES`; random by default.
+        device: Measuring device from `DEVICES`, or an empty string for a random device.
         another: Whether to lengthen one link of the measured robot by `ANOTHER`.
     """
     rng = np.random.default_rng(seed)
@@ -100,7 +100,7 @@ def with_exchanged_columns(draw: Simulated, seed: int) -> Simulated:
 
 
 def in_degrees(robot, draw: Simulated) -> Simulated:
-    """Return the measurements with angles in degrees."""
+    """Return the measurements with the joint angles q in degrees."""
     turning = np.array([c.unit == "rad" for c in robot.coordinates])
     return replace(draw, q=np.where(turning, np.degrees(draw.q), draw.q))
 
@@ -126,9 +126,9 @@ def _geometry(robot, vary: tuple[str, ...], rng: np.random.Generator) -> np.ndar
 
 
 def _link(robot, rng: np.random.Generator) -> int:
-    """Return the index of a random length.
+    """Return the index of a random length parameter.
 
-    Base, tool and offset corrections cannot compensate an error of this length.
+    Base, tool and offset corrections cannot compensate an error of this length parameter.
     """
     low, high = _span(robot)
     q = rng.uniform(low, high, (200, robot.n))

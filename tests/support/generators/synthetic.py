@@ -12,8 +12,8 @@ A text describes the axes and the relations between adjacent axes, from the base
     `/`:  Skew axes.
     `L`:  Skew axes at right angles.
 
-For example, a Puma is "R+R=R/RxrxR". NumPy computes test poses from the screws, independently of
-the compiler.
+For example, "R+R=R/RxrxR" describes a Puma. NumPy computes test poses from the screws,
+independently of the compiler.
 """
 
 from dataclasses import dataclass
@@ -128,7 +128,7 @@ class Function:
     def __call__(self, *arguments: np.ndarray) -> Found | np.ndarray:
         """Evaluate the function.
 
-        For an inverse, the result contains all solution slots.
+        The result of an inverse kinematics function contains all solution slots.
         """
         sizes = [len(argument.shape) for argument in self.inputs]
         lead = np.shape(arguments[0])[: np.ndim(arguments[0]) - sizes[0]]
@@ -153,13 +153,13 @@ class Function:
 
 
 def jacobian(chain: Screws, q: np.ndarray) -> np.ndarray:
-    """Return the mixed Jacobian (..., 6, n), linear first."""
+    """Return the mixed Jacobian (..., 6, n), with the linear velocity rows first."""
     n = len(chain.axes)
     at_zero = np.stack([chain.axes, chain.slides, chain.points], axis=1).reshape(-1, 3)
     at_zero = np.vstack([at_zero, chain.home[:3, 3]]).T
     is_point = np.array([0, 0, 1] * n + [1])
     columns = np.broadcast_to(at_zero, (*q.shape[:-1], 3, 3 * n + 1)).copy()
-    # Each joint moves the axes, slides and points of the joints after it, and the tip.
+    # Each joint moves the tip, and the axes, slide directions and points of all later joints.
     for k in reversed(range(n)):
         after, value = columns[..., 3 * k + 3 :], q[..., k, None, None]
         where = is_point[3 * k + 3 :]
@@ -218,7 +218,7 @@ class Arm(Case):
         )
 
     def found(self, q: np.ndarray) -> Found:
-        """Return all solution slots for the targets at q (m, n)."""
+        """Return all solution slots for the targets computed from the coordinates q (m, n)."""
         return self.robot.functions[self.function](self.targets(q), *self.others(q))
 
     def answers(self, q: np.ndarray) -> Answers:

@@ -32,7 +32,7 @@ def _exact(degrees):
 def _inverse(terms, theta, cs, crank, direction, pin, rod):
     """Return (direction, offset, margin) of a leg.
 
-    The two crank angles are direction + offset and direction - offset.
+    The two solutions for the crank angle are direction + offset and direction - offset.
     """
     (x, y, _), (c, s) = theta, cs
     base = sp.Rational(str(BASE))

@@ -100,7 +100,7 @@ def fk(q, a1=A1):
 
 
 def role(name, domain, labels=()):
-    """Return the manifest entry for the role of a function."""
+    """Return the manifest entries that describe the role of a function."""
     return {"role": name, "domain": domain, "labels": list(labels)}
 
 
@@ -138,7 +138,10 @@ def manifest():
 
 
 def write(path, true_a1=A1, **changes):
-    """Write the arm to a folder. The inverse always uses the nominal length A1."""
+    """Write the arm to a folder.
+
+    The inverse kinematics always uses the nominal length A1.
+    """
     folder = tiny.Folder(path, {**manifest(), **changes}, "scara")
     source = SOURCE.format(true_a1=true_a1, nominal_a1=A1, a2=A2)
     folder.write(source, HEADER)

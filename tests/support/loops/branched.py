@@ -58,8 +58,8 @@ def arm(name="ik"):
     s5, c5 = let(wrist * size_5), a[2]
     c6 = let(wrist * sp.Piecewise((n[2] / size_5, size_5 > sp.Rational(1, 10**9)), (1, True)))
     s6 = let(-wrist * guarded(o[2], size_5))
-    # The tip orientation determines the sum of the angles about the three parallel axes. The single
-    # angles follow from a triangle.
+    # The tip orientation determines the sum of angles 2, 3 and 4, whose axes are parallel. A
+    # triangle with the sides A2 and A3 determines angles 2 and 3.
     s234 = let(-(s6 * n[0] + c6 * o[0]))
     c234 = let(s6 * n[1] + c6 * o[1])
     w = [
@@ -79,7 +79,7 @@ def arm(name="ik"):
     c4, s4 = let(c234 * c23 + s234 * s23), let(s234 * c23 - c234 * s23)
     angles = [(s1, c1), (s2, c2), (s3, c3), (s4, c4), (s5, c5), (s6, c6)]
     q = tuple(sp.atan2(s, c, evaluate=False) for s, c in angles)
-    # The tool pose at the solution.
+    # Tool pose at the solved joint angles, for the residual.
     end = [
         let(A2 * c2 + A3 * c23 + D5 * s234 + D6 * a[0]),
         let(D1 + A2 * s2 + A3 * s23 - D5 * c234 + D6 * a[1]),
@@ -107,9 +107,10 @@ def arm(name="ik"):
 
 
 def every_kind(n_signs, name=None):
-    """Return a function with 2**n_signs branches.
+    """Return a symbolic function with 2**n_signs branches.
 
-    Each branch contains all expression types.
+    Each branch of this function contains all expression types, such as square roots, atan2 and
+    conditionals.
     """
     terms = Terms({})
     let = terms.let
@@ -143,15 +144,15 @@ def every_kind(n_signs, name=None):
 
 
 def files(functions, robot):
-    """Return the C files of functions, keyed by file name."""
+    """Return the generated C files of symbolic functions, keyed by file name."""
     derived = Derivation(robot, functions[0].terms, (), tuple(functions))
     return language.files(derived, programs_of(functions, robot.name))
 
 
 def programs_of(functions, prefix):
-    """Return the programs of functions.
+    """Return the expression graphs of functions.
 
-    Programs of different functions share no terms.
+    The expression graphs of different functions share no terms.
     """
     made = [programs([function], prefix) for function in functions]
     return Programs(
@@ -161,7 +162,7 @@ def programs_of(functions, prefix):
 
 
 def write(folder: Path, functions):
-    """Write a robot that has only the functions in `functions`."""
+    """Write the C files and the manifest of a UR5e with only the given functions to a folder."""
     derived = derive(robot_of("ur5e"), functions=["fk"])
     robot = derived.robot
     texts = dict(files(functions, robot))

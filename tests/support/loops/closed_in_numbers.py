@@ -1,4 +1,4 @@
-"""Closes loops of robots numerically, without the equations of the compiler."""
+"""Closes kinematic loops of robots numerically, without the loop equations that chasles derives."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from chasles.derive.model.mechanism import Strut
 # reference in the description.
 CLOSED = 1e-12
 NEAR = 0.15
-# Loop equations count as well conditioned if their smallest singular value is at least this value.
+# Minimum singular value of a well-conditioned loop Jacobian.
 HELD = 0.02
 
 
@@ -40,9 +40,9 @@ def moved(joint, value):
 
 
 class Model:
-    """A numeric mechanism with coordinates q.
+    """A mechanism with numeric dimensions.
 
-    The other joints and cylinders have the values u.
+    The actuated coordinates are q, and the other joints and cylinders have the values u.
     """
 
     def __init__(self, mechanism):
@@ -65,7 +65,8 @@ class Model:
         moving = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
         cylinders = [strut.name for strut in mechanism.struts if strut.is_cylinder]
         self.unknown = [name for name in (*moving, *cylinders) if name not in self.moves]
-        # The reference contains a value of either the motor or the joint that the motor moves.
+        # The reference configuration contains the value of either a motor or the joint that this
+        # motor moves.
         stated = dict(mechanism.reference)
         self.q = np.array(
             [

@@ -1,7 +1,8 @@
-"""Computes body poses and closure errors in NumPy.
+"""Computes body poses and loop closure errors of a mechanism in NumPy.
 
-The model uses only the description, so it verifies derived functions independently. All functions
-accept many configurations, including complex ones for complex-step derivatives.
+The poses and errors follow only from the robot description, so they verify derived functions
+independently. All functions of this module accept many configurations, which may be complex for
+complex-step derivatives.
 """
 
 from functools import cache
@@ -13,9 +14,9 @@ from chasles.derive.model.mechanism import Strut
 from tests.support.derivations import description
 
 TINY = 1e-30
-"""Complex step for derivatives with full accuracy."""
+"""Step size of complex-step derivatives, which are accurate up to rounding errors."""
 ROUNDING = 1e-13
-"""If a Newton step [rad or m] is smaller than this value, only rounding errors remain."""
+"""Newton step size [rad or m] at which the iteration ends, because only rounding errors remain."""
 
 
 class Model:
@@ -50,7 +51,7 @@ class Model:
         self._axes = {strut.name: self._swing_axes(strut) for strut in mechanism.struts}
 
     def places_of(self, names):
-        """Return the indices of joints in z."""
+        """Return the indices of named joints in the configuration z."""
         return [self.names.index(name) for name in names]
 
     def poses(self, z):
@@ -66,11 +67,11 @@ class Model:
         return T
 
     def tip(self, z):
-        """Return the tool pose (N, 4, 4)."""
+        """Return the tool pose (N, 4, 4) at each configuration."""
         return self.poses(z)[self.mechanism.tool_body] @ self.tool
 
     def gaps(self, z):
-        """Return the closure errors (N, m) in meter or as sines of angles."""
+        """Return the loop closure errors (N, m): lengths in meter, and sines of angles."""
         T = self.poses(z)
         found = [np.zeros((len(z), 0))]
         for loop_joint in self.mechanism.loop_joints:
@@ -84,11 +85,11 @@ class Model:
         return np.concatenate(found, axis=1)
 
     def gap(self, z):
-        """Return the largest closure error (N,)."""
+        """Return the largest loop closure error (N,) of each configuration."""
         return np.abs(self.gaps(z)).max(-1, initial=0.0)
 
     def D_z(self, z):
-        """Return the derivative (N, m, n_z) of the closure errors."""
+        """Return the derivative (N, m, n_z) of the closure errors with respect to z."""
         moved = z[:, None] + TINY * 1j * np.eye(len(self.names))
         rates = self.gaps(moved.reshape(-1, len(self.names))).imag / TINY
         return rates.reshape(*z.shape, rates.shape[-1]).swapaxes(1, 2)
@@ -113,7 +114,7 @@ class Model:
         return z
 
     def tangent(self, z, known):
-        """Return the derivative (N, n_z, known) of z with respect to the known entries."""
+        """Return the derivative (N, n_z, known) of z with respect to its entries ``known``."""
         free = [k for k in range(len(self.names)) if k not in known]
         J = self.D_z(z)
         found = np.zeros((*z.shape, len(known)))
@@ -137,10 +138,11 @@ class Model:
         return d - along * length[:, None]
 
     def _swing_axes(self, strut):
-        """Return the strut directions at swing angles of 0 and 90 degrees.
+        """Return the directions of a strut at swing angles of 0 and 90 degrees.
 
-        The zero direction is the first axis of the start body (x, y or z) that lies in the plane.
-        The 90-degree direction is the cross product of the first loop axis and the zero direction.
+        At 0 degrees, the strut points along the first start-body axis (x, y or z) perpendicular to
+        the loop's first revolute axis. At 90 degrees, the strut points along the cross product of
+        the loop's first revolute axis and the 0-degree direction.
         """
         if strut.ends == "ball":
             return None
@@ -176,7 +178,7 @@ class Model:
 
 
 def _moved(T, kind, value):
-    """Return poses (N, 4, 4) moved by values (N,) along or about their own z axis."""
+    """Translate or rotate poses (N, 4, 4) by values (N,) along or about their own z axes."""
     moved, (x, y, z) = T.astype(np.result_type(T, value)), np.moveaxis(T[..., :3], -1, 0)
     if kind == "prismatic":
         moved[..., 3] += z * value[:, None]

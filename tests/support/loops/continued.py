@@ -1,5 +1,4 @@
-"""Computes configurations with closed loops step by step, from the reference coordinates to other
-coordinates."""
+"""Computes configurations with closed loops stepwise, from the reference to given coordinates."""
 
 import numpy as np
 
@@ -13,8 +12,8 @@ HALVINGS = 12
 def closed_configuration(mechanism, q=None):
     """Return the full configuration z, keyed by name, at which all loops close.
 
-    Without q, the reference configuration is returned. If q is given, the loops are closed along
-    the straight line from the reference to q.
+    Without the argument q, the function returns the reference configuration. Otherwise, the loops
+    are closed stepwise along the straight line from the reference coordinates to q.
     """
     loops = ClosedLoops(mechanism)
     w = loops.closed(loops.reference, loops.passive)

@@ -11,7 +11,7 @@ from tests.support.loops.closed_in_numbers import HELD, Model
 
 STEP = 1e-5
 REACH = 0.12
-"""Largest change of an actuated coordinate from the reference (radian, or meter / 10)."""
+"""Largest change of an actuated coordinate from its reference value (in radian or decimeter)."""
 
 
 @dataclass
@@ -24,10 +24,12 @@ class Errors:
         jacobian: Difference between ``jacobian_mixed`` and finite differences of poses.
         acceleration: Difference between ``acceleration_mixed`` and finite differences of Jacobians.
         closure: Residual of ``constraint`` at the full configuration.
-        rates: Product of ``constraint_D_z`` and the rates of the full configuration.
-        back: Difference between q and the nearest result of ``actuator_branches(chain(q))``.
-        inverse: Pose error of the valid solutions of ``ik``, or 1 if the solutions do not contain
-            q.
+        rates: Product of ``constraint_D_z`` and the rates of the full configuration, which is 0
+            without errors.
+        back: Difference between coordinates q and the nearest result of
+            ``actuator_branches(chain(q))``.
+        inverse: Pose error of the valid solutions of ``ik``, or 1 if no solution equals the tested
+            coordinates.
         configurations: Number of compared configurations.
     """
 
@@ -45,7 +47,7 @@ class Errors:
 def errors_of(
     robot: chasles.Robot, linkage: GearedLinkage, rng: np.random.Generator, count: int
 ) -> Errors:
-    """Compare a robot with the oracle at random configurations near the reference."""
+    """Compare a robot's functions with Newton's method at random coordinates near the reference."""
     found, model = Errors(), Model(linkage.mechanism)
     for _ in range(count):
         scale = [0.1 if c.unit == "m" else 1.0 for c in linkage.mechanism.coordinates]
@@ -104,7 +106,7 @@ def _compare_inverse(found: Errors, robot: chasles.Robot, q: np.ndarray, T: np.n
 
 
 def _differences(model: Model, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Return the mixed Jacobian (6, n) from differences of poses."""
+    """Return the mixed Jacobian (6, n) from finite differences of tip poses."""
     columns = []
     for e in np.eye(len(q)):
         D = _slope(lambda at: _tip(model, at, u), q, e)
@@ -114,7 +116,7 @@ def _differences(model: Model, q: np.ndarray, u: np.ndarray) -> np.ndarray:
 
 
 def _slope(function: Callable[[np.ndarray], np.ndarray], q: np.ndarray, qd: np.ndarray):
-    """Return the time derivative of a function by central differences of fourth order."""
+    """Differentiate a function of q along the rates qd, by central differences of fourth order."""
     at = {k: function(q + k * STEP * qd) for k in (-2, -1, 1, 2)}
     return (8 * (at[1] - at[-1]) - (at[2] - at[-2])) / (12 * STEP)
 

@@ -24,7 +24,7 @@ SPATIAL = ("UPS", "PUS", "RUS")
 
 
 def turned(rpy):
-    """Return the rotation by roll, pitch and yaw."""
+    """Return the rotation matrix (3, 3) of roll, pitch and yaw angles."""
     (a, b, c), (d, e, f) = np.cos(rpy), np.sin(rpy)
     return np.array(
         [
@@ -49,8 +49,7 @@ axis = {[*axis]}
 
 
 def leg(rng, k, kind, foot, heading):
-    """Return three items for a leg: its description, the name of its driven joint, and its
-    reference values.
+    """Return a leg's description, the name of its driven joint, and that joint's reference value.
 
     Planar legs lie in the x-z plane of their foot. A leg of the kind "C" is a cylinder between two
     ball joints.
@@ -80,7 +79,8 @@ def leg(rng, k, kind, foot, heading):
         else:
             text += joint(name, parent, "revolute", xyz, rpy, local)
         if letter == "U":
-            # The frame of the second axis is next to the center of the universal joint.
+            # The frame of the universal joint's second axis lies on this axis, 0.05 m from the
+            # joint center.
             aside, at = np.array([0.05, 0, 0]), at + R @ [0.05, 0, 0]
             text += joint(f"fork{place}_{k}", name, "revolute", aside, np.zeros(3), (1, 0, 0))
             name = f"fork{place}_{k}"
@@ -100,7 +100,7 @@ b = {{ body = "platform", xyz = {[*map(float, ball)]} }}
 
 
 def cylinder(rng, k, foot):
-    """Return the text, the name and the reference length of a cylinder between two ball joints."""
+    """Return a cylinder between two ball joints: its description, name and reference length."""
     ball = np.round(foot + rng.uniform(-0.15, 0.15, 3) + [0, 0, 0.6], 3)
     text = f"""
 [[cylinders]]
@@ -115,7 +115,7 @@ b = {{ body = "platform", xyz = {[*map(float, ball)]} }}
 
 @cache
 def drawn(seed, kinds):
-    """Return a platform whose frame equals the base frame at the reference."""
+    """Return a random robot whose platform frame equals the base frame at the reference."""
     rng = np.random.default_rng(seed)
     legs, actuated, at = "", [], {}
     for k, kind in enumerate(kinds):
@@ -183,7 +183,7 @@ axis = {axis}
 def driven_by_a_leg():
     """Return a 3-RPS platform whose main chain is one leg.
 
-    Three joints represent the ball joint of this leg.
+    Three revolute joints represent the ball joint of the leg in the main chain.
     """
     text = DRIVEN_BY_A_LEG + "".join(FOOT.format(k=k, at=120 * k) for k in range(3))
     links = ["rod_0", "s1", "s2", "platform"]
@@ -196,7 +196,7 @@ def driven_by_a_leg():
 
 
 def agile_eye():
-    """Return a spherical 3-RRR with perpendicular axes, described by pins."""
+    """Return a spherical 3-RRR robot with perpendicular axes, whose loops are closed by pins."""
     text, axes = AGILE_EYE, ([1, 0, 0], [0, 1, 0], [0, 0, 1])
     for k in range(3):
         elbow = axes[k - 1]
@@ -265,7 +265,7 @@ b = {{ body = "platform", xyz = ["0.2*cos({at})", "0.2*sin({at})", 0] }}
 
 
 def tripod():
-    """Return a tube moved by three UPS legs, as in a Tricept."""
+    """Return a tripod: three UPS legs move a platform on a central tube, as in a Tricept."""
     legs = "".join(STRUT.format(k=k, at=120 * k) for k in range(3))
     slides = "".join(f"slide_{k} = 0.55\nu_{k} = -17\n" for k in range(3))
     return read_text(f"{TRIPOD}{legs}[reference]\n{slides}")

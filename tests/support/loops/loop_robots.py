@@ -1,4 +1,4 @@
-"""Shipped robots with loops: coordinates within limits and away from dead points."""
+"""Random coordinates of shipped robots with loops, within limits and away from dead points."""
 
 import zlib
 from functools import cache
@@ -20,7 +20,7 @@ NAMES = [
 ]
 LOOPED = NAMES[:-1]
 INVERTIBLE = ["slider_crank", "five_bar", "excavator", "delta"]
-"""Robots whose map from the main chain to the actuators has dead points."""
+"""Robots that have dead points in the conversion from main-chain joints to actuator coordinates."""
 CLOSED = 1e-12
 HELD = 0.02
 """Minimum singular value of the loop Jacobian at test configurations."""

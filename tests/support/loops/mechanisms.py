@@ -23,7 +23,7 @@ def pin(name, parent, link, *before, **more):
 
 
 def slider(name, parent, link, *before, **more):
-    """Return a prismatic joint along the z axis of its placement."""
+    """Return a prismatic joint along the z axis of its joint frame."""
     return Joint(name, "prismatic", before=at(*before), link=link, parent=parent, **more)
 
 
@@ -59,7 +59,7 @@ ALONG_Y = ("x", -sp.pi / 2)
 
 
 def ground(mechanism, placement):
-    """Return the mechanism with its first body on a tilted base frame."""
+    """Return the mechanism on an additional body, which is fixed to the base with a placement."""
     fixed = Joint("ground", "fixed", before=placement, link="ground", parent=BASE)
     joints = [j if j.parent != BASE else _on(j, "ground") for j in mechanism.joints]
     frame = lambda p: Frame("ground" if p.body == BASE else p.body, p.placement)  # noqa: E731
@@ -97,7 +97,7 @@ def four_bar():
 
 
 def four_bar_rod():
-    """Four-bar with the coupler as a rod."""
+    """Four-bar linkage whose coupler is a rod."""
     whole = four_bar()
     l1, l2, l3, _ = (parameter.symbol for parameter in whole.parameters)
     return replace(
@@ -163,7 +163,7 @@ def excavator_arm():
 
 
 def parallelogram(cranks=3):
-    """A bar on several equal cranks. All cranks after the second crank are redundant."""
+    """Parallelogram linkage: a bar on several equal cranks, of which all but two are redundant."""
     others = [pin(f"crank{k}", BASE, f"link{k}", k) for k in range(1, cranks)]
     return Mechanism(
         "parallelogram",
@@ -179,7 +179,7 @@ def parallelogram(cranks=3):
 
 
 def trammel():
-    """Two perpendicular sliders with a rod between them."""
+    """Trammel: two perpendicular sliders that are connected by a rod."""
     return Mechanism(
         "trammel",
         (
@@ -193,7 +193,7 @@ def trammel():
 
 
 def slotted_rocker():
-    """Whitworth quick return: a block on a crank slides along a rocker."""
+    """Whitworth quick-return mechanism: a block on the crank slides along the rocker."""
     return Mechanism(
         "slotted_rocker",
         (
@@ -239,7 +239,7 @@ def welded():
 
 
 def rssr():
-    """Two cranks about skew axes and a rod with ball joints."""
+    """RSSR linkage: a rod with two ball joints connects two cranks about skew axes."""
     return Mechanism(
         "rssr",
         (pin("crank", BASE, "input"), pin("rocker", BASE, "output", 3, 1, 0, ("x", sp.pi / 2))),
@@ -250,7 +250,7 @@ def rssr():
 
 
 def rsur():
-    """Two cranks about skew axes, and a rod with a ball joint and an oblique universal joint."""
+    """RSUR linkage: two skew cranks, and a rod with a ball joint and an oblique universal joint."""
     return Mechanism(
         "rsur",
         (
@@ -267,7 +267,7 @@ def rsur():
 
 
 def bennett(kind="pin"):
-    """Bennett linkage of four skew pins.
+    """Bennett linkage with four skew pin joints.
 
     The Bennett linkage has one degree of freedom, although Kutzbach's formula gives -2.
     """
@@ -295,7 +295,7 @@ def bennett(kind="pin"):
 
 
 def free(name, parent, link, joints="x y z yaw pitch roll"):
-    """Return the virtual joints that carry a platform."""
+    """Return the six virtual joints that connect a free platform to its parent body."""
     x, y, z, yaw, pitch, roll = joints.split()
     back = lambda *turns: tuple(Rotation(axis, angle) for axis, angle in turns)  # noqa: E731
     right = sp.pi / 2
@@ -351,7 +351,7 @@ def delta():
 
 
 def stewart():
-    """Six cylinders with ball joints between hexagons of radius 1 and 1/2."""
+    """Stewart platform: six cylinders with ball joints between hexagons of radius 1 and 1/2."""
     legs = []
     for k in range(6):
         low = Fraction(4 * (k // 2), 6) + Fraction(1 if k % 2 else -1, 12)
@@ -462,7 +462,7 @@ def rail(kind="slider", *turn):
 
 
 def geared():
-    """Motor that drives the crank of a four-bar through a 1:10 gear."""
+    """Four-bar linkage whose crank is driven by a motor through a 1:10 gear."""
     whole = four_bar_rod()
     return replace(
         whole,

@@ -23,7 +23,7 @@ def nominal(loops):
 
 
 def reference(loops):
-    """Return the variables w = (q, u) at the reference."""
+    """Return w = (q, u): the coordinates q and the unknown joint values u at the reference."""
     at, terms = loops.hybrid.at_reference, loops.terms
     coordinates = loops.mechanism.coordinates
     q = [at[c.moves] / float(terms.value(c.ratio)) for c in coordinates]

@@ -1,4 +1,4 @@
-"""Counts the assembly modes of planar three-rod platforms by scanning."""
+"""Counts the assembly modes of planar three-rod platforms by scanning the platform angle."""
 
 import numpy as np
 
@@ -14,17 +14,17 @@ def random_q(rng, n, rod):
 
 
 def errors(q, modes, rod):
-    """Return the rod length errors of valid modes."""
+    """Return the rod length errors of valid assembly modes."""
     gaps = planar.pins(modes.x) - planar.ends(q)[..., None, :, :]
     return (np.hypot(gaps[..., 0], gaps[..., 1]) - rod)[modes.valid]
 
 
 def residuals(q, phi, rod):
-    """Return (errors, height).
+    """Return (errors, height) for crank angles q and platform angles phi.
 
-    Each rod keeps the platform origin on a circle. The errors are the squared-length errors of rod
-    3 at both intersections of circles 1 and 2. The height is negative if circles 1 and 2 do not
-    intersect.
+    At a given platform angle, each of the three rods keeps the platform origin on a circle. The
+    errors are the squared-length errors of rod 3 at both intersections of the circles of rods 1 and
+    2. The height is negative if the circles of rods 1 and 2 do not intersect.
     """
     pose = np.stack([0 * phi, 0 * phi, phi], -1)
     center = planar.ends(q)[:, None] - planar.pins(pose)
@@ -39,7 +39,10 @@ def residuals(q, phi, rod):
 
 
 def scan(q, lower, upper, rod, levels):
-    """Count zeros by sign changes. Doubtful intervals are scanned again with finer steps."""
+    """Count zeros of the rod length errors by sign changes.
+
+    Doubtful intervals of the platform angle are scanned again with finer steps.
+    """
     points, *finer = levels
     found = np.zeros(len(q), int)
     if not len(q):

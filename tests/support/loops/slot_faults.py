@@ -1,4 +1,4 @@
-"""Finds faulty solution slots in the inverse of a robot with loops, by forward kinematics."""
+"""Checks inverse kinematics solutions of robots with loops by forward kinematics."""
 
 from collections import Counter
 
@@ -9,22 +9,23 @@ from chasles.derive.model.mechanism import Mechanism
 
 FAULTS = ("another pose", "lost", "negative length", "valid in another mode")
 SAME_POSE, SAME = 1e-7, 1e-6
-"""Poses are equal if they differ by less than SAME_POSE, and coordinates by less than SAME. Both
-tolerances are in radian, or relative to the robot size."""
+"""Maximum differences of equal poses (SAME_POSE) and of equal coordinates (SAME), in radian or
+relative to the robot size."""
 CLEAR = 1e-3
-"""Minimum margin of a configuration that the inverse must recover.
+"""Minimum margin of a configuration that ``ik`` must recover.
 
-Closer to a dead point, the configuration is too inaccurate for a comparison.
+A configuration with a smaller margin is too close to a dead point, so it is too inaccurate for a
+comparison.
 """
 
 
 def slot_faults(robot: chasles.Robot, mechanism: Mechanism, q: np.ndarray) -> Counter[str]:
-    """Count the wrong solutions of ``ik(fk(q))``, and the configurations that it misses.
+    """Count the wrong solutions of ``ik(fk(q))``, and the configurations q that ``ik`` misses.
 
     Args:
-        robot: The robot. Redundant joints are fixed at their values in each configuration.
+        robot: The robot, whose redundant joints are fixed at their values in each configuration.
         mechanism: The description of the robot.
-        q: (N, n) configurations.
+        q: (N, n) coordinates of the tested configurations.
     """
     T = robot.fk(q)
     closed = np.isfinite(T).all((1, 2))

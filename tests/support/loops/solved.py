@@ -1,4 +1,4 @@
-"""Solves the loops of a mechanism."""
+"""Solves the kinematic loops of a mechanism."""
 
 from chasles.derive.loops.closing.loop_model import loop_model
 from chasles.derive.loops.solve.solution import from_actuators, sorted_loops
@@ -10,6 +10,9 @@ def solved(mechanism):
 
 
 def forward(mechanism):
-    """Solve the loops for given actuators. Some joints may remain unsolved."""
+    """Solve the loops for given actuator coordinates.
+
+    Some joint values may remain unsolved.
+    """
     model = loop_model(mechanism)
     return from_actuators(sorted_loops(model.mechanism), model.terms, model.q)

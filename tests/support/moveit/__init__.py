@@ -1,6 +1,7 @@
-"""Compiles the exported plugin of MoveIt against stubs and calls it through its base class.
+"""Compiles an exported MoveIt plugin against stubs, and calls the plugin through its base class.
 
-The stubs declare only what the plugin needs. MoveIt itself is not installed.
+MoveIt itself is not installed, and the stubs declare only those parts of MoveIt that the plugin
+needs.
 """
 
 import ctypes
@@ -23,14 +24,14 @@ from tests.support.native import BUILD
 STUBS = Path(__file__).parent
 WARNINGS = ("-Wall", "-Wextra", "-Werror", "-Wconversion", "-Wshadow", "-Wpedantic")
 COMPILER = "clang++" if shutil.which("clang++") else "g++"
-"""Clang compiles Eigen at -O0 in half the time of GCC."""
+"""C++ compiler, clang++ if available: Clang compiles Eigen at -O0 in half the time of GCC."""
 PRECOMPILED = "pch" if shutil.which("clang++") else "gch"
-"""Suffix of a compiled header, which the compiler finds next to the header."""
+"""File suffix of a precompiled header, which the compiler finds next to the header."""
 INSTANTIATED = ("-fpch-instantiate-templates",) if shutil.which("clang++") else ()
 EIGEN_FOLDER = Path("/usr/include/eigen3")
 EIGEN = ("-isystem", str(EIGEN_FOLDER))
 BASE, TIP = "world", "tcp"
-"""Names of the base link and the tip link of the model."""
+"""Names of the base link and the tip link of the robot model."""
 BASE_OFFSET = ("0.3 -0.2 0.9", "0.1 0.4 -0.7")
 TIP_OFFSET = ("0.05 0 0.12", "0.3 -0.2 0.5")
 SUCCESS, TIMED_OUT, NO_SOLUTION = 1, -6, -31
@@ -40,7 +41,7 @@ OK, UNSUPPORTED, MULTIPLE_TIPS, EMPTY, NOT_ACTIVE, NONE = 1, 2, 4, 5, 7, 8
 """Values of MoveIt's enumeration `KinematicError`."""
 CAPACITY = 10_000
 SOLVED = 1e-9
-"""Largest residual of a solution."""
+"""Maximum residual of an inverse kinematics solution."""
 ACCEPT = ctypes.CFUNCTYPE(ctypes.c_bool, ctypes.POINTER(ctypes.c_double))
 
 
@@ -54,9 +55,9 @@ def exported(name: str, folder: Path) -> Path:
 
 
 def compiled(package: Path, name: str, flags: tuple[str, ...] = ("-O0",)) -> Path:
-    """Compile the plugin of a package and the bridge to Python.
+    """Compile the MoveIt plugin of a package and the bridge to Python.
 
-    Each source is compiled once: concurrent processes wait for the compilation.
+    The same source is compiled only once, and concurrent processes wait for this compilation.
     """
     include = package / "include" / f"chasles_{name}_moveit"
     sources = [*sorted((package / "src").glob("*.cpp")), STUBS / "bridge.cpp"]
@@ -82,7 +83,7 @@ def compiled(package: Path, name: str, flags: tuple[str, ...] = ("-O0",)) -> Pat
 
 
 def _stubs(flags: tuple[str, ...]) -> Path:
-    """Return a header that includes Eigen and all stubs, and is compiled once for all plugins."""
+    """Return a header with Eigen and all MoveIt stubs, precompiled once for all plugins."""
     headers = sorted((STUBS / "include").rglob("*.hpp"))
     text = "".join(f'#include "{header}"\n' for header in headers)
     words = [COMPILER, *flags, text, *(header.read_text() for header in headers)]
@@ -117,7 +118,7 @@ def _fixed(parent: str, child: str, offset: tuple[str, str]) -> str:
 
 
 def model_of(urdf: str, has_limits: bool = True) -> str:
-    """Return the robot model as text lines, which the stub of MoveIt reads."""
+    """Return the robot model of a URDF text as text lines for the MoveIt stub."""
     lines = []
     for joint in ET.fromstring(urdf).iter("joint"):
         axis, limit = joint.find("axis"), joint.find("limit")
@@ -174,7 +175,7 @@ def to_pose(T: np.ndarray) -> np.ndarray:
 
 
 def to_transform(pose: np.ndarray) -> np.ndarray:
-    """Return the transform of a position and a quaternion."""
+    """Return the transform (4, 4) of a position and a quaternion (x, y, z, w)."""
     x, y, z, w = pose[3:] / np.linalg.norm(pose[3:])
     T = np.eye(4)
     T[:3, 3] = pose[:3]
@@ -188,7 +189,7 @@ def to_transform(pose: np.ndarray) -> np.ndarray:
 
 @dataclass
 class Plugin:
-    """An instance of the plugin for a robot model.
+    """An instance of the MoveIt plugin for a robot model.
 
     Attributes:
         library: Path of the compiled plugin.
@@ -255,7 +256,7 @@ class Plugin:
         as_list=False,
         locked=False,
     ):
-        """Return the solution or None, and the error code."""
+        """Return an inverse kinematics solution or None, and the error code of MoveIt."""
         theta, code = np.empty(self.n), ctypes.c_int()
         callback = ACCEPT(lambda q: accept(np.array(q[: self.n]))) if accept else ACCEPT()
         inputs = (_row(pose), _row(seed), ctypes.c_double(timeout), _row(limits))

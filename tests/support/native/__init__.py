@@ -15,9 +15,9 @@ from tests.support.locking import locked
 
 BUILD = Path(__file__).parents[3] / "build" / "native"
 UNPACKED = "-fno-tree-slp-vectorize"
-"""Compiler flag for the C code of chasles only.
+"""Compiler flag without which GCC 12 compiles the C code of chasles incorrectly.
 
-Without the flag, GCC 12 compiles the C code of chasles incorrectly.
+Other libraries are compiled without this flag.
 """
 
 
@@ -27,7 +27,7 @@ class Source:
 
     Attributes:
         name: Name of the library.
-        files: The text of each file, keyed by name. The first file is compiled.
+        files: Texts of the source files, keyed by name, of which the first file is compiled.
         flags: Additional compiler flags, such as include folders and definitions.
     """
 
@@ -37,7 +37,7 @@ class Source:
 
     @property
     def command(self) -> tuple[str, ...]:
-        """The compiler and its flags."""
+        """The command line of the compiler: its name and its flags."""
         plus = next(iter(self.files)).endswith(".cpp")
         compiler = shlex.split(os.environ.get("CXX", "c++") if plus else os.environ.get("CC", "cc"))
         standard = "-std=c++17" if plus else "-std=c99"
@@ -53,7 +53,8 @@ class Source:
 def flags_of_all() -> tuple[str, ...]:
     """Return the compiler flags that chasles and all other libraries share.
 
-    NDEBUG is set for other libraries, because assertions of Eigen take as long as the kinematics.
+    For other libraries, NDEBUG disables assertions, because those of Eigen take as long as the
+    kinematics.
     """
     flags = find_compiler().flags
     return (*(f for f in flags if f != UNPACKED and not f.startswith("-std")), "-DNDEBUG")
@@ -68,10 +69,10 @@ def compiler_version(command: Sequence[str]) -> str:
 
 
 def compiled(source: Source) -> Path:
-    """Compile the library if necessary, and return its path.
+    """Compile a shared library if necessary, and return its path.
 
-    Each source is compiled once: concurrent processes wait for the compilation. The library is
-    moved to its path atomically.
+    Each library is compiled once, and concurrent processes wait for its compilation. The compiled
+    library is moved to its path atomically.
     """
     path = source.path
     if path.exists():

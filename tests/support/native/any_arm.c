@@ -1,11 +1,11 @@
-/* Solves the general inverse kinematics of an arm that tables define. */
+/* Runs the general inverse kinematics solver for an arm that is defined by tables. */
 #include <stddef.h>
 
 #include "chasles_general.h"
 
 static chasles_general_arm arm;
 
-/* Computes the pose and the mixed Jacobian of the arm from its constant transforms. */
+/* Computes the tip pose and the mixed Jacobian of the arm from its constant transforms. */
 static void pose_jacobian(const double *q, double *T, double *J)
 {
     const int n = arm.joints;
@@ -37,7 +37,7 @@ static void pose_jacobian(const double *q, double *T, double *J)
     }
 }
 
-/* Sets the arm. The function pose_jacobian computes the forward kinematics of this arm. */
+/* Stores the given arm, with pose_jacobian as its forward kinematics function. */
 void take(const chasles_general_arm *given)
 {
     arm = *given;
@@ -51,8 +51,9 @@ void jacobian(const double *q, double *J)
     pose_jacobian(q, T, J);
 }
 
-/* Computes the pose of each configuration, and solves the inverse for this pose. The fixed joints
- * keep their values from the configuration. Returns all solution slots. */
+/* Computes the tip pose of each configuration, and solves the inverse kinematics for this pose. The
+ * fixed joints keep their values from the configuration. Writes all solution slots with their
+ * residuals. */
 void solve(int count, const double *q, double *found, double *residual)
 {
     double T[16], J[6 * CHASLES_CHAIN_MAX_JOINTS], margin[CHASLES_SLOTS],

@@ -1,5 +1,5 @@
-/* Defines the keywords of CUDA for a C++ compiler. The processor runs one thread after the other.
- */
+/* Defines the keywords of CUDA for a C++ compiler. The processor runs the threads of a CUDA kernel
+ * one after the other. */
 #ifndef CUDA_SHIM_H
 #define CUDA_SHIM_H
 

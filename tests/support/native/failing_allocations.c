@@ -1,9 +1,10 @@
-/* Library for LD_PRELOAD that makes one memory allocation of a thread fail. The allocation is a
- * call of malloc, calloc, realloc or mmap.
+/* Library for LD_PRELOAD that makes one memory allocation of a thread fail: a call of malloc,
+ * calloc, realloc or mmap.
  *
- * Only some allocations are counted: large allocations, and allocations by code in a specified
- * folder, directly or through Python. NumPy and Python cannot handle every failure of a small
- * allocation: a NumPy iterator crashes, and a lock of Python's thread pool remains locked. */
+ * The library counts large allocations, and allocations that code in a specified folder requests
+ * directly or through Python. Other allocations never fail, because NumPy and Python cannot handle
+ * every failure of a small allocation. If a small allocation fails, a NumPy iterator may crash, or
+ * a lock of Python's thread pool may remain locked. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -25,20 +26,20 @@ extern void *__libc_realloc(void *, size_t);
 static _Thread_local const char *folder;
 static _Thread_local long seen, failing;
 
-/* Starts to count the memory allocations that are made by code in the folder `own`. The first
- * allocation has the number 0. Allocation n fails. If n is negative, no allocation fails. If `own`
- * is NULL, allocations are no longer counted. */
+/* Starts to count large allocations and allocations by code in the folder `own`. The allocations
+ * are numbered from 0, and allocation n fails. If n is negative, no allocation fails. If `own` is
+ * NULL, allocations are no longer counted. */
 void fail_allocation(const char *own, long n)
 {
     folder = NULL;
     void *frames[1];
-    backtrace(frames, 1); /* the first call allocates memory */
+    backtrace(frames, 1); /* the first call of backtrace allocates memory */
     failing = n;
     seen = 0;
     folder = own;
 }
 
-/* Returns the number of allocations since the last call of fail_allocation. */
+/* Returns the number of counted allocations since the last call of fail_allocation. */
 long count_allocations(void)
 {
     return seen;

@@ -19,14 +19,14 @@
 
 #include "library/_kernel.h"
 
-#define MAX 16                       /* inputs and outputs of a function */
+#define MAX 16                       /* maximum number of inputs and outputs of a function */
 #define LONGEST 40                   /* largest number of rows of a short batch */
 #define LINE 8                       /* number of doubles in a cache line */
-#define STREAMED ((size_t)(4 << 20)) /* larger results use streaming stores */
+#define STREAMED ((size_t)(4 << 20)) /* results with more bytes use streaming stores */
 #define THREADS 4
 #define PART 24
 #define FOREIGN 1.25e300
-#define TOLERANCE 1e-13 /* single calls may differ by rounding */
+#define TOLERANCE 1e-13 /* batches and single calls may differ by rounding */
 
 extern const chasles_kernel chasles_kernels[];
 
@@ -44,8 +44,9 @@ static double input_value(size_t row, int argument, int k)
 
 enum { FROM_MALLOC, PAGE_BEHIND, PAGE_BEFORE };
 
-/* A memory block with the rows of one operand. The memory block is only slightly larger than the
- * rows. The tested function must not change the memory before the first row or between two rows. */
+/* A memory block with the rows of one input or output of a function. The memory block is only
+ * slightly larger than its rows. The tested function must not change the memory before the first
+ * row or between two rows. */
 typedef struct {
     double *block, *first;
     size_t doubles;
@@ -56,8 +57,8 @@ typedef struct {
     size_t bytes;
 } rows;
 
-/* The memory block begins `shift` doubles before the rows. With a negative step, the last row has
- * the lowest address. */
+/* Allocates a memory block that begins `shift` doubles before its n rows. If the step between rows
+ * is negative, the last row has the lowest address. */
 static rows make_rows(size_t n, int size, ptrdiff_t step, size_t shift, int place)
 {
     size_t apart = (size_t)(step < 0 ? -step : step);
@@ -92,7 +93,7 @@ static void free_rows(rows *made)
     }
 }
 
-/* Returns whether the bytes outside the rows are unchanged. Overwrites the rows. */
+/* Returns whether the memory of a block outside its rows is unchanged. Overwrites the rows. */
 static int is_rest_untouched(const rows *made, size_t n)
 {
     for (size_t row = 0; row < n; row++) {
@@ -187,7 +188,7 @@ static int check_bounds(int place)
     return checked;
 }
 
-/* Inputs shared by all threads, and results; each thread writes one section. */
+/* Inputs that all threads share, and results, of which each thread writes one section. */
 typedef struct {
     const chasles_kernel *kernel;
     double *inputs[MAX];
@@ -220,7 +221,7 @@ static void *run_part(void *given)
         }
     }
     kernel->rows(shared->part, inputs, steps, outputs, steps + kernel->n_inputs);
-    /* Every thread evaluates the first row by single calls. */
+    /* Every thread also evaluates the first row, by single calls of the kernel. */
     double *own_outputs[MAX];
     for (int j = 0; j < kernel->n_outputs; j++) {
         own_outputs[j] = malloc((size_t)kernel->sizes[kernel->n_inputs + j] * sizeof(double));

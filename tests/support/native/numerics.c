@@ -25,7 +25,7 @@ static void require(int condition, const char *what, int index)
     }
 }
 
-/* Returns entry k of a row of pseudorandom numbers in [-1, 1]. All rows are different. */
+/* Returns entry k of a row of pseudorandom numbers in [-1, 1], which differ between rows. */
 static double scattered(int row, int k)
 {
     unsigned long value = ((unsigned long)row * 131 + (unsigned long)k * 17 + 7) * 2654435761UL;
@@ -138,7 +138,8 @@ static int check_decompose(void)
 
 /* ------------------------------------------------------------------ logarithm */
 
-/* Writes exp of a twist (v, w), by Rodrigues's formula and the integral of the rotation. */
+/* Writes the exponential T (4, 4) of a twist (v, w), by Rodrigues's formula and the integral of the
+ * rotation. */
 static void exponential(const double *twist, double *T)
 {
     const double *v = twist, *w = twist + 3;
@@ -166,9 +167,9 @@ static void exponential(const double *twist, double *T)
     }
 }
 
-/* Tests the computation of the twist from a pose A to a pose B, expressed at the origin a of A. A
- * is a displacement without rotation. The twist at the origin of the base has the linear part v - w
- * x a. */
+/* Tests twist_between, which computes the twist (v, w) from a pose A to a pose B, at the origin a
+ * of A. The test pose A is a pure translation. At the base origin, the same twist has the linear
+ * part v - w x a. */
 static int check_twist(int row, double angle)
 {
     double axis[3], twist[TWIST], found[TWIST], displacement[TWIST], at_base[TWIST], E[POSE];

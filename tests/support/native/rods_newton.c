@@ -1,9 +1,9 @@
-/* Newton's iteration for the lengths of six rods, from many start poses. */
+/* Newton's iteration for platform poses with given lengths of six rods, from many start poses. */
 #include <math.h>
 
 enum { RODS = 6, MAX_STEPS = 60 };
 static const double LONGEST_STEP = 0.5;
-/* Regularization of singular systems. */
+/* Number added to diagonal entries, which makes singular linear systems solvable. */
 static const double NOISE = 1e-12;
 
 /* Rotates a vector by a unit quaternion. */
@@ -17,8 +17,8 @@ static void turn(const double e[4], const double b[3], double r[3])
     r[2] = b[2] + 2 * (e[0] * x[2] + v[0] * x[1] - v[1] * x[0]);
 }
 
-/* Writes the length errors and their derivatives with respect to a twist. Returns the largest
- * error. */
+/* Writes the rod length errors, and the derivatives of the rod lengths with respect to a platform
+ * twist, into A. Returns the largest length error. */
 static double linear_system(const double *a, const double *b, const double *lengths,
                             const double *e, const double *p, double A[RODS][RODS + 1])
 {
@@ -72,7 +72,8 @@ static void solve(double A[RODS][RODS + 1])
     }
 }
 
-/* Moves a pose (quaternion e, position p) by a twist of limited size. */
+/* Moves a pose (quaternion e, position p) by the twist in the last column of A, limited to
+ * LONGEST_STEP. */
 static void move(double A[RODS][RODS + 1], double e[4], double p[3])
 {
     double largest = 0, s[RODS];

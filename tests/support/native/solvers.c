@@ -17,11 +17,11 @@
 #include "velocity/native/damped_box.h"
 
 #define STARTS 64
-#define POSES 24 /* the last pose is not finite; the pose before the last pose is out of reach */
+#define POSES 24 /* number of poses: the last is not finite, and the one before is out of reach */
 #define THREADS 3
 #define STEPS 400
 #define TOLERANCE 1e-9
-#define SMALL 0x1p-40 /* a power of 2, which scales numbers without rounding */
+#define SMALL 0x1p-40 /* scale factor: a power of 2 scales numbers without rounding */
 
 extern const chasles_kernel chasles_kernels[];
 
@@ -61,7 +61,7 @@ static double *new_doubles(size_t count)
 
 /* ------------------------------------------------------------------ inverse kinematics */
 
-static _Atomic long evaluations; /* calls of the counted kernel */
+static _Atomic long evaluations; /* number of calls of the counted kernel */
 static chasles_kernel counting;
 static const chasles_kernel *counted;
 
@@ -71,7 +71,7 @@ static void count_call(const double *const *inputs, double *const *outputs)
     counted->call(inputs, outputs);
 }
 
-/* Returns a copy of a kernel. The copy counts its calls. */
+/* Returns a copy of a kernel that counts its own calls. */
 static const chasles_kernel *with_count(const chasles_kernel *kernel)
 {
     counted = kernel;
@@ -117,7 +117,7 @@ static Arm new_arm(const char *mode)
     return arm;
 }
 
-/* Writes the pose of the tip. */
+/* Writes the pose of the tip, or of the selected link, at the coordinates x. */
 static void pose_at(const Arm *arm, const double *x, double *T)
 {
     double *J = new_doubles((size_t)TWIST * arm->n), *scratch = new_doubles(scratch_size(arm));
@@ -189,8 +189,8 @@ static void free_results(Results *results)
     free(results->restarts);
 }
 
-/* Checks that all poses but the last two are solved within the limits. Also checks that several
- * threads give the same results as one thread. */
+/* Checks that the solver solves all poses but the last two within the limits. Also checks that
+ * several threads return the same results as one thread. */
 static void check_batch(const Arm *arm, const Task *task, const double *poses, const double *seeds)
 {
     Results alone = new_results(arm->n), together = new_results(arm->n);
@@ -207,7 +207,8 @@ static void check_batch(const Arm *arm, const Task *task, const double *poses, c
     for (int k = 0; k < POSES; k++) {
         reported += alone.iterations[k];
     }
-    /* With locked coordinates, the ranking of the start values also calls the kernel. */
+    /* With locked coordinates, the ranking of the start values also calls the kernel, so the
+     * reported number is not checked. */
     if (!task->n_locked && evaluations - before != reported) {
         fail("evaluations beyond the reported number", (int)(evaluations - before - reported));
     }
@@ -263,8 +264,8 @@ static int check_inverse(const char *mode)
         check_batch(&arm, &tasks[t], poses, NULL);
         check_batch(&arm, &tasks[t], poses, seeds);
     }
-    /* For each pose, the first coordinate is fixed. All other coordinates start from the values of
-     * another configuration. */
+    /* The first coordinate of each seed is fixed at its value for the pose. All other coordinates
+     * of the seed are the values of another configuration. */
     for (int k = 0; k < POSES; k++) {
         double *seed = seeds + (size_t)k * arm.n;
         configuration(&arm, k, reach, seed);
@@ -289,7 +290,7 @@ static void expect_damping(const DampedBox *box, double expected, const char *wh
     }
 }
 
-/* Checks that a poor step doubles the damping, and that a good step lowers it slowly. */
+/* Checks that a poor step doubles the damping, and that a good step lowers the damping slowly. */
 static void check_damping(void)
 {
     DampedBox box = {.damping = 0.1, .least_damping = TRACK_DAMPING};
@@ -312,8 +313,9 @@ static void check_damping(void)
     expect_damping(&box, TRACK_DAMPING, "minimum damping");
 }
 
-/* Checks that the step is multiplied by SMALL if the twist and the bounds are multiplied by SMALL.
- * The step must be finite if some bounds are infinite. The arrays `low` and `high` are modified. */
+/* Checks that the damped step is multiplied by SMALL if the twist and the bounds are multiplied by
+ * SMALL. Also checks that the step is finite if some bounds are infinite. Modifies the arrays `low`
+ * and `high`. */
 static void check_other_bounds(DampedBox *solver, const double *y, double *low, double *high)
 {
     int n = solver->n;
@@ -359,7 +361,7 @@ static int check_box(void)
     }
     damped_box_start(&solver, TRACK_BORDER, TRACK_DAMPING);
     for (int step = 0; step < STEPS; step++) {
-        /* Moves the joints towards 0, where axes of most arms are aligned. */
+        /* The joints move towards 0, where some axes of most arms are aligned. */
         for (int k = 0; k < n; k++) {
             q[k] = scattered(0, k) * (1 - (double)step / (STEPS - 1));
             low[k] = -0.02 * (1 + scattered(step, k));

@@ -1,6 +1,7 @@
 """Evaluates printed statements about joint axes, such as "axes 1 and 3 coincide", numerically.
 
-The axes come from the screws of the robot description. No code of the singularity analysis is used.
+The joint axes come from the screws of the robot description, and no code of the singularity
+analysis is used.
 """
 
 import re
@@ -14,7 +15,10 @@ ENDING = "; the arm is stretched or folded"
 
 
 class Arm:
-    """The axes of a chain at one configuration. Axis numbers start at 1, as in the text."""
+    """The joint axes of a chain at one configuration.
+
+    Axis numbers start at 1, as in the printed statements.
+    """
 
     def __init__(self, chain: Screws, q: np.ndarray) -> None:
         self.directions, self.points, self.turns = [], [], chain.revolute
@@ -43,7 +47,7 @@ class Arm:
         return abs(float(self.direction(i) @ self.direction(j)))
 
     def off_line(self, point: np.ndarray, axis: int) -> float:
-        """Return the relative distance of a point from a revolute axis."""
+        """Return the distance of a point from a revolute axis, relative to the arm size."""
         p, h = self.line(axis)
         return float(np.linalg.norm(np.cross(point - p, h))) / self.size
 
@@ -59,16 +63,16 @@ class Arm:
         return max(along, float(np.linalg.norm(np.cross(across[0], across[-1]))))
 
     def center(self, *axes: int) -> np.ndarray:
-        """Return the point in which axes intersect."""
+        """Return the common intersection point of several axes."""
         points, directions = zip(*(self.line(k) for k in axes), strict=True)
         point, away = meeting(np.array(directions), np.array(points))
         assert away <= 1e-9 * self.size, f"axes {axes} do not intersect"
         return point
 
     def off_plane(self, point: np.ndarray, axis: int, along: np.ndarray) -> float:
-        """Return the distance of a point from a plane, relative to the size of the arm.
+        """Return the distance of a point from a plane, relative to the arm size.
 
-        The plane contains an axis and a direction.
+        The plane contains a joint axis and is parallel to a direction.
         """
         p, h = self.line(axis)
         normal = np.cross(h, along)

@@ -1,4 +1,4 @@
-"""Computes tool poses with 50 digits, from a description or from a table of joint parameters."""
+"""Computes tool poses with 50 digits, from a robot description or a table of joint parameters."""
 
 import csv
 from collections.abc import Mapping, Sequence
@@ -28,9 +28,10 @@ def tool_pose(robot: SerialRobot, q: Sequence[float]) -> Matrix:
 
 
 def table_pose(text: str, convention: str, q: Sequence[float]) -> Matrix:
-    """Return the pose (4, 4) of the tool from a CSV table in `dh`, `mdh` or `poe`.
+    """Return the tool pose (4, 4) from a CSV table in the convention `dh`, `mdh` or `poe`.
 
-    The link transforms are the textbook products, or exponentials of screws for `poe`.
+    The link transforms are textbook products for `dh` and `mdh`, and exponentials of screws for
+    `poe`.
     """
     with mpmath.workdps(DIGITS):
         base, *rows, tool = csv.DictReader(text.splitlines())
@@ -65,7 +66,7 @@ def _leaders(equation: str) -> list[str]:
 
 
 def distance(one: Matrix, other: Matrix) -> float:
-    """Return the largest difference of two matrices."""
+    """Return the largest difference between the entries of two matrices."""
     with mpmath.workdps(DIGITS):
         return float(max(abs(x) for x in one - other))
 

@@ -66,7 +66,8 @@ def poses_by_matrices(robot, q):
 def extended_fk(robot: SerialRobot, q: np.ndarray) -> np.ndarray:
     """Return tool poses (m, 4, 4) at q (m, n) in extended precision (np.longdouble).
 
-    The robot has only revolute joints. Its fixed motions are multiplied with 30 digits.
+    All moving joints must be revolute. The constant transforms of the robot are multiplied with 30
+    digits.
     """
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     angles = iter(np.asarray(q, np.longdouble).T)
@@ -90,7 +91,7 @@ def _placement(placement, values) -> np.ndarray:
 
 
 def rounded(T: mpmath.matrix) -> np.ndarray:
-    """Return a matrix rounded to np.longdouble."""
+    """Return an mpmath matrix as an array, rounded to np.longdouble."""
     return np.array(
         [[np.longdouble(mpmath.nstr(entry, DIGITS)) for entry in row] for row in T.tolist()]
     )

@@ -1,7 +1,8 @@
 """Minimizes the sum of squared closure errors of a mechanism.
 
-The oracle uses only the frames, closures and lengths of the description. SciPy's ``least_squares``
-starts at a nearby configuration. CasADi computes exact derivatives.
+The closure errors follow only from the frames, closures and lengths of the robot description.
+SciPy's ``least_squares`` starts the minimization near the tested configuration, and CasADi computes
+exact derivatives of the closure errors.
 """
 
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from chasles.derive.model.robot import Joint
 from tests.support.oracles.multi_start import Multistart
 
 START_OFFSET = 1e-3
-"""Distance of the start from the tested configuration (radian and meter)."""
+"""Offset of the minimization's start from the tested configuration (radian or meter)."""
 NEWTON_STEPS = 6
 EXACT = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}
 
@@ -24,11 +25,11 @@ class LeastGaps:
     """Sum of squared closure errors of a mechanism as a function of its configuration."""
 
     def __init__(self, numbers: Multistart, names: Sequence[str], held: Sequence[str]) -> None:
-        """Compile the closure errors with their derivatives.
+        """Compile the closure errors of a mechanism and their derivatives.
 
         Args:
             numbers: The numeric mechanism.
-            names: Names of the variables in a configuration. Swing angles are ignored.
+            names: Names of the variables in a configuration, of which swing angles are ignored.
             held: Names of the joints and cylinders that keep their values.
         """
         symbols = {name: ca.SX.sym(name) for name in names}
@@ -66,7 +67,7 @@ def _gaps(numbers: Multistart, values: dict[str, ca.SX]) -> list[ca.SX]:
 
     Rotation errors are multiplied by the mechanism size.
 
-    For a strut, only the length error counts, because its pins need not be parallel.
+    For a strut, only the length error counts, because the pins of the strut need not be parallel.
     """
     size = float(f"{numbers.size:.3g}")
     found = []

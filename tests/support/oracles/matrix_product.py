@@ -1,4 +1,4 @@
-"""Compares a coupled arm (theta = C q + c) with an arm whose joints are independent."""
+"""Compares an arm with coupled joints (theta = C q + c) with the same arm without couplings."""
 
 from dataclasses import dataclass
 
@@ -22,7 +22,7 @@ SAME = 1e-7
 
 @dataclass(frozen=True)
 class ProductErrors:
-    """Largest errors of the functions of a coupled arm, and missing solutions.
+    """Largest errors of a coupled arm's functions, and its number of missing inverse solutions.
 
     Attributes:
         pose: Largest pose error.
@@ -30,8 +30,8 @@ class ProductErrors:
         rate: Largest error of derivatives of the Jacobian, twists and accelerations, relative to
             the largest entry.
         maps: Largest error of ``chain`` and ``actuators``.
-        lost: Number of solutions that are missing in the coupled arm.
-        solutions: Number of solutions of the arm without couplings.
+        lost: Number of inverse solutions that are missing in the coupled arm.
+        solutions: Number of inverse solutions of the arm without couplings.
     """
 
     pose: float

@@ -1,10 +1,10 @@
 """Static loads of a mechanism from MuJoCo's inverse dynamics at rest.
 
-Every body of the robot becomes a MuJoCo body, as does every rod, barrel and piston. The model is
-built at one configuration of the robot. At this configuration, all coordinates of the model are 0.
-Loops are cut at the second end of each strut and at each closure. The forces at the cuts and the
-actuator forces follow from MuJoCo's gravity forces and Jacobians. MuJoCo's internal forces are the
-joint loads.
+In the MuJoCo model, every body, rod, barrel and piston of the robot is a MuJoCo body. The MuJoCo
+model is built at one configuration of the robot, at which all model coordinates are 0. Loops are
+cut at the second end of each strut and at each closure. The forces at the cuts of the loops and the
+actuator forces follow from MuJoCo's gravity forces and Jacobians. The joint loads are MuJoCo's
+internal forces.
 """
 
 from typing import NamedTuple
@@ -27,7 +27,7 @@ PLANAR_PIN = np.eye(6)[[0, 1]]
 
 
 class Loads(NamedTuple):
-    """The static loads of `chasles.study.statics.StaticLoads`, and the largest residual."""
+    """Static loads as in `chasles.study.statics.StaticLoads`, with the equilibrium residual."""
 
     actuators: np.ndarray
     joints: np.ndarray
@@ -40,7 +40,7 @@ def text(values):
 
 
 def element(name, pose, joint, masses, children):
-    """Return a body of the model with its point masses."""
+    """Return the MJCF text of a body with its point masses."""
     total = sum(m.mass for m in masses)
     center = sum((m.mass * np.array(m.at) for m in masses), np.zeros(3)) / max(total, MASSLESS)
     quat = np.zeros(4)
@@ -68,7 +68,7 @@ class Model:
         self.weights = -self.data.qfrc_inverse.copy()
 
     def children(self, parent):
-        """Return the MJCF text of all bodies that a body carries."""
+        """Return the MJCF text of all bodies that a parent body carries."""
         found = ""
         for k, body in enumerate(self.bodies):
             if body.joint and body.parent == parent:
@@ -106,7 +106,7 @@ class Model:
         return J, R
 
     def cuts(self):
-        """Yield (body, other body, point, unit wrenches (k, 6)) of each cut."""
+        """Yield (body, other body, point, unit wrenches (k, 6)) for each cut of a loop."""
         for k, body in enumerate(self.bodies):
             span = body.span
             if span and (span.from_end or not self.has_piston(span.name)):
@@ -133,7 +133,7 @@ class Model:
         return self.bodies[k].name if k else ""
 
     def actuated(self):
-        """Yield (degree of freedom, motion per unit of q) of each actuator."""
+        """Yield (joint name, joint motion per unit of q) for each actuator."""
         variables = self.robot.configuration_variables
         facts = self.robot.manifest.loops.actuated_in_z
         joints = {b.joint.coordinate: b.joint for b in self.bodies if b.joint}
@@ -195,7 +195,7 @@ class Model:
             self.data.xfrc_applied[k] += np.concatenate([force, np.cross(arm, force) + torque])
 
     def internal(self):
-        """Return the wrench of each joint, at the origin of its frame."""
+        """Return the wrench of each joint at the origin of the joint frame."""
         self.data.qacc[:] = 0
         mujoco.mj_rnePostConstraint(self.model, self.data)
         found = []
@@ -210,7 +210,7 @@ class Model:
 
 
 def mujoco_loads(robot, q, masses, wrench, gravity) -> Loads:
-    """Return the loads of a robot at rest.
+    """Return the static loads of a robot at rest from MuJoCo.
 
     Args:
         robot: A robot with revolute, prismatic and fixed joints, without couplings.
@@ -223,9 +223,9 @@ def mujoco_loads(robot, q, masses, wrench, gravity) -> Loads:
 
 
 def random_masses(robot, rng):
-    """Return a random mass on every body.
+    """Return a random point mass on every body.
 
-    The mass of a strut is on the axis of the strut.
+    The point mass of a strut lies on the axis of the strut.
     """
     bodies = skeleton(robot)
     found = []

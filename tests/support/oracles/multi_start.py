@@ -1,8 +1,9 @@
 """Assembly modes of a mechanism by multi-start Newton iteration in NumPy.
 
-The oracle uses only the frames, closures and lengths of the description. A pin or ball joint makes
-two points coincide. A rod keeps two points at a constant distance. A cylinder of unknown length
-adds no equation. Loops without shared unknown joints are solved separately.
+The loop equations follow only from the frames, closures and lengths of the robot description. A pin
+or ball closure makes two points coincide, and a rod keeps two points at a constant distance. A
+cylinder of unknown length adds no loop equation. Loops that share no unknown joints are solved
+separately.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,23 +21,23 @@ STARTS = 48
 ROUNDS = 12
 ITERATIONS = 60
 LONGEST_STEP = 0.8
-"""Maximum step (radian, or relative to the mechanism size)."""
+"""Maximum Newton step (radian, or relative to the mechanism size)."""
 CLOSED = 1e-11
-"""Maximum residual of a mode, relative to the mechanism size."""
+"""Maximum residual of an assembly mode, relative to the mechanism size."""
 SAME = 1e-6
-"""Maximum difference at which two modes count as equal (radian, or relative to the mechanism
-size)."""
+"""Maximum difference at which two assembly modes count as equal (radian, or relative to the
+mechanism size)."""
 Way = list[tuple[Joint, np.ndarray, np.ndarray]]
 
 
 class Loop:
-    """A closure or strut with numeric dimensions."""
+    """A loop that is closed by a closure or strut, with numeric dimensions."""
 
     def __init__(self, numbers: "Multistart", loop_joint: Closure | Strut) -> None:
-        """Find the joints of the loop.
+        """Find the joints of a loop.
 
-        A joint belongs to the loop if it is on only one of the two paths from the ends of the loop
-        to the base.
+        A joint belongs to the loop if only one of the two paths from the loop ends to the base
+        contains this joint.
         """
         paths = [numbers.mechanism.path_to(frame.body) for frame in (loop_joint.a, loop_joint.b)]
         while paths[0] and paths[1] and paths[0][0] is paths[1][0]:
@@ -51,7 +52,7 @@ class Loop:
     def points(
         self, values: Mapping[str, np.ndarray], unknown: Sequence[str], count: int
     ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Return both end points (n, 3) and their derivatives (n, 3, unknown)."""
+        """Return both end points (n, 3) of the loop, and their derivatives (n, 3, unknown)."""
         points, slopes = [], []
         for path, end in zip(self.paths, self.ends, strict=True):
             T = np.broadcast_to(np.eye(4), (count, 4, 4))
@@ -77,7 +78,10 @@ class Loop:
     def residual(
         self, values: Mapping[str, np.ndarray], unknown: Sequence[str], count: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return (errors (n, m) relative to the size, derivatives (n, m, unknown))."""
+        """Return (closure errors (n, m), derivatives (n, m, unknown)).
+
+        The errors are relative to the mechanism size.
+        """
         (a, b), (A, B) = self.points(values, unknown, count)
         d, D = (a - b) / self.size, (A - B) / self.size
         if isinstance(self.loop_joint, Closure):
@@ -88,7 +92,7 @@ class Loop:
         return (far - length / self.size)[:, None], slope[:, None]
 
     def distance(self, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
-        """Return the distance (n,) between both end points."""
+        """Return the distance (n,) between both end points of the loop."""
         (a, b), _ = self.points(values, (), count)
         return np.linalg.norm(a - b, axis=-1)
 
@@ -99,7 +103,7 @@ class Multistart:
     Attributes:
         mechanism: The description.
         given: The parameter values.
-        size: Longest length of the mechanism (meter), the length unit of the iteration.
+        size: Longest length of the mechanism (meter), which is the length unit of Newton's method.
         actuated: Names of the actuated joints and cylinders.
         chain: Names of the main-chain joints.
     """
@@ -140,12 +144,12 @@ class Multistart:
         return joint, self.pose(joint.before), self.pose(joint.after)
 
     def units(self, names: Mapping[str, float]) -> dict[str, str]:
-        """Return the unit of each value, keyed by name."""
+        """Return the unit (m or rad) of each joint or cylinder value, keyed by name."""
         slides = {j.name for j in self.joints.values() if j.kind == "prismatic"}
         return {n: "m" if n in slides or n in self.cylinders else "rad" for n in names}
 
     def scales(self, names: Sequence[str]) -> np.ndarray:
-        """Return the mechanism size for each length, and 1 for each angle."""
+        """Return the scale of each variable: the mechanism size for lengths, and 1 for angles."""
         units = self.units(dict.fromkeys(names, 0.0))
         return np.array([self.size if units[name] == "m" else 1.0 for name in names])
 
@@ -159,7 +163,7 @@ class Multistart:
         return np.where(is_angle, turned, difference / scales)
 
     def random_q(self, rng: np.random.Generator, count: int) -> np.ndarray:
-        """Return random coordinates (count, n); lengths are scaled by the mechanism size."""
+        """Return random coordinates (count, n), with lengths scaled by the mechanism size."""
         columns = []
         for name in self.actuated:
             if name in self.cylinders:
@@ -177,11 +181,12 @@ class Multistart:
         """Return all configurations of the mechanism for the known values of some joints.
 
         Args:
-            known: (count, n) values (radian or meter).
+            known: (count, n) known values of joints and cylinders (radian or meter).
             names: Names of the joints and cylinders with known values.
 
         Returns:
-            All modes for each row: values of every joint and cylinder, keyed by name.
+            All assembly modes for each row of `known`, as values of every joint and cylinder, keyed
+                by name.
         """
         count = len(known)
         given = {name: known[:, k] for k, name in enumerate(names)}
@@ -246,7 +251,7 @@ class Multistart:
     def _part(
         self, given: Mapping[str, np.ndarray], loops: Sequence[Loop], count: int
     ) -> list[list[dict[str, float]]]:
-        """Return all modes of a group of loops for each row of known values."""
+        """Return all assembly modes of a group of loops for each row of known values."""
         unknown = sorted({name for loop in loops for name in loop.joints} - given.keys())
         rng = np.random.default_rng(0)
         found: list[np.ndarray] = [np.zeros((0, len(unknown))) for _ in range(count)]
@@ -321,7 +326,7 @@ class Multistart:
     def gaps(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return each configuration's largest closure error (n,), relative to the mechanism size.
 
-        The input contains n values of every joint.
+        `values` contains n values of every joint, keyed by name.
         """
         count = len(next(iter(values.values())))
         gaps = [np.abs(loop.residual(values, (), count)[0]).max(-1) for loop in self.loops]
@@ -332,11 +337,11 @@ class Multistart:
         return np.max([*gaps, *short], axis=0)
 
     def residual(self, mode: Mapping[str, float], held: Sequence[str]) -> float:
-        """Return the minimum closure error with some values fixed.
+        """Return the smallest closure error of Newton's method with some values fixed.
 
         Args:
             mode: A configuration (radian or meter) near a configuration with closed loops.
-            held: Names of the fixed values.
+            held: Names of the joints and cylinders with fixed values.
         """
         given = {name: np.array([mode[name]]) for name in held}
         loops = self._holding(given)
@@ -354,7 +359,7 @@ class Multistart:
         return best
 
     def strut_values(self, mode: Mapping[str, float]) -> dict[str, float]:
-        """Return the swing angles of struts on pins, in the frames of their start bodies."""
+        """Return swing angles of struts with pin joints, in the frames of their start bodies."""
         found = {}
         for loop in self.loops:
             strut = loop.loop_joint

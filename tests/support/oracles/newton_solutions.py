@@ -1,4 +1,4 @@
-"""Finds all regular solutions of a pose by multi-start Newton iteration."""
+"""Finds all regular inverse kinematics solutions of a pose by multi-start Newton iteration."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ STARTS, STEPS = 500, 40
 STILL = 1e-12
 """Step size (rad) at which Newton's iteration ends."""
 CLOSED = 1e-10
-"""Maximum pose error of a solution (meter, or entry of a rotation)."""
+"""Maximum pose error of a solution: position in meter, or entries of the rotation matrix."""
 REGULAR = 1e-3
 """Minimum singular value (m or rad per rad) of the Jacobian at a regular solution."""
 SAME = 1e-5
@@ -18,10 +18,10 @@ SAME = 1e-5
 def regular_solutions(
     arm: chasles.Robot, T: np.ndarray, fixed: dict[int, float] | None = None, seed: int = 0
 ) -> list[np.ndarray]:
-    """Solve a pose by multi-start Newton iteration.
+    """Solve the inverse kinematics of a pose by multi-start Newton iteration.
 
     Args:
-        arm: An arm with only revolute joints. Newton's method solves for six joints.
+        arm: An arm with only revolute joints, of which Newton's method solves for six.
         T: The pose (4, 4).
         fixed: Fixed joint values keyed by index, for arms with more than six joints.
         seed: Seed of the start configurations.
@@ -56,9 +56,9 @@ def regular_solutions(
 
 
 def _twists(T: np.ndarray, here: np.ndarray) -> np.ndarray:
-    """Return twists (N, 6) from poses to T in base axes.
+    """Return twists (N, 6) from poses (N, 4, 4) to the pose T, in base axes.
 
-    The angular part is the rotation axis times the sine of the angle.
+    The angular part of a twist is the rotation axis times the sine of the rotation angle.
     """
     E = T[:3, :3] @ np.swapaxes(here[:, :3, :3], -1, -2)
     w = [E[:, 2, 1] - E[:, 1, 2], E[:, 0, 2] - E[:, 2, 0], E[:, 1, 0] - E[:, 0, 1]]

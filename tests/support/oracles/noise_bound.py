@@ -18,7 +18,7 @@ import numpy as np
 from chasles.calibration import Calibration, Measurements, Poses, Positions
 
 DRAWS = 30
-"""Number of sampled estimates of the error."""
+"""Number of samples of the estimation error."""
 
 
 def least_error(
@@ -26,12 +26,13 @@ def least_error(
 ) -> tuple[float, float]:
     """Return the validation error [m] of an estimator with the Cramer-Rao covariance.
 
-    The error is the mean length of the vectors ``K dx``. Let ``dx = A g``, with ``A A^T = C`` and
-    standard normal numbers g. As a function of g, this error is Lipschitz continuous. Its Lipschitz
-    constant is at most the largest singular value of ``K A`` divided by the square root of the
-    point count. Let f be a function of standard normal variables with Lipschitz constant L. The
-    probability that f exceeds its mean by ``L sqrt(-2 ln chance)`` is at most ``chance``. Borell
-    proved this bound. Tsirelson, Ibragimov and Sudakov proved it independently.
+    The validation error is the mean length of the vectors ``K dx``. Let ``dx = A g``, with ``A A^T
+    = C`` and standard normal numbers g. As a function of g, the validation error is Lipschitz
+    continuous. The Lipschitz constant of the validation error is at most the largest singular value
+    of ``K A`` over the square root of the point count. Let f be a function of standard normal
+    variables with Lipschitz constant L. The probability that f exceeds its mean by ``L sqrt(-2 ln
+    chance)`` is at most ``chance``. Borell proved this concentration bound, and Tsirelson,
+    Ibragimov and Sudakov proved it independently.
 
     Args:
         robot: The robot, with parametric functions.
@@ -41,7 +42,7 @@ def least_error(
         chance: Probability that the error exceeds the returned bound.
 
     Returns:
-        (mean error, bound).
+        (mean validation error, bound of the validation error).
     """
     sigma, count = found.measurements.sigma, len(drawn.q)
     unknowns, validation = (

@@ -1,4 +1,4 @@
-"""Reachable poses for iterative inverses, and the number of missed poses."""
+"""Reachable poses for tests of iterative inverse kinematics, and the number of missed poses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,11 +21,12 @@ DIRECTION = (1, 1, 1, 1, 1, 0)
 The rotation about the tool's z axis has weight 0.
 """
 WEIGHTS = {"lynxmotion": DIRECTION}
-"""The arm stands on a turntable, so the tool position determines the yaw of the tool. The target
-also includes the pitch of the tool."""
+"""Weights of the pose components, keyed by robot. The arm `lynxmotion` stands on a turntable, so
+its tool position determines the yaw of the tool. The target of `lynxmotion` also includes the pitch
+of the tool."""
 TOLERANCE = 1e-9
 ROUNDING = 1e-13
-"""Difference between single and batch computation of the same pose [m or rad]."""
+"""Maximum difference between single and batch computation of the same pose [m or rad]."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class NumericTask:
     weights: tuple[int, ...] | None
 
     def solve(self, T: np.ndarray, threads: int = 1):
-        """Solve a single pose or a batch of poses."""
+        """Solve the iterative inverse kinematics of a single pose or a batch of poses."""
         return self.robot.ik_numeric(T, task_weights=self.weights, threads=threads)
 
 
@@ -66,7 +67,7 @@ def numeric_task(name: str, count: int) -> NumericTask:
 
 
 def errors(task: NumericTask, results: Sequence[Any]) -> np.ndarray:
-    """Return pose errors (m,) [m or rad], or NaN without a valid solution."""
+    """Return pose errors (m,) [m or rad], with NaN for poses without a valid solution."""
     robot = task.robot
     q = np.array([result.q for result in results])
     claimed = np.array([bool(result.valid) for result in results])
@@ -80,8 +81,8 @@ def pose_error(task: NumericTask, T: np.ndarray) -> np.ndarray:
     columns = slice(2, 3) if task.weights == DIRECTION else slice(0, 3)
     sides = np.linalg.norm(T[:, :3, columns] - task.T[:, :3, columns], axis=(1, 2))
     # A small rotation about a tool axis moves the end points of the two other unit axes by the
-    # rotation angle, so the norm is divided by sqrt(2). If the task weights are DIRECTION, only the
-    # z axes of the poses are compared.
+    # rotation angle. The norm of the differences of all axes is therefore divided by sqrt(2). If
+    # the task weights are DIRECTION, only the z axes of the poses are compared.
     return np.maximum(distance, sides if task.weights == DIRECTION else sides / np.sqrt(2))
 
 

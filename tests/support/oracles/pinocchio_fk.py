@@ -1,4 +1,4 @@
-"""Forward kinematics of a description with Pinocchio, for arms with geometric errors."""
+"""Forward kinematics of a robot description with Pinocchio, for arms with geometric errors."""
 
 import numpy as np
 import pinocchio as pin
@@ -7,7 +7,7 @@ from chasles.derive import Rotation, SerialRobot
 
 
 def pinocchio_fk(robot: SerialRobot):
-    """Return forward kinematics with Pinocchio: q (n,) -> tool pose (4, 4)."""
+    """Return a function that computes the tool pose (4, 4) at q (n,) with Pinocchio."""
     model, parent, placed = pin.Model(), 0, _placed(robot.base)
     kinds = {"revolute": pin.JointModelRZ, "prismatic": pin.JointModelPZ}
     for joint in robot.joints:

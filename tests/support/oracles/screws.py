@@ -1,6 +1,6 @@
 """Screws of a robot's main chain, and poses by the product of exponentials.
 
-The poses come from the description only, so they verify generated code independently.
+The poses come only from the robot description, so they verify generated code independently.
 """
 
 from dataclasses import dataclass
@@ -19,14 +19,14 @@ ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 
 @dataclass(frozen=True)
 class Screws:
-    """The axes of a chain with all joints at zero, in the base frame [m].
+    """The joint axes of a chain with all joint values 0, in the base frame [m].
 
     Attributes:
-        axes: (n, 3) unit vectors along revolute axes; zero for a prismatic joint.
+        axes: (n, 3) unit vectors along revolute axes, or zero vectors for prismatic joints.
         points: (n, 3) the point of each revolute axis that is closest to the origin of the base
             frame.
-        slides: (n, 3) unit vectors along prismatic axes; zero for a revolute joint.
-        home: (4, 4) pose of the tip.
+        slides: (n, 3) unit vectors along prismatic axes, or zero vectors for revolute joints.
+        home: (4, 4) pose of the tip with all joint values 0.
     """
 
     axes: np.ndarray
@@ -40,8 +40,9 @@ class Screws:
         return self.axes.any(axis=1)
 
     def fk(self, theta: np.ndarray) -> np.ndarray:
-        """Poses (..., 4, 4) of the tip at joint values t (..., n): exp(S1 t1) ... exp(Sn tn) M,
-        with screws S and home pose M.
+        """Return the tip poses (..., 4, 4) at joint values t (..., n).
+
+        Each pose is exp(S1 t1) ... exp(Sn tn) M, with screws S and home pose M.
 
         Source: Brockett, Robotic manipulators and the product of exponentials formula, 1983.
         """

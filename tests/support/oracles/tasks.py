@@ -1,4 +1,4 @@
-"""Tasks of inverses, such as the position or the pose of the tool."""
+"""Tasks of inverse kinematics functions, such as the position or the pose of the tool."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,10 +12,10 @@ class Task:
 
     Attributes:
         target: Function from poses (..., 4, 4) to targets.
-        error: Function from poses and targets to errors of shape (...). An error is the larger of
-            distance [m] and angle [rad].
+        error: Function from poses and targets to errors (...), each the larger of distance [m] and
+            angle [rad].
         residual: Function from poses and targets to residuals (..., rows), in the order of the
-        Jacobian.
+        Jacobian rows.
         jacobian: Function from poses and mixed Jacobians (..., 6, n) to the Jacobian of the task
         (..., rows, n).
     """
@@ -44,7 +44,7 @@ def _pitch(T: np.ndarray) -> np.ndarray:
 
 
 def _pitch_rates(T: np.ndarray, J: np.ndarray) -> np.ndarray:
-    """Return cos(pitch) times the derivatives of the pitch."""
+    """Return cos(pitch) times the derivatives (..., n) of the tool pitch."""
     return J[..., 3, :] * T[..., 1, 2, None] - J[..., 4, :] * T[..., 0, 2, None]
 
 
@@ -61,14 +61,14 @@ def _concatenated(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def _turn(T: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Return the remaining rotation in base axes, as axis times sine of the angle."""
+    """Return the rotation to a target orientation in base axes, as axis times sine of angle."""
     between = wanted[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2)
     twice = between - np.swapaxes(between, -1, -2)
     return twice[..., (2, 0, 1), (1, 2, 0)] / 2
 
 
 def _tilt(T: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Return the remaining rotation of the tool's axis about the x and y axes of the tool."""
+    """Return the rotation of the tool's z axis to a direction, about the tool's x and y axes."""
     turn = np.cross(T[..., :3, 2], direction)
     return np.einsum("...ji,...j->...i", T[..., :3, :2], turn)
 
@@ -78,7 +78,7 @@ def _row(values: np.ndarray) -> np.ndarray:
 
 
 def _across(T: np.ndarray, J: np.ndarray) -> np.ndarray:
-    """Return the angular velocity components about the x and y axes of the tool."""
+    """Return the Jacobian rows of the angular velocity about the x and y axes of the tool."""
     return np.swapaxes(T[..., :3, :2], -1, -2) @ J[..., 3:, :]
 
 

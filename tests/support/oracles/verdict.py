@@ -1,4 +1,4 @@
-"""Counts correct, missed and wrong solutions of an inverse by independently computed residuals."""
+"""Counts correct, missed and wrong inverse solutions by independently computed residuals."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ from tests.support.oracles.tasks import wrapped
 from tests.support.peers.interface import Answers
 
 VALID = 1e-9
-"""Largest residual of a solution [m or rad]."""
+"""Maximum residual of a correct solution [m or rad]."""
 ROUNDING = 1e-14
-"""Difference between two computations of the same residual [m or rad]."""
+"""Maximum difference between two computations of the same residual [m or rad]."""
 SAME = 1e-6
 """Maximum joint difference [rad or m] at which two solutions count as equal."""
 REGULAR = 1e-3
-"""Coordinates count as regular if the Jacobian's smallest singular value exceeds this value."""
+"""Lower limit of the Jacobian's smallest singular value at regular coordinates."""
 CHUNK = 20_000
 STARTS = 400
 STEPS = 60
@@ -29,15 +29,15 @@ DIFFERENCE = 1e-6
 
 @dataclass(frozen=True)
 class Verdict:
-    """Numbers of correct, missed and wrong results of an inverse on a set of targets.
+    """Numbers of correct, missed and wrong inverse solutions for a set of targets.
 
     Attributes:
         poses: Number of targets, all reachable.
-        missed: Number of targets that no solution reaches.
-        unfound: Number of targets that no returned configuration reaches, even if least-squares
-            results are counted.
-        wrong: Number of targets with a wrong solution. A wrong solution is marked as exact but does
-            not reach the target.
+        missed: Number of targets that no solution marked as exact reaches.
+        unfound: Number of targets that no returned configuration reaches, including least-squares
+            results.
+        wrong: Number of targets with a solution that is marked as exact but does not reach the
+            target.
         lost: Number of targets for which the solutions do not contain the coordinates that
             generated the target.
         worst: Largest residual of the solutions that reach their target [m or rad].
@@ -52,7 +52,7 @@ class Verdict:
 
 
 def judged(case: Case, poses: PoseSet, solve: Callable[[np.ndarray], Answers]) -> Verdict:
-    """Test the answers of `solve` to all targets of a set."""
+    """Test the solutions of the function `solve` for all targets of a set."""
     chunks = np.array_split(poses.q, max(1, -(-len(poses.q) // CHUNK)))
     parts = [_judged(case, q, solve(q)) for q in chunks]
     missed, unfound, wrong, lost = (sum(of) for of in zip(*(p[:-1] for p in parts), strict=True))
@@ -70,7 +70,10 @@ def _judged(case: Case, q: np.ndarray, found: Answers) -> tuple[int, int, int, i
 
 
 def residuals(case: Case, q: np.ndarray, found: Answers) -> np.ndarray:
-    """Return residuals (m, k). A solution slot without a solution has an infinite residual."""
+    """Return the residuals (m, k) of the solutions for m targets.
+
+    A solution slot without a solution has an infinite residual.
+    """
     errors = np.full(found.claimed.shape, np.inf)
     rows, slots = np.nonzero(np.isfinite(found.q).all(axis=-1))
     if len(rows):
@@ -90,7 +93,7 @@ def _apart(case: Case, first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def regular(case: Case, q: np.ndarray) -> np.ndarray:
-    """Whether (m,) coordinates are away from the singularities of a case."""
+    """Test whether each of m coordinate vectors is away from the singularities of a case's task."""
     if not case.singular:
         return _least(case.jacobian(q)[..., list(case.solved)]) > REGULAR
     squares = [case.square(singularity, q) for singularity in case.singular.values()]
@@ -110,7 +113,7 @@ def distinct(case: Case, q: np.ndarray) -> np.ndarray:
 
 
 def counts(case: Case, found: Answers) -> np.ndarray:
-    """For each of m targets, count the distinct solutions that the inverse claims to be exact."""
+    """Count the distinct solutions that are claimed to be exact, for each target."""
     pairs = zip(found.q, found.claimed, strict=True)
     return np.array([len(distinct(case, q[claimed])) for q, claimed in pairs])
 
@@ -118,7 +121,7 @@ def counts(case: Case, found: Answers) -> np.ndarray:
 def newton(case: Case, q: np.ndarray, rng: np.random.Generator, starts: int = STARTS) -> np.ndarray:
     """Return the distinct solutions (k, n) of Newton's method for the target at q (n,).
 
-    The iteration starts from random coordinates, ``starts`` times.
+    Newton's method starts ``starts`` times from random coordinates.
     """
     target, others = case.targets(q), case.others(q)
     finite = partial(np.nan_to_num, nan=0.0, posinf=0.0, neginf=0.0)
@@ -144,7 +147,8 @@ def _system(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (Jacobian, residual) of a task.
 
-    An input that is a function of q adds rows to the Jacobian and to the residual.
+    An additional input that is a function of the coordinates q adds rows to the Jacobian and to the
+    residual.
     """
     task = case.task
     rows, left = [case.jacobian(z)], [task.residual(case.pose(z), target)]

@@ -1,1 +1,1 @@
-"""Other inverse kinematics solvers: closed-form or iterative."""
+"""Closed-form and iterative inverse kinematics solvers of other libraries."""

@@ -1,4 +1,4 @@
-"""Solutions of chasles and of other libraries for tests of inverses."""
+"""Inverse kinematics solutions of chasles and of other libraries, for tests."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from tests.support.peers.interface import Answers, answers
 FIXED_JOINTS = {"iiwa14": 2, "panda": 6}
 """Index of the joint that is fixed if a library can solve only six joints."""
 MAX_JOINTS = 6
-"""A robot with more joints has infinitely many solutions."""
+"""Maximum number of joints at which a pose has finitely many solutions."""
 
 
 def own_answers(case: Case, q: np.ndarray) -> Answers:

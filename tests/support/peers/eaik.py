@@ -1,4 +1,4 @@
-"""EAIK (Ostermeier and others): closed forms in C++, called through pybind11."""
+"""EAIK (Ostermeier and others): closed-form inverse kinematics in C++, called through pybind11."""
 
 import numpy as np
 from eaik.IK_HP import HPRobot

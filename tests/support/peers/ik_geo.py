@@ -1,4 +1,4 @@
-"""ik-geo: Elias and Wen's algorithms in Rust, called through PyO3."""
+"""ik-geo: Elias and Wen's inverse kinematics algorithms in Rust, called through PyO3."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -45,7 +45,7 @@ def _set_up(chain: Screws, family: Callable, *groups: tuple[int, ...]) -> Invers
 
 
 def _reversed(chain: Screws) -> Inverse | None:
-    """Solve the reversed arm, if the first three axes form a wrist."""
+    """Return the inverse of an arm whose first three axes intersect, from the reversed arm."""
     other = inverse(reverse(chain))
     if other is None:
         return None

@@ -11,9 +11,9 @@ import numpy as np
 from tests.support.oracles.screws import Screws, locked, meeting
 
 INSTALL = {"eaik": "EAIK", "ik_geo": "ik-geo", "ssik": "ssik"}
-"""Modules of other libraries of inverse kinematics, each with its pip package.
+"""Pip packages of other inverse kinematics libraries, keyed by the module that calls the library.
 
-`inverse(chain)` of a module returns None for unsupported arms.
+The function `inverse(chain)` of such a module returns None for unsupported arms.
 """
 MEET = 1e-9
 """Maximum distance [m] of intersecting axes from a common point."""
@@ -30,7 +30,7 @@ class Answers:
 
     Attributes:
         q: (m, k, n) joint values, NaN in solution slots without a solution.
-        claimed: (m, k) whether the solver claims an exact solution.
+        claimed: (m, k) booleans that state whether the solver claims that a solution is exact.
     """
 
     q: np.ndarray
@@ -43,8 +43,7 @@ class Inverse:
 
     Attributes:
         name: The peer.
-        call: The timed function. The function maps a pose in the format of the library to a result
-            in the format of the library.
+        call: The timed function, which maps a pose to a result, both in the format of the library.
         read: Converts a result of `call` to joint values (k, n), and to k booleans that state
             whether the library claims that a solution is exact.
         prepare: Function from a pose (4, 4) to the pose expected by the other library.
@@ -102,7 +101,7 @@ def _locked(
 
 
 def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
-    """Combine answers of different lengths into arrays, padded with NaN."""
+    """Combine solution lists of different lengths into arrays, padded with NaN."""
     rows = list(found)
     most = max((len(q) for q, _ in rows), default=0)
     all_q = np.full((len(rows), most, joints), np.nan)
@@ -116,7 +115,7 @@ def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
 def aligned(chain: Screws) -> Callable[[np.ndarray], np.ndarray]:
     """Return a function that rotates the tip frame of poses.
 
-    After this rotation, the pose at joint values 0 has the orientation of the base frame.
+    The rotated tip frame at joint values 0 has the orientation of the base frame.
     """
     turn = np.eye(4)
     turn[:3, :3] = chain.home[:3, :3].T
@@ -124,9 +123,9 @@ def aligned(chain: Screws) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def offsets(chain: Screws, *groups: Sequence[int]) -> np.ndarray:
-    """Return the translations (n + 1, 3) between consecutive axes.
+    """Return the translations (n + 1, 3) between points on consecutive axes.
 
-    The axes of a group intersect, and their intersection is the point on each of these axes.
+    In a group of intersecting axes, the point on each axis is their intersection.
     """
     points = chain.points.copy()
     for group in map(list, groups):
@@ -135,12 +134,12 @@ def offsets(chain: Screws, *groups: Sequence[int]) -> np.ndarray:
 
 
 def meet(chain: Screws, joints: Sequence[int]) -> bool:
-    """Whether all listed axes pass through one point."""
+    """Test whether the axes of all listed joints pass through one point."""
     return meeting(chain.axes[list(joints)], chain.points[list(joints)])[1] < MEET
 
 
 def parallel(chain: Screws, joints: Sequence[int]) -> bool:
-    """Whether all listed axes are parallel."""
+    """Test whether the axes of all listed joints are parallel."""
     first, *others = chain.axes[list(joints)]
     return all(np.linalg.norm(np.cross(first, other)) < PARALLEL for other in others)
 

@@ -14,7 +14,7 @@ from tests.support.oracles.screws import Screws, inverted
 
 NAME = "Robotics Toolbox ik_LM"
 TOLERANCE = 1e-13
-"""Limit of half the squared pose error. The pose error is then at most 4.5e-7 (meter or radian)."""
+"""Limit of half the squared pose error, so the pose error is at most 4.5e-7 (meter or radian)."""
 
 
 def inverse(chain: Screws, lower: np.ndarray, upper: np.ndarray) -> Callable:

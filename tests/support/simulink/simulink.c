@@ -1,7 +1,8 @@
-/* Runs a Simulink S-function for one step; the C file of the S-function includes this file. */
+/* Runs a Simulink S-function for one step. The C file of the S-function includes simulink.c. */
 
-/* Returns the number of outputs, or -1 if the block has an error. The array `inputs` contains the
- * inputs of all ports in sequence, and the array `outputs` receives the outputs of all ports. */
+/* Returns the number of written outputs, or -1 if the Simulink block has an error. The array
+ * `inputs` contains the inputs of all ports in sequence, and the array `outputs` receives the
+ * outputs of all ports. */
 int simulate(const char *function, const double *inputs, double *outputs)
 {
     SimStruct block = {0};
