@@ -163,7 +163,7 @@ class FunctionInfo:
         symbol: Name in C.
         summary: One line that describes the result.
         identity: The identity that the function satisfies, or "" if none is stated.
-        role: What the function computes, such as the pose or an inverse.
+        role: What the function computes, such as the pose or an inverse kinematics function.
         inputs: The inputs in the order of the C arguments.
         outputs: The outputs in the order of the C arguments.
         operations: Floating-point operations per pose, by kind and in total.
@@ -193,8 +193,9 @@ class InverseFacts:
 
     Attributes:
         method: "exact" (closed form), "snapped" (iteration from the closed form of a nearby nominal
-            arm), "general" (roots of a determinant) or "none" (no inverse).
-        missing: The reason for a missing inverse, or "" without a stated reason.
+            arm), "general" (roots of a determinant) or "none" (no inverse kinematics function).
+        missing: The reason for a missing inverse kinematics function, or "" without a stated
+            reason.
     """
 
     method: Annotated[str, one_of(("exact", "snapped", "general", "none"))] = "exact"
@@ -327,7 +328,8 @@ class Manifest:
         robot_file: For a robot with loops: the text of a robot file with a placeholder for each
             dimension. For an arm with masses, `robot_file` contains the masses and springs of a
             robot file. Otherwise "".
-        inverse: Solution method of the inverse, or the reason for a missing inverse.
+        inverse: Solution method of the inverse kinematics function, or the reason for a missing
+            inverse kinematics function.
         skeleton: The rigid bodies.
         load: The masses and the gravity of the description.
         description_sha256: SHA-256 of the description.
@@ -400,7 +402,8 @@ class Manifest:
         """The names of the redundancy parameters that a direct call of the C inverse may set.
 
         The tuple is empty if a redundancy parameter of a serial robot is the value of a joint
-        between other joints. Some values of this joint may make the inverse degenerate.
+        between other joints. Some values of this joint may make the inverse kinematics function
+        degenerate.
         """
         fixed = {item.index for item in self.redundancy}
         free = [k for k in range(len(self.coordinates)) if k not in fixed]
@@ -417,7 +420,7 @@ class Manifest:
 
     @property
     def inverses(self) -> dict[TaskName, FunctionInfo]:
-        """The inverses, keyed by task."""
+        """The inverse kinematics functions, keyed by task."""
         found: dict[TaskName, FunctionInfo] = {}
         for task, components in TASKS.items():
             for info in self.functions:

@@ -135,16 +135,17 @@ class Role:
         domain: The vector of the first input, one of ``VECTORS``.
         codomain: For a map between coordinate vectors, the output vector, one of ``VECTORS``. A
             derivative of a map has the codomain of the map.
-        fixed: Indices in q of the coordinates that an inverse takes as inputs after the pose. A
-            fixed coordinate is constant during the refinement.
-        labels: Branch labels, one for each row of the output. Only an inverse, or a function that
-            returns all loop branches, has labels.
+        fixed: Indices in q of the coordinates that an inverse kinematics function takes as inputs
+            after the pose. A fixed coordinate is constant during the refinement.
+        labels: Branch labels, one for each row of the output. Only an inverse kinematics function,
+            or a function that returns all loop branches, has labels.
         directions: Indices (0 to 5) of twist components (v, omega), one per column of the first
             matrix in a velocity relation.
-        components: The task components in the first input of an inverse, in order. Each component
-            is one of ``TASK_COMPONENTS``. The tuple is empty if the task is a complete pose.
-        free: Indices in q of the coordinates that the task leaves free. The inverse sets these
-            coordinates to 0.
+        components: The task components in the first input of an inverse kinematics function, in
+            order. Each component is one of ``TASK_COMPONENTS``. The tuple is empty if the task is a
+            complete pose.
+        free: Indices in q of the coordinates that the task leaves free. The inverse kinematics
+            function sets these coordinates to 0.
         searches: Whether the closed form can miss configurations with joint angles at multiples of
             90 degrees. If `searches` is true and no slot is valid, Newton's method starts from the
             least-squares solutions.

@@ -54,9 +54,10 @@ class Derivation:
         groups: The joints of the chain, combined into groups of axes.
         functions: The functions as symbolic expressions, in output order.
         hybrid: The loops and their solution, or None for a serial robot.
-        inverse: The inverse kinematics, or None if no inverse was requested.
+        inverse: The inverse kinematics, or None if no inverse kinematics function was requested.
         written: The functions with handwritten C code, which reads the robot's data from tables.
-        families: The axis structures with a closed-form inverse that were tried.
+        families: The axis structures with a closed-form inverse kinematics function that were
+            tried.
         closure: The equations of the loops that are solved by iteration, or None without such
             loops.
         geometry: The robot parameters as inputs of functions such as ``fk_p``, or None if no such
@@ -126,11 +127,12 @@ def derive(
         fixed: Names of fixed joints, whose values are inputs of ``ik`` after the pose. By default,
             joints are fixed only if the robot is redundant.
         parametric: Whether to also derive functions of the robot parameters, such as ``fk_p``.
-        families: The axis structures with a closed-form inverse, in the order in which to try them.
+        families: The axis structures with a closed-form inverse kinematics function, in the order
+            in which to try them.
 
     Raises:
-        InputValueError: A function name is unknown, or the robot has no inverse with these fixed
-            joints.
+        InputValueError: A function name is unknown, or the robot has no inverse kinematics function
+            with these fixed joints.
         LoopError: A loop cannot be closed at the reference configuration.
         DescriptionError: The number of actuated coordinates differs from the degrees of freedom.
     """

@@ -1,4 +1,4 @@
-"""Compiles each article to build/docs/<robot>.pdf without warnings.
+"""Compiles each LaTeX article to build/docs/<robot>.pdf without warnings.
 
 No line may extend beyond the page.
 """
@@ -18,7 +18,7 @@ WIDEST_EXCESS = 1.0
 
 
 def main() -> int:
-    """Compile all articles and return the number of articles that failed."""
+    """Compile all LaTeX articles and return the number of LaTeX articles that failed."""
     if shutil.which("pdflatex") is None:
         print("make docs needs pdflatex (Debian: texlive-latex-extra lmodern)", file=sys.stderr)
         return 1

@@ -1,7 +1,7 @@
 """Writes a page with sliders for every robot to build/gallery/<robot>.html, and an index page.
 
-The index shows a drawing of each robot, its axes and the structure that its inverse uses. `python
-docs/gallery.py shelf` also writes the robots that are derived on first use.
+The index shows a drawing of each robot, its axes and the structure that its inverse kinematics
+function uses. `python docs/gallery.py shelf` also writes the robots that are derived on first use.
 """
 
 import html

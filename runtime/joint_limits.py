@@ -24,7 +24,7 @@ class JointLimits:
         chain: The function from q to theta, or to the configuration of a robot with loops.
         lower: Lower limits of theta (m,). The limit is -inf for joints that are coordinates.
         upper: Upper limits of theta (m,).
-        inverse: The name of the inverse.
+        inverse: The name of the inverse kinematics function.
         functions: The functions of the robot, keyed by name.
         limited: The passive variables that have limits, for a robot with loops.
     """

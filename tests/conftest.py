@@ -38,7 +38,7 @@ ABOUT_READING = {
 }
 """Modules whose tests read files in a separate process with limits, as users do."""
 ABOUT_PRINTING = {"test_cli.py", "test_language.py"}
-"""Modules whose tests print articles in a separate process, as users do."""
+"""Modules whose tests print LaTeX articles in a separate process, as users do."""
 MISSING = ("missing program", "missing package")
 """Prefixes of skip reasons that name a missing program or package."""
 

@@ -219,7 +219,7 @@ def pdf(
     tip: Tip = None,
     exact: Exact = False,
 ) -> None:
-    """Print the article of a robot, with all its equations.
+    """Print the LaTeX article of a robot, with all its equations.
 
     Needs pdflatex (Debian: texlive-latex-extra and lmodern).
     """
@@ -242,7 +242,10 @@ def pdf(
 
 
 def _article(robot: str, build: Path, *, base: str | None, tip: str | None, exact: bool) -> Path:
-    """Return the LaTeX article of a robot. If the article does not exist, derive the robot."""
+    """Return the LaTeX article of a robot.
+
+    If the LaTeX article does not exist, derive the robot.
+    """
     generated = shipped_folders().get(robot)
     if generated and (generated / f"{robot}.tex").is_file():
         return generated / f"{robot}.tex"

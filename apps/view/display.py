@@ -66,8 +66,8 @@ class Displayed:
         closes: Whether the loops close at the requested coordinates. If the loops do not close, the
             previous configuration is kept.
         reached: Whether the tool is at the requested pose.
-        branches: The branches of the inverse for the requested pose, or None without a requested
-            pose.
+        branches: The branches of the inverse kinematics function for the requested pose, or None
+            without a requested pose.
     """
 
     q: FloatArray

@@ -42,10 +42,10 @@ class Branches:
 
 
 def branches(robot: Robot, T: FloatArray, last: FloatArray) -> Branches:
-    """Return the branches of the inverse for a pose.
+    """Return the branches of the inverse kinematics function for a pose.
 
-    Redundancy parameters keep their values. For a robot without a closed-form inverse, iteration
-    finds only one branch.
+    Redundancy parameters keep their values. For a robot without a closed-form inverse kinematics
+    function, iteration finds only one branch.
 
     Args:
         robot: The robot.

@@ -1,9 +1,9 @@
 """``python -m bench view`` measures the computing time of a frame of the live view.
 
 While a slider is dragged, each frame shows the robot, its other inverse solutions as transparent
-ghosts, and joints near a limit in color. While the tool handle is dragged, the inverse determines
-the configuration. The table has a separate column for the time to compute the ghosts of other
-assembly modes. MAX_MS does not limit the times in this column.
+ghosts, and joints near a limit in color. While the tool handle is dragged, the inverse kinematics
+function determines the configuration. The table has a separate column for the time to compute the
+ghosts of other assembly modes. MAX_MS does not limit the times in this column.
 """
 
 import time

@@ -200,7 +200,7 @@ def has_avx2() -> bool:
 
 
 def derived() -> Limit:
-    """Return the time to derive an inverse and to write its C and LaTeX."""
+    """Return the time to derive an inverse kinematics function and to write its C and LaTeX."""
     with tempfile.TemporaryDirectory() as folder:
         path = ROBOTS / f"{ARMS[0]}.toml"
         taken = seconds(lambda: write(read(path), Path(folder), functions=("fk", "ik")))

@@ -26,7 +26,7 @@ from ..report import out
 LOOPED = 20_000
 """Number of configurations for the forward kinematics of another library."""
 ASKED = 200
-"""Number of poses that another library's inverse solves."""
+"""Number of poses that another library's inverse kinematics function solves."""
 SIDE, ORIENTATIONS = 50, 20
 HOME = np.array([0, -1, 1.2, -0.4, 0.5, 0])
 AWAY = np.array([0.3, 0.2, -0.2, 0.1, 0.2, 0.3])
@@ -170,7 +170,7 @@ def _looped(robot: chasles.Robot, call: Call) -> float:
 
 
 def _asked() -> float:
-    """Return the time per reachable pose of the Robotics Toolbox's inverse [s]."""
+    """Return the time per reachable pose of the Robotics Toolbox's IK function [s]."""
     model = rtb.models.DH.UR5()
     configurations = np.random.default_rng(1).uniform(-3, 3, (ASKED, 6))
     poses = [model.fkine(q).A for q in configurations]

@@ -44,7 +44,8 @@ def files(
         fixed: Names of fixed joints, whose values are inputs of ``ik``. By default, joints are
             fixed only if the robot is redundant.
         parametric: Whether to also derive functions of the robot parameters, such as ``fk_p``.
-        families: The axis structures with a closed-form inverse, in the order in which to try them.
+        families: The axis structures with a closed-form inverse kinematics function, in the order
+            in which to try them.
         languages: "c", "casadi", "python", "latex", "casadi_c" or ``Emitter`` objects.
 
     Returns:
@@ -132,7 +133,8 @@ def write(
         fixed: Names of fixed joints, whose values are inputs of ``ik``. By default, joints are
             fixed only if the robot is redundant.
         parametric: Whether to also derive functions of the robot parameters, such as ``fk_p``.
-        families: The axis structures with a closed-form inverse, in the order in which to try them.
+        families: The axis structures with a closed-form inverse kinematics function, in the order
+            in which to try them.
         languages: "c", "casadi", "python", "latex", "casadi_c" or ``Emitter`` objects. The Python
             files call the generated C.
 

@@ -1,4 +1,4 @@
-"""Finds the inverses that can return the solution nearest to a seed."""
+"""Finds the inverse kinematics functions that can return the solution nearest to a seed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -39,7 +39,7 @@ def inverses_for_fixed(
 
     Raises:
         InputValueError: A name in ``fixed`` is unknown, or the joints that are not fixed have no
-            closed-form inverse.
+            closed-form inverse kinematics function.
     """
     chosen = _indices(robot, fixed)
     found = inverses(robot, terms, families=families, give=chosen)
@@ -70,7 +70,7 @@ def hybrid_inverses_for_fixed(
 
     Raises:
         InputValueError: A name in ``fixed`` is no main-chain joint, or the joints that are not
-            fixed have no closed-form inverse.
+            fixed have no closed-form inverse kinematics function.
     """
     chosen = _indices(hybrid.robot, fixed)
     if chosen and len(hybrid.q) != len(hybrid.robot.moving):

@@ -149,7 +149,8 @@ def explain(
         description: A serial robot or a mechanism, from ``read`` or built in Python.
         fixed: Names of fixed joints, whose values are inputs of ``ik``. By default, joints are
             fixed only if the robot is redundant.
-        families: The axis structures with a closed-form inverse, in the order in which to try them.
+        families: The axis structures with a closed-form inverse kinematics function, in the order
+            in which to try them.
 
     Returns:
         The explanation. Its text lists the structure of the axes, the solution steps and the
@@ -159,7 +160,7 @@ def explain(
 
     Raises:
         InputValueError: A joint in ``fixed`` is unknown, or the other joints have no closed-form
-            inverse.
+            inverse kinematics function.
     """
     check_type("explain: description", description, SerialRobot, Mechanism)
     if not isinstance(description, Mechanism):
@@ -184,8 +185,8 @@ def explanation(
 
     Args:
         robot: The robot.
-        inverses: The derived inverse, or None for a robot whose loops allow several tool poses per
-            actuator configuration.
+        inverses: The derived inverse kinematics function, or None for a robot whose loops allow
+            several tool poses per actuator configuration.
         hybrid: The loops, or None for a serial robot.
     """
     chain = robot.main_chain if isinstance(robot, Mechanism) else robot

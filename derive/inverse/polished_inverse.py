@@ -121,7 +121,7 @@ def refined_inverse(
     """Return the function ``ik``, which refines the solutions of a nominal robot.
 
     The first solution slots contain the refined solutions of the nominal robot. The extra solution
-    slots contain solutions near singularities that the nominal robot does not have. Unused solution
+    slots contain solutions that only the actual robot has, near singularities. Unused solution
     slots contain NaN.
 
     Args:

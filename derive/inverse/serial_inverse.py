@@ -115,8 +115,9 @@ class Inverses:
     def self_motion(self) -> str:
         """Describe the joints that can always move without moving the tool.
 
-        The description is empty if the arm has no such joint, has more joints than a pose
-        determines, or has redundant joints that loops couple.
+        The description is empty if no joint can always move without moving the tool. The
+        description is also empty if the arm has more joints than a pose determines, or redundant
+        joints that loops couple.
         """
         lines = self.classification.lines
         is_whole = self.general is not None or bool(self.given)

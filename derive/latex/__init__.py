@@ -1,7 +1,7 @@
 r"""Prints the derivation of a robot as a LaTeX article.
 
-The function ``document`` returns the article. The function ``fragments`` returns parts that any
-LaTeX document can include with ``\input``. ``PrintedEquations`` stores each equation as a SymPy
+The function ``document`` returns the LaTeX article. The function ``fragments`` returns parts that
+any LaTeX document can include with ``\input``. ``PrintedEquations`` stores each equation as a SymPy
 object before printing, so that tests can evaluate the equation.
 """
 

@@ -1,4 +1,4 @@
-r"""Assembles the article of a robot from LaTeX fragments."""
+r"""Assembles the LaTeX article of a robot from LaTeX fragments."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -128,13 +128,14 @@ _REFERENCES = "references"
 _BRIEF = frozenset(
     ("parameters", "drawing", "symbols", "fk", "jacobian", "inverse", "solution", "references")
 )
-"""Names of the LaTeX fragments in a brief article."""
+"""Names of the LaTeX fragments in a brief LaTeX article."""
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Return the article and its fragments, keyed by file path.
+    """Return the LaTeX article and its fragments, keyed by file path.
 
-    The second argument of ``files`` is not used, because an article contains no generated code.
+    The second argument of ``files`` is not used, because a LaTeX article contains no generated
+    code.
     """
     return _files(derivation, fragments(derivation))
 
@@ -152,7 +153,7 @@ def _files(derivation: Derivation, parts: Mapping[str, str]) -> dict[str, str]:
 
 
 def fragments(derivation: Derivation) -> dict[str, str]:
-    r"""Return LaTeX fragments that any article can include with ``\input``.
+    r"""Return LaTeX fragments that any LaTeX article can include with ``\input``.
 
     The LaTeX fragments require the packages amsmath and booktabs. The fragments have no headings
     and fit a text width of 345 pt at a font size of 10 pt. The fragments ``drawing.tex`` and

@@ -1,7 +1,7 @@
-r"""Prints the list of works that an article cites.
+r"""Prints the list of works that a LaTeX article cites.
 
-LaTeX fragments cite works by author and year, so that the fragments fit into any article. The list
-of works contains those that the other fragments cite.
+LaTeX fragments cite works by author and year, so that the fragments fit into any LaTeX article. The
+list of works contains those that the other fragments cite.
 """
 
 from collections.abc import Iterable, Mapping

@@ -1,9 +1,9 @@
 """Modeling conventions define the fields of a joint, its placements and its printed form.
 
 Robot files contain the fields of a joint. The placements of the joint follow from its fields. The
-article prints a table with one column per field.
-``chasles.derive.description.conventions.CONVENTIONS`` lists the conventions of chasles. A
-custom convention is another object of the same class.
+LaTeX article prints a table with one column per field.
+``chasles.derive.description.conventions.CONVENTIONS`` lists the conventions of chasles. A custom
+convention is another object of the same class.
 """
 
 from collections.abc import Callable, Mapping
@@ -111,7 +111,7 @@ class Convention:
         place: Function that returns the placements of a joint. Its arguments are the joint's kind
             and the values of all fields by name.
         source: Publication that defines the convention.
-        words: Name of the convention in a sentence of the article. If ``transform`` is empty,
+        words: Name of the convention in a sentence of the LaTeX article. If ``transform`` is empty,
             ``words`` also explains the fields.
         transform: The link transform, as a product of elementary motions. Each motion contains
             symbols of ``fields``. The motion of the joint is not a factor of this product. The
@@ -216,7 +216,7 @@ def of_transform(
         fields: The fields.
         transform: The product of motions. Each symbol in the motions has the name of its field.
         source: Publication that defines the convention.
-        words: The name of the convention in a sentence of the article.
+        words: The name of the convention in a sentence of the LaTeX article.
         turning: Field to which a revolute joint adds its variable.
         sliding: Field to which a prismatic joint adds its variable. If ``sliding`` is empty, a
             prismatic joint moves along the z axis of the motion that contains the field

@@ -294,8 +294,8 @@ GREATEST_NUMBER = 1e300
 DIVISOR_FLOOR = sp.Float("1e-300", 20)
 """Positive number that is added to a divisor that may be 0. The divisor is a sum of squares."""
 ARTICLE_ZERO = 1e-100
-"""Minimum magnitude of a nonzero number that the article prints. The article omits constants below
-1e-100, which only prevent errors such as a division by zero."""
+"""Minimum magnitude of a nonzero number that the LaTeX article prints. The LaTeX article omits
+constants below 1e-100, which only prevent errors such as a division by zero."""
 MEETING_SOLUTIONS = sp.Float("4e-15", 20)
 """Maximum sin^2 of half the angle between solutions that coincide. Rounding errors change sin^2 by
 about 1e-16, relative to the terms in its formula. If a solution were moved by 1e-8 from its
@@ -384,10 +384,10 @@ angles ignores the last eight digits."""
 # --- latex: printed digits ---
 
 PRINTED_DIGITS = 10
-"""Number of digits that an article prints for a number without a short exact form. Dots mark
+"""Number of digits that a LaTeX article prints for a number without a short exact form. Dots mark
 omitted digits."""
 GIVEN_DIGITS = 17
-"""If a number in a file has at most this many digits, the article prints all digits."""
+"""If a number in a file has at most this many digits, the LaTeX article prints all digits."""
 FEW_PRINTED_DIGITS = 6
 """Number of digits of a printed number if the line is too short for ``PRINTED_DIGITS`` digits."""
 

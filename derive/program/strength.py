@@ -1,7 +1,7 @@
 """Replaces expensive vector operations by cheaper ones (strength reduction).
 
-Square roots, divisions and arc tangents dominate the cost of an inverse. The results are the
-original results up to rounding errors.
+Square roots, divisions and arc tangents dominate the cost of an inverse kinematics function. The
+results are the original results up to rounding errors.
 """
 
 import itertools

@@ -39,7 +39,7 @@ class CompleteInverse:
 
     Attributes:
         names: The fixed joints.
-        solve: The inverse, `solve(T, fixed={...})`.
+        solve: The inverse kinematics function, `solve(T, fixed={...})`.
         fk_jacobian_mixed: Forward kinematics of a serial robot.
         fixed: Indices of the fixed joints in q. The value () means that no solution is missing.
     """

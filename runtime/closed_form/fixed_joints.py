@@ -1,6 +1,7 @@
 """Inverse kinematics with fixed joints, as in `ik(T, fixed={"elbow": 1.2})`.
 
-If a fixed joint is not a redundancy parameter, the inverse is derived on first use and cached.
+If a fixed joint is not a redundancy parameter, the inverse kinematics function is derived on first
+use and cached.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from .complete_inverse import CompleteInverse
 from .solutions import Solutions
 
 _MAX_KEPT = 256
-"""Maximum number of loaded inverses."""
+"""Maximum number of loaded inverse kinematics functions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +42,8 @@ class FixedJoints:
         Raises:
             InputTypeError: If `fixed` is not a mapping, or lacks a redundancy parameter.
             InputValueError: If a joint name is unknown.
-            DerivationError: If the robot has no inverse with these fixed joints. The message lists
-                suitable joints.
+            DerivationError: If the robot has no inverse kinematics function with these fixed
+                joints. The message lists suitable joints.
         """
         options = {"out": out, "threads": threads}
         if not self._parameters and isinstance(fixed, Mapping) and not fixed:
@@ -68,7 +69,8 @@ class FixedJoints:
         is_own = set(names) == set(self._parameters)
         solve = self._with_parameters if is_own else self._derived(names)
         indices: tuple[int, ...] = ()
-        # An inverse that was derived for these fixed joints finds all solutions.
+        # An inverse kinematics function that was derived for these fixed joints finds all
+        # solutions.
         if is_own and not self.manifest.loops.chain:
             indices = tuple(self._joints.index(name) for name in names)
         fk_jacobian = self._with_role("pose and jacobian", "actuators")

@@ -41,14 +41,14 @@ solution, a negative reason code replaces the solution slot."""
 
 @dataclass(frozen=True, eq=False)
 class Chosen:
-    """An inverse, and the data for the selection of one of its solutions.
+    """An inverse kinematics function, and the data for the selection of one of its solutions.
 
     Attributes:
         info: The manifest entry of the inverse function.
         inverse: The inverse.
         moves: The distance metric.
-        parameters: The inputs that follow the target in a call of the inverse, each an array of N
-            values.
+        parameters: The inputs that follow the target in a call of the inverse kinematics function,
+            each an array of N values.
         exact: Values (N,) of coordinates that must not change, keyed by index in q.
         threads: The number of threads. The value 0 means one thread per CPU core.
     """
@@ -126,7 +126,8 @@ class NearestMethods(RobotFacts):
                 part leaves coordinates undetermined, these coordinates are 0.
             fixed: Joints that must not move, for `task="pose"`: names or indices of joints that
                 keep their values at `q_seed`, or a mapping from names to values () or (...). For
-                joints outside `robot.redundancy`, the first call derives an inverse in seconds.
+                joints outside `robot.redundancy`, the first call derives an inverse kinematics
+                function in seconds.
             limits: "robot" (the limits of the robot), None for no limits, or (n, 2) lower and upper
                 limits [rad or m]. The robot's limits of coupled and passive joints also apply,
                 unless `limits` is None. Coordinates that exceed a limit by rounding are clipped.
@@ -146,9 +147,9 @@ class NearestMethods(RobotFacts):
         Raises:
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.
             InputTypeError: If an argument has the wrong type.
-            InputValueError: If a value is out of range, the robot has no inverse for `task`, or a
-                matrix of T is not nearly rigid.
-            DerivationError: If the robot has no inverse for the fixed joints.
+            InputValueError: If a value is out of range, the robot has no inverse kinematics
+                function for `task`, or a matrix of T is not nearly rigid.
+            DerivationError: If the robot has no inverse kinematics function for the fixed joints.
         """
         label = f"{self.name}.ik_nearest"
         check_redundancy(label, redundancy)

@@ -1,4 +1,4 @@
-"""Paths of poses on one branch of the inverse."""
+"""Paths of poses on one branch of the inverse kinematics function."""
 
 from __future__ import annotations
 
@@ -86,12 +86,12 @@ class _Step:
 
 
 def has_inverse(robot: RobotFacts) -> bool:
-    """Test whether a robot has an inverse for poses or for components of poses."""
+    """Test whether a robot has an IK function for poses or for components of poses."""
     return bool(robot.manifest.inverses)
 
 
 class InverseMethods(RobotFacts):
-    """Methods of robots with an inverse."""
+    """Methods of robots with an inverse kinematics function."""
 
     _best_step: Callable[..., NearestSolution]
 
@@ -100,7 +100,7 @@ class InverseMethods(RobotFacts):
         """Return all values of three revolute joints for which the tool has a given orientation.
 
         The other revolute joints are fixed. The first call for each set of fixed joints derives an
-        inverse, which takes seconds.
+        inverse kinematics function, which takes seconds.
 
         Args:
             R: (..., 3, 3) rotation matrices of the tool in the base frame.
@@ -163,7 +163,8 @@ class InverseMethods(RobotFacts):
                 "planar": x, y, and the angle of the tool's x axis in the base x-y plane.
             fixed: Joints that must not move, for `task="pose"`: names or indices of joints that
                 keep their values at `q_seed`, or a mapping from names to values () or (m,). For
-                joints outside `robot.redundancy`, the first call derives an inverse in seconds.
+                joints outside `robot.redundancy`, the first call derives an inverse kinematics
+                function in seconds.
             redundancy: How to select the parameters in `robot.redundancy` of a redundant robot.
                 "fixed" keeps their values at `q_seed`. "nearest", "limits" and "manipulability"
                 select new values at each pose, with the objectives of `ik_nearest`. These
@@ -176,9 +177,9 @@ class InverseMethods(RobotFacts):
 
         Raises:
             ShapeError: If the shape of T or `q_seed` is wrong.
-            InputValueError: If the robot has no inverse for `task`, if `max_step` is not positive,
-                or if a matrix of T is not nearly rigid.
-            DerivationError: If the robot has no inverse for the fixed joints.
+            InputValueError: If the robot has no inverse kinematics function for `task`, if
+                `max_step` is not positive, or if a matrix of T is not nearly rigid.
+            DerivationError: If the robot has no inverse kinematics function for the fixed joints.
         """
         label = f"{self.name}.ik_path"
         check_redundancy(label, redundancy)
@@ -207,7 +208,8 @@ class InverseMethods(RobotFacts):
                 f"{label}: expected T (m, 4, 4){also} and q_seed ({self.n},), got shapes "
                 f"{poses.shape} and {start.shape}"
             )
-        # If the task is a complete pose, the inverse itself projects rounded poses to rigid poses.
+        # If the task is a complete pose, the inverse kinematics function itself projects rounded
+        # poses to rigid poses.
         rigid = poses if is_part else project(poses, caller=label)
         return part.of(rigid) if part.components and not is_part else poses
 

@@ -74,11 +74,12 @@ class Refinement:
         fk_jacobian_mixed: The function ``fk_jacobian_mixed`` of the robot.
         fixed: Indices of coordinates that keep their values.
         unit: The unit length [m] of the robot, used by the iteration.
-        task: The task of the inverse: a pose, or the prescribed components of a pose.
+        task: The task of the inverse kinematics function: a pose, or the prescribed components of a
+            pose.
         judged: The unit length [m] of residuals and tolerances, which is 1 m for some tasks.
         searches: Whether all solution slots are refined, because the closed form misses solutions.
-        is_determined: Whether all inputs of the inverse are coordinates. The value is False if an
-            input is a swivel angle, which a self-motion would change.
+        is_determined: Whether all inputs of the inverse kinematics function are coordinates. The
+            value is False if an input is a swivel angle, which a self-motion would change.
     """
 
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]

@@ -1,8 +1,8 @@
 """Inverse kinematics solutions, stored in fixed slots, and the filters for them.
 
-Each solution slot belongs to one branch of the inverse, for every pose. The pose may be out of
-reach on the branch. `labels` describes the branches. Filters change `valid` and do not move
-solution slots. Each filter returns Solutions, so filters can be applied in sequence:
+Each solution slot belongs to one branch of the inverse kinematics function, for every pose. The
+pose may be out of reach on the branch. `labels` describes the branches. Filters change `valid` and
+do not move solution slots. Each filter returns Solutions, so filters can be applied in sequence:
 
     robot.ik(T).within_limits().distinct().sorted_by_distance(q_seed)
 """

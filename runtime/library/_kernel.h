@@ -33,10 +33,11 @@ typedef struct {
      * next row. NULL if the robot has no code for batches. Outputs must not overlap inputs. */
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
-    /* NULL for a function that is not an inverse. Writes the solutions nearest to seeds as dense
-     * rows of q, residual and margin. Also writes the slot of each solution, or the reason for a
-     * missing solution. A step is the number of doubles between the starts of two rows. `moves`
-     * points to the lower limits, upper limits, weights and periods of the coordinates. */
+    /* NULL for a function that is not an inverse kinematics function. Writes the solutions nearest
+     * to seeds as dense rows of q, residual and margin. Also writes the slot of each solution, or
+     * the reason for a missing solution. A step is the number of doubles between the starts of two
+     * rows. `moves` points to the lower limits, upper limits, weights and periods of the
+     * coordinates. */
     void (*nearest_rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                          double tolerance, const double *const *moves, const double *q_seed,
                          ptrdiff_t seed_step, double *const *outputs, signed char *slot);

@@ -34,7 +34,7 @@ _KERNEL_HEADER = Path(__file__).with_name("_kernel.h")
 GLUE_FILE = "chasles_glue.c"
 """File name of the glue code; no robot name begins with chasles_."""
 _NEAREST = "chasles_nearest.h"
-"""The generated file that selects the nearest solution of an inverse."""
+"""The generated file that selects the nearest solution of an inverse kinematics function."""
 _MAX_NEAREST = 64
 """Largest number of solution slots for which compiled code selects the nearest solution."""
 _DIGEST_SIZE = hashlib.sha256().digest_size

@@ -70,7 +70,7 @@ def options_of(exact: bool, parametric: bool, **named: str | None) -> tuple[str,
 
 
 def options_for_fixed(names: Sequence[str], inverse: str) -> tuple[str, ...]:
-    """Return the compiler options for an inverse with fixed joints."""
+    """Return the compiler options for an inverse kinematics function with fixed joints."""
     return (_FIXED, ",".join(names), "--functions", f"fk,fk_jacobian_mixed,{inverse}")
 
 

@@ -1,4 +1,4 @@
-"""Path tracking by joint rates, without an inverse and through singularities."""
+"""Path tracking by joint rates, without an IK function and through singularities."""
 
 from __future__ import annotations
 

@@ -172,7 +172,7 @@ def _silent(
 
 
 def _slots(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, q: np.ndarray) -> None:
-    """Count faults of the inverse at the poses of configurations (N, n)."""
+    """Count faults of the inverse kinematics function at the poses of configurations (N, n)."""
     if hasattr(robot, "ik") and not robot.redundancy and len(q):
         verdict.faults.update(slot_faults(robot, drawn.mechanism, q))
 

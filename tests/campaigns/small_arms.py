@@ -29,7 +29,7 @@ FUNCTIONS = ("ik", "ik_orientation", "ik_position")
 ORIENTING = 3
 """Number of revolute joints that an orientation determines."""
 POSES = 500
-"""Number of random poses per inverse."""
+"""Number of random poses per inverse kinematics function."""
 COUNTED = 5
 """Number of poses for which Newton's method counts the solutions."""
 

@@ -14,7 +14,7 @@ def test_inverse_with_tool_on_last_axis_stays_within_error_limits():
 
 
 def test_inverse_of_designed_arm_stays_within_error_limits():
-    """A crank drives the joint whose value is an input of the inverse."""
+    """A crank drives the joint whose value is an input of the inverse kinematics function."""
     assert_within_bars(judged_arm(drawn_arm(2, tool=()).mechanism, 2))
 
 

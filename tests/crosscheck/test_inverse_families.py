@@ -63,8 +63,8 @@ WRISTED = {"R/R=R": False, "R=R=P": True, "P=R=R": True}
 right angles.
 
 The position problem of these arms is a quadratic equation. Two structures of three joints have no
-position inverse. The position inverse is tested for every structure that has one. Some structures
-with the function `ik_position` lead to a quartic equation.
+position inverse kinematics function. The position inverse kinematics function is tested for every
+structure that has one. Some structures with the function `ik_position` lead to a quartic equation.
 """
 EVERYWHERE = [
     *((arm + WRIST, "spherical wrist", right) for arm, right in WRISTED.items()),
@@ -106,7 +106,7 @@ def assert_nothing_is_missed(arm, grid=True):
 
 
 def assert_complete(arm):
-    """Assert that the inverse returns every solution of Newton's method."""
+    """Assert that the inverse kinematics function returns every solution of Newton's method."""
     rng = np.random.default_rng(2)
     for row, found in zip(q := some(arm, TARGETS), arm.answers(q).q, strict=True):
         expected = newton(arm, row, rng, STARTS)

@@ -20,7 +20,8 @@ OBLIQUE_WRISTS = (80,)
 """Seed of a random arm whose wrist reaches only some orientations, and whose pose does not
 determine one joint rotation."""
 LOST_BEFORE = (50925,)
-"""Seed of a random arm with poses that the closed-form inverse misses without refinement."""
+"""Seed of a random arm with poses that the closed-form inverse kinematics function misses without
+refinement."""
 FOLDED = (33, 20350, 53401)
 """Seeds of random arms that can be nearly folded at the elbow."""
 OTHERS = (88, 764, 1478)

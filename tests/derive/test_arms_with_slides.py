@@ -25,7 +25,7 @@ TELESCOPIC = "a telescope and two parallel axes among joints 2, 3, 4, and inters
 
 
 def lost_of(cases):
-    """Describe the pose sets for which an inverse misses solutions."""
+    """Describe the pose sets for which an inverse kinematics function misses solutions."""
     return [str(loss) for case in cases for loss in losses_of(case, 0)]
 
 

@@ -10,8 +10,8 @@ PAGE = Path(__file__).parents[2] / "docs" / "robots.py"
 
 
 CLASSIFIED = ("cr5", "fr3", "gen3_6dof", "gp7", "crx10", "so101", "photo_robot", "scara", "iiwa14")
-"""Names of arms that together have every kind of inverse. `python docs/robots.py` takes twenty
-seconds for all arms."""
+"""Names of arms that together have every kind of inverse kinematics function. `python
+docs/robots.py` takes twenty seconds for all arms."""
 
 
 def test_robots_page_matches_robot_descriptions():

@@ -27,7 +27,8 @@ MAX_PAGES = 12
 MAX_PAGES_OF_LOOPS = 20
 MAX_PAGES_OF_BUILT = 30
 PICTURES = ("drawing.tex", "workspace.tex")
-"""Fragments that need the LaTeX package TikZ. An article without TikZ omits these fragments."""
+"""Fragments that need the LaTeX package TikZ. A LaTeX article without TikZ omits these fragments.
+"""
 SHIPPED = ("ur5e", "well_manipulator", "stewart_gough")
 """Tested shipped robots: an arm, a mechanism with loops, and a platform. `make docs` compiles the
 documents of all robots."""

@@ -26,8 +26,8 @@ def test_manifest_operation_counts_match_c_source(name):
     source = (GENERATED / name / f"{name}.c").read_text()
     for function in manifest(name)["functions"]:
         if function["role"] == "inverse":
-            # The C code of an inverse is a loop whose body computes one branch, but the manifest
-            # counts the operations of all branches.
+            # The C code of an inverse kinematics function is a loop whose body computes one branch,
+            # but the manifest counts the operations of all branches.
             continue
         body = source.split(f"void {function['symbol']}(")[1].split("\n}\n")[0]
         counts = function["operations"]

@@ -1,4 +1,4 @@
-"""Evaluates the inverse kinematics that an article prints, from the LaTeX text alone.
+"""Evaluates the inverse kinematics that a LaTeX article prints, from the LaTeX text alone.
 
 The file ``inverse.tex`` contains definitions ``name &= formula``. The file ``symbols.tex`` defines
 the short symbols. A recursive-descent parser evaluates each formula numerically.
@@ -109,8 +109,8 @@ class Formula:
             return self.group() / self.group()
         if token == "\\sqrt":
             self.take()
-            # The article states that a square root of a negative number is read as 0. Radicands are
-            # negative beyond the boundary of the workspace.
+            # The LaTeX article states that a square root of a negative number is read as 0.
+            # Radicands are negative beyond the boundary of the workspace.
             return math.sqrt(max(self.group(), 0.0))
         if token == "\\pi":
             self.take()
@@ -238,7 +238,7 @@ class Known(dict):
 
 
 class PrintedInverse:
-    """Solution steps of an inverse kinematics function, parsed from the LaTeX text of an article.
+    """Solution steps of an inverse kinematics function, parsed from the text of a LaTeX article.
 
     Attributes:
         is_whole: Whether every solution step has a formula and every number has full precision.

@@ -1,4 +1,4 @@
-"""Numerically compares the inverse kinematics in an article with the function ``ik``."""
+"""Numerically compares the inverse kinematics in a LaTeX article with the function ``ik``."""
 
 import itertools
 
@@ -21,7 +21,7 @@ def without_formula(found, texts=None):
 
     Args:
         found: The derivation.
-        texts: The article fragments, if they are already derived.
+        texts: The LaTeX article fragments, if they are already derived.
     """
     inverse = found.inverse
     if inverse.general is not None:
@@ -41,7 +41,7 @@ def read_back(found, poses=POSES, texts=None):
     Args:
         found: The derivation.
         poses: Number of poses.
-        texts: The article fragments, if they are already derived.
+        texts: The LaTeX article fragments, if they are already derived.
     """
     inverse, robot = found.inverse.solved["ik"], found.robot
     printed = PrintedInverse(texts or fragments(found))

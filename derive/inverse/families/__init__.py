@@ -1,4 +1,4 @@
-"""Families of chains with a closed-form inverse, one file per family."""
+"""Families of chains with a closed-form inverse kinematics function, one file per family."""
 
 from .column import COLUMN
 from .crane import CRANE

@@ -1,4 +1,4 @@
-"""Description of a family of chains with a closed-form inverse.
+"""Description of a family of chains with a closed-form inverse kinematics function.
 
 Each arm family is one object in its own file. The package's ``__init__`` lists all families. Other
 modules use only the fields of the family object, and never test for a particular family.
@@ -27,7 +27,7 @@ def _no_functions(_robot: SerialRobot, _lines: Lines) -> tuple[SymbolicFunction,
 
 @dataclass(frozen=True, repr=False)
 class Family:
-    """A structure of axes and its closed-form inverse.
+    """A structure of axes and its closed-form inverse kinematics function.
 
     Attributes:
         title: Description of the axis structure, for ``chasles explain`` and the LaTeX article.

@@ -74,7 +74,7 @@ class CarriedArmTables(Tables):
         joints: Total number of joints before the platform and on the platform.
         before: Number of joints before the platform.
         unknown: Number of unknown joints.
-        slides: Number of prismatic joints, which come first among the unknown joints.
+        slides: Number of unknown prismatic joints, which come first among the unknown joints.
         dixon: Whether the last unknown joint follows from Dixon's resultant.
         solutions: Maximum number of solutions for the unknown joints.
         places: For each entry of `maps`, the number of its joint, counted from the base.

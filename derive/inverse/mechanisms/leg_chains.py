@@ -118,7 +118,7 @@ class LegChain:
 
 
 def leg_chains(h: SolvedLoops) -> tuple[LegChain, ...] | None:
-    """Return the legs that must be solved as serial arms, or None if one of them is not solvable.
+    """Return the legs that must be solved as serial arms, or None if any joint stays unsolved.
 
     The returned tuple is empty if the main chain determines all joints in closed form.
     """

@@ -89,7 +89,7 @@ def settled_choices(
     Args:
         hybrid: The robot.
         solved: Inverse kinematics with all branch signs.
-        given: Indices of the main-chain joints that are inputs of the inverse.
+        given: Indices of the main-chain joints that are inputs of the inverse kinematics function.
     """
     function, work = solved.function, solved.work
     of_loops = choices_of_loops(work)
@@ -113,7 +113,7 @@ def unused_sides(built: SolvedLoops, start: Solved, given: Sequence[int] = ()) -
     Args:
         built: The robot as built.
         start: Inverse kinematics that gives the start values on all loop branches.
-        given: Indices of the main-chain joints that are inputs of the inverse.
+        given: Indices of the main-chain joints that are inputs of the inverse kinematics function.
     """
     function, of_loops = start.function, choices_of_loops(start.work)
     if not of_loops:

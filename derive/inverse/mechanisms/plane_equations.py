@@ -5,8 +5,8 @@ joints before the legs and the joints on the platform.
 
 Let B be the pose, in the base frame, of the body at which the legs start. Let W be the tool pose in
 the platform frame. For the tool pose T, the platform pose relative to the body at which the legs
-start is B^-1 T W^-1. Each joint contributes a factor to B^-1 or W^-1. The factor is linear in the
-cosine and sine of the joint angle, or in the joint displacement.
+start is B^-1 T W^-1. Each joint contributes a factor to B^-1 or W^-1. The factor of each joint is
+linear in the cosine and sine of the joint angle, or in the joint displacement.
 """
 
 from collections.abc import Sequence
@@ -119,7 +119,7 @@ class PlaneEquations:
         """Return the number of joint values that the plane equations determine.
 
         Args:
-            unknown: Indices of the joints that are not fixed, by default of all joints.
+            unknown: Indices of the joints that are not fixed, or None if no joint is fixed.
         """
         columns = range(len(self.maps)) if unknown is None else unknown
         slopes = np.array([self._derivatives(T, x)[:, list(columns)] for x, T in self._closed])

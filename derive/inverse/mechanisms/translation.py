@@ -49,8 +49,8 @@ class Slides:
     Attributes:
         values: Displacements of the virtual prismatic joints as functions of the actuated
             coordinates.
-        weights: Matrix that converts the displacements to the joint values of the shortened chain,
-            with one row for each prismatic joint of this chain.
+        weights: Matrix that converts the displacements to the values of the prismatic joints of the
+            shortened chain, with one row for each of these joints.
     """
 
     values: tuple[sp.Expr, ...]

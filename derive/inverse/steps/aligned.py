@@ -8,8 +8,8 @@ joint with displacement d. If the prismatic joint is between the first and the l
 (w + d u) = v``. If the prismatic joint is before the first or after the last axis, then ``R_1 w = v
 - d u``.
 
-If three prismatic joints have linearly independent directions, the first angle is arbitrary. If
-these directions lie in a plane with normal n, the first angle solves ``n.(R_1 w) = n.v`` or
+If three prismatic joints have linearly independent directions, the first angle is arbitrary. If the
+prismatic directions lie in a plane with normal n, the first angle solves ``n.(R_1 w) = n.v`` or
 ``n.(R_1^T v) = n.w``.
 
 Both sides of ``R_1 (w + d u) = v`` or ``R_1 w = v - d u`` have equal lengths, which gives a

@@ -232,7 +232,7 @@ def turn_slide_parallel_turn(work: Work, lines: Lines, center: Vector, W: Vector
 def turn_slide_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     """Solve for revolute joints 1 and 3 and prismatic joint 2, which is normal to axis 1.
 
-    The three joint values have up to four solutions.
+    The three joints have up to four solutions.
     """
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Joint 1 and the prismatic joint do not move the center along axis 1.

@@ -189,8 +189,8 @@ def turned_to_plane(
 ) -> tuple[Vector, CosSin]:
     """Solve for joint 1, which rotates the arm plane so that the plane contains a position.
 
-    The function returns the target position relative to axis 2, rotated back by joint 1, and the
-    rotation of joint 1.
+    The function returns the target position relative to the first parallel axis, rotated back by
+    joint 1, and the rotation of joint 1.
     """
     a1, a2 = lines.axes[0], in_plane(lines)[0]
     reason = "the other joints move the point in the plane of the arm"

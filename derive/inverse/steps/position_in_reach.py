@@ -4,9 +4,9 @@ The target position fails to determine the joint value only at special values of
 
 In general, the height of a point along a revolute axis h determines the value of one joint. The
 angle between the axis of this joint and h may depend on fixed joints. A revolute joint parallel to
-h or a prismatic joint perpendicular to h does not change the height of the point. Such a joint may
-have any value at which the other joints reach the target in the plane perpendicular to h. The
-functions of this module select such a joint value.
+h or a prismatic joint perpendicular to h does not change the height of the point. A joint without
+effect on the height may have any value at which the other joints reach the target in the plane
+perpendicular to h. The functions of this module select such a joint value.
 """
 
 from collections.abc import Callable

@@ -66,8 +66,8 @@ def three_turns(
         work: Records the steps.
         axes: The three axes.
         wanted: A function that applies the rotation R to a direction.
-        aligned: Solves for joint 4 if axis 6 is parallel to axis 4. Without this argument, joint 4
-            is then set to 0.
+        aligned: Solves for joint 4 if axis 6 is parallel to axis 4. If axes 4 and 6 are parallel
+            and `aligned` is None, joint 4 is set to 0.
     """
     terms = work.terms
     a4, a5, a6 = axes

@@ -47,7 +47,8 @@ def remaining(work: Work, axes: tuple[Axis, ...], total: CosSin) -> None:
     """Solve for the last of several parallel joints, given the sum of all joint angles.
 
     Args:
-        work: Object that records the solution steps, to which the function adds the last joint.
+        work: Object that records the solution steps, to which the function adds the step for the
+            last joint.
         axes: The parallel axes.
         total: Rotation about the first axis by the sum of all joint angles.
     """

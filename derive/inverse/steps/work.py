@@ -99,8 +99,8 @@ class Work:
         settled: Indices of the branch-selecting signs that are not needed and always 1.
         choices: Number of calls of ``sign`` so far, including the calls for signs that are always
             1.
-        sides: For each sign symbol that selects a loop branch, the loop name and the branch names,
-            keyed by the sign value (1 or -1).
+        sides: Loop name and branch names, keyed by the sign symbol that selects the loop branch.
+            The branch names are keyed by the sign value (1 or -1).
         steps: The solution steps in order.
         vectors: The named vectors.
     """

@@ -16,8 +16,8 @@ class InputLetter:
     """The symbol of a task input in the LaTeX article.
 
     Attributes:
-        letters: LaTeX letters in order of preference. The article does not use letters that denote
-            robot parameters.
+        letters: LaTeX letters in order of preference. The LaTeX article does not use letters that
+            denote robot parameters.
         component: Index (0 to 2) of the component of a vector input, or None for a scalar input.
     """
 
@@ -31,8 +31,8 @@ class TaskInput:
 
     Attributes:
         argument: Symbols, shape, unit and meaning of the input.
-        printed: The form of each input symbol in the article: a letter, or the entry of the tool
-            pose that equals the symbol.
+        printed: The form of each input symbol in the LaTeX article: a letter, or the entry of the
+            tool pose that equals the symbol.
     """
 
     argument: Argument
@@ -47,7 +47,8 @@ class Solved:
         function: The generated function.
         work: The values of the solved joints, and the solution steps.
         given: Names of the fixed joints.
-        inputs: Inputs other than the pose and the fixed joints, with their letters in the article.
+        inputs: Inputs other than the pose and the fixed joints, with their letters in the LaTeX
+            article.
     """
 
     function: SymbolicFunction

@@ -35,13 +35,13 @@ JOINT, INDEPENDENT = r"\theta", r"\varphi"
 
 @dataclass(frozen=True)
 class CoupledPage:
-    """A serial robot with coupled joints, and the data that its article prints.
+    """A serial robot with coupled joints, and the data that its LaTeX article prints.
 
     Attributes:
         robot: The robot description.
         derivation: The derived functions of the robot, in terms of its coordinates q.
-        chain: The article data of the robot without couplings, whose coordinates are the joint
-            values theta.
+        chain: The LaTeX article data of the robot without couplings, whose coordinates are the
+            joint values theta.
     """
 
     robot: SerialRobot
@@ -50,7 +50,7 @@ class CoupledPage:
 
     @classmethod
     def of(cls, derivation: Derivation) -> "CoupledPage":
-        """Derive the robot without couplings, and return the data of the article."""
+        """Derive the robot without couplings, and return the data of the LaTeX article."""
         robot = derivation.robot
         assert isinstance(robot, SerialRobot)
         plain = derive(robot.uncoupled, functions=PRINTED, families=derivation.families)

@@ -16,7 +16,7 @@ from .tables import counts_moving
 MAX_WRITTEN = 4
 """Maximum number of factors of a product that is printed without dots."""
 MAX_IN_ROW = 6
-"""Maximum number of identity transforms on one line of the article."""
+"""Maximum number of identity transforms on one line of the LaTeX article."""
 
 
 def screws(page: Page) -> str:

@@ -11,7 +11,7 @@ from . import tables
 
 
 def model_quality(report: ModelReport) -> str:
-    r"""Print a model report as LaTeX that any article can include.
+    r"""Print a model report as LaTeX that any LaTeX article can include.
 
     Args:
         report: The report of ``chasles.derive.model_report``.

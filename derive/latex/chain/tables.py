@@ -26,7 +26,7 @@ sine."""
 COLUMN_SEPARATION = 12.0
 BLOCK_GAP = r"@{\hspace{2.5em}}"
 WIDEST_TABLE = 450.0
-"""Text width of the article (pt), which is the maximum width of a table."""
+"""Text width of the LaTeX article (pt), which is the maximum width of a table."""
 FRACTION_STRUT = r"\rule[-1.1ex]{0pt}{3.5ex}"
 """Invisible LaTeX rule that adds space above and below a table row with a fraction."""
 WIDEST = LINE / 2

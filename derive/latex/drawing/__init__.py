@@ -189,7 +189,8 @@ def _coordinate(
 def _name(name: str, *, symbols: bool = False) -> tuple[str, float]:
     """Return the LaTeX text of a name, and the approximate width of this text in letters.
 
-    A name such as ``a1`` stays unchanged, unless the article prints it as a symbol with an index.
+    A name such as ``a1`` stays unchanged, unless the LaTeX article prints it as a symbol with an
+    index.
     """
     if re.fullmatch(r"[A-Za-z]\d+", name) and not symbols:
         return names.escape(name), len(name)

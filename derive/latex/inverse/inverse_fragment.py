@@ -68,7 +68,7 @@ def _together_at_last(found: Inverses) -> str:
 def printed_tasks(
     page: Page, inverses: Inverses, actuators: Mapping[str, sp.Symbol]
 ) -> Mapping[str, PrintedTask]:
-    """Convert the inverse kinematics of all tasks to the symbols that the article prints.
+    """Convert the inverse kinematics of all tasks to the symbols that the LaTeX article prints.
 
     The solution steps are numbered consecutively across the tasks.
 

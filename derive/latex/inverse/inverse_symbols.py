@@ -55,7 +55,7 @@ class InverseSymbols:
     Attributes:
         notation: The short symbols of the robot, to which ``InverseSymbols`` adds the symbols of
             the task.
-        letters: The letters that the article does not use yet.
+        letters: The letters that the LaTeX article does not use yet.
         inputs: The printed symbol of each input of the task, keyed by its original symbol.
         signs: Printed symbols of the branch signs (1 or -1) that select a solution.
         actuators: Printed symbols of the actuated coordinates that solution steps may determine,

@@ -44,7 +44,7 @@ class PrintedInverseStep:
 
     Attributes:
         step: The original solution step.
-        number: Number of the step in the article.
+        number: Number of the step in the LaTeX article.
         definitions: Definitions of the named terms and coefficients in the solution step, each of
             which depends only on earlier definitions.
         unknown: The coordinate or sum of coordinates that the step determines.
@@ -82,7 +82,7 @@ class PrintedVector:
 
 @dataclass(frozen=True)
 class PrintedTask:
-    """An inverse kinematics task, with the symbols that the article prints.
+    """An inverse kinematics task, with the symbols that the LaTeX article prints.
 
     Attributes:
         solved: The task.
@@ -151,7 +151,7 @@ class _Writer:
         self._seed_turns()
 
     def printed(self, first: int) -> PrintedTask:
-        """Return the task with the symbols that the article prints.
+        """Return the task with the symbols that the LaTeX article prints.
 
         The solution steps are numbered from ``first``.
         """

@@ -38,7 +38,7 @@ IDENTITY = "T is the pose that the arm reaches"
 
 @dataclass(frozen=True)
 class _ArmPage(Page):
-    """The article data of a serial arm inside a loop.
+    """The LaTeX article data of a serial arm inside a loop.
 
     The symbol T is the pose of the arm's end in the frame of its first joint.
     """

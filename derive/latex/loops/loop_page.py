@@ -58,8 +58,8 @@ class LoopPage:
         symbols = members(mechanism)
         printed = derive(mechanism.main_chain, functions=PRINTED, families=derivation.families)
         inverse, functions = derivation.inverse, (f for f in derivation.functions if not f.calls)
-        # If the robot has inverse kinematics functions of its own, the article omits the general
-        # inverse kinematics of the main chain.
+        # If the robot has inverse kinematics functions of its own, the LaTeX article omits the
+        # general inverse kinematics of the main chain.
         methods = STRUCTURED if inverse and inverse.solved else METHODS
         chain = Page.of(printed, symbols.theta, len(mechanism.coordinates), methods)
         letters = Letters(chain.equations.notation, symbols)

@@ -46,7 +46,7 @@ LETTERS: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Members:
-    """Symbols that the article prints for the joints of a mechanism.
+    """Symbols that the LaTeX article prints for the joints of a mechanism.
 
     Attributes:
         theta: LaTeX names of the main-chain joints.

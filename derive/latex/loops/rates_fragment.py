@@ -25,7 +25,7 @@ BRACKET = 0.75 * LINE
 
 
 class Rates:
-    """Computes the time derivatives of the expressions in an article.
+    """Computes the time derivatives of the expressions in a LaTeX article.
 
     Attributes:
         dotted: The rate symbol of each coordinate and unknown.

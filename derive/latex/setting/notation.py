@@ -1,4 +1,4 @@
-r"""Defines the short symbols, named constants and shared terms of an article.
+r"""Defines the short symbols, named constants and shared terms of a LaTeX article.
 
 A short symbol, such as a symbol for a cosine, abbreviates an expression. The SymPy name of a short
 symbol is LaTeX text, whose braces distinguish the symbol from a parameter. ``Notation.meanings``
@@ -296,7 +296,7 @@ def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
 
 
 def is_long(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a constant with parameters is so long that the article must name its parts."""
+    """Whether a constant with parameters is so long that the LaTeX article must name its parts."""
     return not terms.is_number(expression) and terms.size(expression) > MAX_WRITTEN
 
 

@@ -75,7 +75,7 @@ def printed_singularities(
         robot: A serial robot.
         notation: The short symbols of the robot.
         given: Indices of the coordinates that are fixed in the inverse kinematics. If the
-            singularity conditions of the complete arm are long, the article also prints the
+            singularity conditions of the complete arm are long, the LaTeX article also prints the
             conditions for the free joints alone.
     """
     minors = factored_minors(robot, notation.q)

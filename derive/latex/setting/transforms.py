@@ -31,7 +31,7 @@ def labels(robot: SerialRobot) -> list[str]:
 
 
 def first_number(robot: SerialRobot) -> int:
-    """Return the index of the first transform that the article prints.
+    """Return the index of the first transform that the LaTeX article prints.
 
     The index is 0 if only the first joint is fixed, and the robot has neither a base transform nor
     a base frame named 0. In all other cases, the index of the first transform is 1.

@@ -347,7 +347,8 @@ static PyObject *call_bound(Function *self, PyObject *const *inputs, PyObject *c
     return call_single(self, inputs, outs);
 }
 
-/* Calls an inverse whose poses and fixed joint values are already in the order of its inputs. */
+/* Calls an inverse kinematics function whose poses and fixed joint values are already in the order
+ * of its inputs. */
 static PyObject *call_fixed(Function *self, PyObject **slots)
 {
     const Kernel *kernel = self->kernel;

@@ -25,7 +25,8 @@ typedef struct {
     int is_fast; /* whether C handles calls without options */
 } Nearest;
 
-/* Writes the redundancy parameters at a seed. The inverse takes these inputs after the pose. */
+/* Writes the redundancy parameters at a seed. The inverse kinematics function takes these inputs
+ * after the pose. */
 static void write_parameters(const Nearest *self, const double *q_seed, double *values)
 {
     if (PyTuple_CheckExact(self->parameters)) {
@@ -210,7 +211,8 @@ static PyObject *nearest_reduce(Nearest *self, PyObject *Py_UNUSED(ignored))
     return Py_NewRef(self->reduced);
 }
 
-/* Tests whether the redundancy parameters of the inverse can be computed from a seed. */
+/* Tests whether the redundancy parameters of the inverse kinematics function can be computed from a
+ * seed. */
 static int parameters_fit(const Nearest *self)
 {
     const Kernel *kernel = ((const Function *)self->inverse)->kernel;

@@ -107,7 +107,7 @@ static int read_results(const Kernel *kernel, PyObject *results, npy_intp *n, Ro
 }
 
 /* Reads the arguments of a function of the module; `given` contains the input arrays, or the arrays
- * of all solution slots. Returns the inverse, or NULL on error. */
+ * of all solution slots. Returns the inverse kinematics function, or NULL on error. */
 static const Function *read_call(PyObject *args, PyObject **given, npy_intp *n, Rows *rows)
 {
     PyObject *inverse, *seed, *moves, *results;

@@ -1,4 +1,5 @@
-/* Packs results into Python objects; an inverse returns a Solutions tuple (solutions.py). */
+/* Packs results into Python objects; an inverse kinematics function returns a Solutions tuple
+ * (solutions.py). */
 #pragma once
 
 #include "call/function/arguments.h"

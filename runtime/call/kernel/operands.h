@@ -48,7 +48,7 @@ Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *lab
 
 /* Marks a kernel as inverse kinematics, and stores its forward kinematics `fk` (or NULL) and its
  * unit length. Returns -1 with a TypeError if the shapes of the inputs and outputs do not fit the
- * inverse. */
+ * inverse kinematics function. */
 int set_poses(Kernel *kernel, int poses, const chasles_kernel *fk, double unit);
 
 void kernel_free(Kernel *kernel);

@@ -138,8 +138,8 @@ static void solve_projected(const Kernel *kernel, npy_intp n, const double *cons
     }
 }
 
-/* Computes an inverse for n rows with the code for batches. Nearly rigid poses are replaced by
- * rigid transformations. */
+/* Computes an inverse kinematics function for n rows with the code for batches. Nearly rigid poses
+ * are replaced by rigid transformations. */
 static void solve_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
                        const ptrdiff_t *input_steps, double *const *outputs,
                        const ptrdiff_t *output_steps)

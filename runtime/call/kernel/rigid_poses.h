@@ -15,7 +15,7 @@
 #include "call/kernel/operands.h"
 #include "numerics/_tolerances.h"
 
-/* The outputs of an inverse. */
+/* The outputs of an inverse kinematics function. */
 enum { SLOTS_Q, SLOTS_RESIDUAL, SLOTS_MARGIN };
 
 /* Tests whether four numbers differ from 0 0 0 1. Bits are compared faster than doubles. */

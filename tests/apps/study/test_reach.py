@@ -30,7 +30,8 @@ def test_configurations_at_limits_are_reached(name):
     q = rng.uniform(robot.lower, robot.upper, (200, robot.n))
     at = rng.integers(0, 3, q.shape)
     q = np.select([at == 0, at == 1], [robot.lower, robot.upper], q)
-    # Some joints are at their limits. The inverse recovers regular configurations.
+    # Some joints are at their limits. The inverse kinematics function recovers regular
+    # configurations.
     clear = robot.ik(robot.fk(q)).margin.min(-1) > 1e-6
     assert clear.sum() > 100
     assert reach(robot, robot.fk(q[clear])).reached.all()

@@ -115,8 +115,8 @@ def test_invalid_position_workspace_arguments_are_rejected(hexapod):
         reachable_positions(hexapod, resolution=100)
     with pytest.raises(ShapeError, match=r"R_0_ee: expected shape \(3, 3\)"):
         reachable_positions(hexapod, np.eye(4))
-    # The test uses the delta, because its inverse runs ten times faster than the inverse of the
-    # hexapod.
+    # The test uses the delta, because its inverse kinematics function runs ten times faster than
+    # the function of the hexapod.
     with pytest.raises(OutOfReachError, match="delta: found no box around the reached"):
         reachable_positions(chasles.load("delta"), so3.exp([3.0, 0, 0]))
 

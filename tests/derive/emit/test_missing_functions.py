@@ -12,7 +12,8 @@ from chasles.derive.emit.seeds import seeded
 from tests.support.derivations import robot_of
 
 ROBOTS = ["ur5e", "planar_3rrr", "jaco2"]
-"""Names of an arm with a closed-form inverse, and of two robots with iterative solvers in C."""
+"""Names of an arm with a closed-form inverse kinematics function, and of two robots with iterative
+solvers in C."""
 PRINTED = {
     "c_float": ("{robot}_float.h", r"^void {robot}_float_{function}\("),
     "rust": ("src/lib.rs", r"^pub fn {function}\("),

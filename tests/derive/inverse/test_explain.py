@@ -232,7 +232,7 @@ def test_command_line_explains_and_writes_nothing(tmp_path, monkeypatch):
 
 
 def general_arm(last):
-    """Return an arm without a closed-form inverse.
+    """Return an arm without a closed-form inverse kinematics function.
 
     Joint axes 5 and 6 are parallel at the distance ``last`` (meter).
     """

@@ -40,7 +40,7 @@ joint values."""
 
 
 def lost_of(cases):
-    """Describe the pose sets for which an inverse misses solutions."""
+    """Describe the pose sets for which an inverse kinematics function misses solutions."""
     return [str(loss) for case in cases for loss in losses_of(case, 0)]
 
 

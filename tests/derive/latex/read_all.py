@@ -39,7 +39,7 @@ def message(name):
 
 
 def main(names):
-    """Return the number of robots whose articles contain wrong formulas."""
+    """Return the number of robots whose LaTeX articles contain wrong formulas."""
     from tests.support.derivations import NAMES, ROBOTS
 
     shelf = sorted(path.stem for path in (ROBOTS / "shelf").glob("*.toml"))

@@ -36,7 +36,8 @@ SOLVED = [name for name in NAMES if name != "jaco2"]
 EVALUATED = ("iiwa14", "puma560", "lynxmotion", "photo_robot", "scara")
 """One arm of each structure."""
 PRINTED = ("jaco2", "lynxmotion", "five_bar", "planar_3rrr", "bricklaying_gantry", "slider_crank")
-"""Names of arms and of robots with loops, each with and without a closed-form inverse."""
+"""Names of arms and of robots with loops, each with and without a closed-form inverse kinematics
+function."""
 
 
 class Reader:
@@ -231,7 +232,7 @@ def test_committed_inverses_print_no_internal_name(name):
 
 
 def assert_readable(text):
-    """Assert that the printed inverse is short and has no internal names."""
+    """Assert that the printed inverse kinematics function is short and has no internal names."""
     assert not re.search(r"(?<![\w\\}$])_(sign|[tkrpuc])?\d", text)
     for unwanted in ("zoo", "nan", "sqrt(", "Piecewise", "e-150", "e-300", "_swivel", "_total"):
         assert unwanted not in text

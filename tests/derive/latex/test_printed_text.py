@@ -12,8 +12,8 @@ from tests.support.printed_robots import FUNCTIONS
 from tests.support.read_back import POSES, read_back, without_formula
 
 SHIPPED = ("ur5e", "iiwa14")
-"""Names of two arms with different structures and a closed-form inverse. ``python
-tests/derive/latex/read_all.py`` tests all arms."""
+"""Names of two arms with different structures and a closed-form inverse kinematics function.
+``python tests/derive/latex/read_all.py`` tests all arms."""
 CHAIN = "R/RLP/RxrxR"
 
 

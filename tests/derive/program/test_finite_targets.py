@@ -1,4 +1,4 @@
-"""An inverse rejects NaN even if a NaN input cancels from its residual."""
+"""An inverse kinematics function rejects NaN even if a NaN input cancels from its residual."""
 
 import numpy as np
 import pytest

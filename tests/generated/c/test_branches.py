@@ -77,7 +77,7 @@ def arm_sources(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def loadable(tmp_path_factory):
-    """Return a robot folder in which only inverses have branches."""
+    """Return a robot folder in which only inverse kinematics functions have branches."""
     folder = tmp_path_factory.mktemp("loadable")
     return branched.write(folder, [branched_function("ik"), branched_function("every_kind_1")])
 

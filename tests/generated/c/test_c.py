@@ -31,7 +31,8 @@ C++.
 
 
 NAMES = ("iiwa14", "jaco2", "well_manipulator", "stewart_gough")
-"""Tested robots: a redundant arm, one with an iterative inverse, one with loops, and a platform.
+"""Tested robots: a redundant arm, one with an iterative inverse kinematics function, one with
+loops, and a platform.
 
 The file test_one_unit compiles the C code of all robots with each compiler.
 """

@@ -34,7 +34,8 @@ ROBOTS = {name: chasles.load(name) for name in NAMES}
 def in_C(robot):
     """List the generated functions whose first input is a vector of coordinates.
 
-    Other tests cover functions whose first input is a pose, such as the inverses.
+    Other tests cover functions whose first input is a pose, such as the inverse kinematics
+    functions.
     """
     functions = read_manifest(robot.folder).functions
     return [item.name for item in functions if item.inputs[0].name != "T"]

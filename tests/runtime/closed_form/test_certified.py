@@ -11,8 +11,8 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 CONFIGURATIONS, POSES = 5000, 150
 REGULAR = 1e-4
-"""The inverse must find all configurations whose smallest singular value (meter, radian) exceeds
-this value."""
+"""The inverse kinematics function must find all configurations whose smallest singular value
+(meter, radian) exceeds this value."""
 TRUE = 1e-8
 """Maximum pose error (meter, or rotation matrix entry) of a correct solution."""
 CERTIFIED = """

@@ -114,8 +114,8 @@ def test_path_ends_before_joint_jump(arm):
 
 
 def test_path_stays_near_along_solution_continuum(arm, monkeypatch):
-    # If a pose allows a self-motion, the inverse may return a solution far from the previous
-    # configuration. Newton's method finds a solution near the previous configuration.
+    # If a pose allows a self-motion, the inverse kinematics function may return a solution far from
+    # the previous configuration. Newton's method finds a solution near the previous configuration.
     q = line([0.0, 1.0, 0.0, 0.0], [0.5, 1.2, 0.0, 0.0], 30)
     T = arm.fk(q)
     solutions = arm.ik(T)

@@ -1,4 +1,4 @@
-"""A refined inverse returns every regular solution exactly once."""
+"""A refined inverse kinematics function returns every regular solution exactly once."""
 
 import numpy as np
 

@@ -105,7 +105,7 @@ def test_requirements_note_nominal_loop_lengths():
 def test_loops_with_tilted_joint_use_refined_nominal_inverse():
     """The solution steps for spatial loops also solve loops with a tilted joint.
 
-    Newton's method refines the solutions of the nominal inverse.
+    Newton's method refines the solutions of the nominal inverse kinematics function.
     """
     hybrid = solved(replace(tilted(DESIGN, "shoulder"), closure="least squares"))
     assert not hybrid.forward.open

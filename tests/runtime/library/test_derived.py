@@ -242,7 +242,7 @@ def test_links_and_name_are_selected_by_load(tmp_path):
     assert chasles.load(path).n == 2
     short = chasles.load(path, tip="lid", name="mine")
     assert (short.n, short.name) == (1, "mine")
-    # An inverse for fixed joints is derived from the chain of the loaded robot.
+    # An inverse kinematics function for fixed joints is derived from the chain of the loaded robot.
     origin = (path, ("--tip", "lid", "--name", "mine"))
     assert described.description_of(short.folder) == origin
     assert chasles.load(path, group="short").n == 1

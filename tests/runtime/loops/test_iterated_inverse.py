@@ -1,4 +1,4 @@
-"""Solutions of an inverse through iterated loops agree with forward kinematics."""
+"""Solutions of an IK function through iterated loops agree with forward kinematics."""
 
 import numpy as np
 import pytest

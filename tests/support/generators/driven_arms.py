@@ -1,7 +1,8 @@
 """Random arms driven by cylinders, rods and cranks.
 
 Two or three joints move in a plane. Some arms have a column or a wrist. Each planar joint has one
-of five drives. The main chain of each arm has a closed-form inverse. Each seed determines one arm.
+of five drives. The main chain of each arm has a closed-form inverse kinematics function. Each seed
+determines one arm.
 """
 
 from collections.abc import Callable

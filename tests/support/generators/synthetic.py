@@ -1,4 +1,4 @@
-"""Random arms with a specified axis structure, and their inverses in CasADi.
+"""Random arms with a specified axis structure, and their inverse kinematics functions in CasADi.
 
 A text describes the axes and the relations between adjacent axes, from the base to the last axis:
 

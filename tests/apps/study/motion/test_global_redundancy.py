@@ -19,7 +19,7 @@ from tests.support.oracles.self_motion import reached_poses
 
 ROBOTS = ("panda", "iiwa14", "well_manipulator")
 """The inverse of the first robot has one fixed joint, and the inverse of the second a swivel angle.
-The third robot has loops, and its inverse has three fixed joints."""
+The third robot has loops, and its inverse kinematics function has three fixed joints."""
 
 
 def curves(robot, rng, count):
