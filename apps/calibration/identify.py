@@ -118,7 +118,7 @@ def located(
     """Estimate the frames and unknowns with the nominal robot, and check the input data.
 
     Args:
-        robot: A robot with parametric functions.
+        robot: A robot that was loaded with `parametric=True`.
         q: (N, n) coordinates [rad or m].
         measurements: The measurements.
         T_W_base: (4, 4) the base frame in the device frame W, or None to estimate this frame.

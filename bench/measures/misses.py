@@ -17,8 +17,8 @@ from ..report import out, save, table
 
 OWN = "chasles"
 PEERS_POSES = 4096
-"""Maximum number of targets per set for other libraries. Some libraries take milliseconds per
-target."""
+"""Maximum number of target poses in each set that other libraries solve. Some libraries take
+milliseconds per target."""
 PEERS_SHORT = 100
 COLUMNS = ("set", "who", "targets", "missed", "unfound", "wrong", "lost", "worst")
 RESULT = "misses"

@@ -1,4 +1,4 @@
-"""``python -m bench studies`` compares workspaces, reach, motions and plans with plain loops.
+"""``python -m bench studies`` times workspaces, reach studies, motions and plans, and plain loops.
 
 The plain loops are Python loops that call other libraries. In the comparison of workspaces, one
 iteration of the loop computes the forward kinematics and the grid cell of the tool. Times are per

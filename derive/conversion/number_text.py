@@ -47,7 +47,10 @@ def digits_for(size: float) -> int:
 
 
 def rounded(value: sp.Expr, digits: int = DIGITS) -> sp.Expr:
-    """Round a decimal to ``digits`` digits. Numbers that are not finite decimals do not change."""
+    """Round a decimal to ``digits`` digits.
+
+    Numbers without a finite decimal representation do not change.
+    """
     places = decimal_places(value)
     if not places or _digits(value, places) <= digits:
         return value

@@ -23,7 +23,7 @@ def robot_toml(robot: SerialRobot) -> str:
     """Return the text of a robot file, in meter and radian, with all numbers exact.
 
     Args:
-        robot: The robot, whose joints all have a convention.
+        robot: The robot, in which every joint states its convention.
     """
     return "\n".join(_Writer(robot, NumberText.of(robot)).lines()) + "\n"
 

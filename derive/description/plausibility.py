@@ -15,7 +15,7 @@ from ..model.tolerances import LARGEST_ANGLE, LONGEST_LENGTH, MAX_TURNED, SHORTE
 from .pose_error import lengths, robot_size
 
 LARGEST: dict[ParameterKind, float] = {"length": LONGEST_LENGTH, "angle": LARGEST_ANGLE}
-"""Largest number (meter, radian) that needs no stated unit."""
+"""Largest length (meter) or angle (radian) that a file may contain without a stated unit."""
 _DEFAULTS: dict[ParameterKind, tuple[str, str]] = {"length": ("m", "mm"), "angle": ("rad", "deg")}
 
 

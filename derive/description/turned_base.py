@@ -162,7 +162,7 @@ def _listed(
 
 
 def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fraction:
-    """Return the number without its rounding error.
+    """Return the exact number that a rounded number stands for.
 
     The candidates are 0, the numbers in ``others`` and their negatives. The result is the first
     candidate within ``rounding`` of the given number. Without such a candidate, the result is the

@@ -58,7 +58,7 @@ def hybrid_inverses_for_fixed(
     fixed: str | Sequence[str],
     closure: LoopClosure | None = None,
 ) -> Inverses:
-    """Derive the inverse kinematics of a robot with loops if some main-chain joints are fixed.
+    """Derive the inverse kinematics of a robot with loops for fixed main-chain joints.
 
     Args:
         hybrid: The robot.

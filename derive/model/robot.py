@@ -49,7 +49,7 @@ Vector4 = tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]
 
 @dataclass(frozen=True)
 class Parameter:
-    """A named dimension of a robot.
+    """A named dimension or mass of a robot.
 
     Attributes:
         name: Name of the parameter and of its symbol.
@@ -307,15 +307,16 @@ class SerialRobot:
         tool: Pose of the tool frame in the frame of the last link (meter, radian).
         base_frame: Name of the base frame, such as ``0`` in ``T_0_ee``.
         tool_frame: Name of the tool frame, such as ``ee`` in ``T_0_ee``.
-        parameters: The named lengths and angles that occur in dimensions.
+        parameters: The named parameters in poses, screw pitches and masses.
         notes: Changes and assumptions of the file reader, such as rounded angles.
         cleaning: The numbers that were replaced by exact values. The comparison of two robots
             ignores ``cleaning``.
         load: The masses whose weight deflects elastic joints, or None.
         transmissions: The transmission errors of coordinates with imperfect drives.
-        springs: The joint elasticities, from which the true coordinates follow for controller
+        springs: The joint elasticities that determine the true coordinates from controller
             readings. None for rigid joints.
-        couplings: The equations of coupled joints. Each joint without a coupling is a coordinate.
+        couplings: The equations of coupled joints. Each moving joint without a coupling has its own
+            coordinate.
         motors: The motors that move coupled joints. To limit the own coordinate of a coupled joint,
             the list also contains a motor with the name of this joint.
 

@@ -53,7 +53,8 @@ def model_report(
     Args:
         description: A serial robot or a mechanism, from ``read`` or built in Python. For a
             mechanism, the report describes only the joints between base and tool.
-        conventions: The conventions to compare; all conventions of chasles by default.
+        conventions: The conventions to compare; all conventions of chasles by default. Conventions
+            without a ``fit`` function are omitted.
         rng: Seed or generator of the random configurations at which parameter ranks are computed.
             With None, each call uses different configurations.
 

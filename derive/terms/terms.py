@@ -63,7 +63,7 @@ class Terms:
         Symbols and short fractions get no name.
 
         An expression of numbers and parameters becomes a named constant. A number that equals 0, 1
-        or -1 in 32 digits becomes this integer, so that more terms vanish. A constant that depends
+        or -1 to 32 digits becomes this integer, so that more terms vanish. A constant that depends
         on a parameter never becomes a number. A long fraction becomes a named constant.
 
         Raises:
@@ -199,7 +199,7 @@ class Terms:
         return expression
 
     def addends(self, expression: sp.Expr) -> int:
-        """Return an upper bound of the terms of a fully expanded expression, at most 10000."""
+        """Return an upper bound of the number of terms after full expansion, at most 10000."""
         return self._counted(expression, addends, self._addends)
 
     def size(self, expression: sp.Expr) -> int:

@@ -300,7 +300,7 @@ def lost(printed: Printed, ours: Value, reason: str) -> Row:
     """Return a row with our value for a value or curve that our copy of the paper lacks.
 
     Raises:
-        Refuted: The item has a printed value. `Refuted` is also raised if `reason` is empty.
+        Refuted: The paper prints a value for the item, or `reason` is empty.
     """
     return _without_value(printed, ours, "lost", reason)
 
@@ -310,7 +310,7 @@ def not_printed(printed: Printed, ours: Value, reason: str) -> Row:
     """Return a row for a value that the paper neither prints nor needs.
 
     Raises:
-        Refuted: The item has a printed value. `Refuted` is also raised if `reason` is empty.
+        Refuted: The paper prints a value for the item, or `reason` is empty.
     """
     return _without_value(printed, ours, "not printed", reason)
 

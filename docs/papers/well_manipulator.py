@@ -63,7 +63,7 @@ printed digit [rad]."""
 HALF_UNIT = np.radians(0.005)
 """Half a unit of the last digit of the start angles in equation (63) [rad]."""
 JUMP = 0.2
-"""Assumed time step [s]. The rate jump of theta3 divided by this time step gives the printed
+"""Assumed time step [s]. The jump of the rate of theta3, divided by this time step, is the printed
 acceleration."""
 
 

@@ -85,9 +85,9 @@ class PlatformMethods(RobotFacts):
     def fk_planar_all(self, q: ArrayLike) -> PlanarAssemblyModes:
         """Return all assembly modes `x (..., 6, 3)`, `valid (..., 6)` of a planar platform at q.
 
-        Modes closer than 1e-7 of the platform size and 1e-7 rad count as equal. Equal modes occur
-        at singularities of type 2. If the three rods stay parallel along a circle of poses, no mode
-        is found.
+        Modes closer than 1e-7 of the platform size and 1e-7 rad count as equal. At singularities of
+        type 2, assembly modes coincide. If the three rods stay parallel along a circle of poses, no
+        mode is found.
 
         Source:
             Gosselin, Sefrioui and Richard, Solutions polynomiales au probleme de la cinematique des

@@ -27,7 +27,7 @@ _SEARCH = 16
 """Number of Newton steps from each start. Further Newton steps refine only configurations near a
 solution."""
 _TURNS = 96
-"""For each solution slot, the number of start configurations with random revolute joints."""
+"""Number of start configurations per solution slot, with random values of the revolute joints."""
 
 
 @dataclass(frozen=True)

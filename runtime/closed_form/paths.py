@@ -148,9 +148,10 @@ class InverseMethods(RobotFacts):
         another branch would continue.
 
         Args:
-            T: (m, 4, 4) closely spaced poses of the tool in the base frame. Deviations from rigid
-                poses are corrected up to `se3.NEARLY_RIGID`. For a partial `task`, T can also be
-                the input (m, k) of the function `ik_<task>`, for example (m, 3) for `ik_position`.
+            T: (m, 4, 4) closely spaced poses of the tool in the base frame. Poses that deviate from
+                a rigid pose by up to `se3.NEARLY_RIGID` are corrected. For a partial `task`, T can
+                also be the input (m, k) of the function `ik_<task>`, for example (m, 3) for
+                `ik_position`.
             q_seed: (n,) coordinates [rad or m]. The path starts at the nearest solution within the
                 limits.
             task: The part of each pose that the tool must reach, for arms with fewer than six

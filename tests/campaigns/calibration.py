@@ -5,8 +5,8 @@ of 0.02 mm and 0.05 mrad. The measurements are poses, positions of three targets
 5 mm outliers in 5 % of the rows.
 
 With all frames unknown, the identification must reduce the mean error at validation configurations
-by a factor of 20, or nearly to the reference error. The reference error is the error that an
-efficient estimator exceeds with probability ``LEVEL``.
+by a factor of 20, or nearly to the reference error. An efficient estimator exceeds the reference
+error with a probability of at most ``LEVEL``.
 
 The confidence intervals of the axis parameters must contain the true values in 95 of 100 arms. To
 test the confidence intervals, the identification receives the true base frame, because an error of
@@ -18,8 +18,9 @@ normalized errors z with correlation matrix R, ``z^T R^-1 z / k`` has an F distr
 (residual) degrees of freedom. Fisher's method combines the probabilities of all arms, separately
 for too narrow and too wide intervals.
 
-A correct identification fails a random trial with probability ``(DRAWS + 2) LEVEL``, which is below
-1e-6. For measurements with outliers, the errors have the F distribution only approximately.
+A correct identification fails a random trial with a probability of at most ``(DRAWS + 2) LEVEL``,
+which is below 1e-6. For measurements with outliers, the errors have the F distribution only
+approximately.
 
 The odd-numbered trials test the warnings of the identification. The robots of these trials are
 serial arms, a delta robot and other robots with loops. The measuring devices of the trials cover
@@ -64,7 +65,7 @@ FALL = 20
 """Minimum factor by which the identification must reduce the error."""
 NEAR = 1.1
 """Maximum ratio of the error after identification to the error that an efficient estimator exceeds
-with probability `LEVEL`."""
+with a probability of at most `LEVEL`."""
 LEVEL = 1e-8
 """Probability that a correct identification fails one statistical test.
 

@@ -99,10 +99,7 @@ def sets(case: Derived, rng: np.random.Generator) -> Iterator[tuple[Derived, Pos
 
 
 def right_angles(case: Derived, rng: np.random.Generator) -> np.ndarray:
-    """Return coordinates (m, n) at round values and multiples of 90 degrees.
-
-    Revolute joints are at multiples of 90 degrees, and prismatic joints at round values.
-    """
+    """Return coordinates (m, n): multiples of 90 degrees, or round values of prismatic joints."""
     n = case.robot.n
     values = [
         [0.0] if k in case.free else QUARTERS if case.turns[k] else ROUND_SLIDES for k in range(n)

@@ -114,7 +114,7 @@ def classified(robot: SerialRobot) -> Classification:
 
 
 def judged(mutant: Mutant, robot: SerialRobot, wanted: Classification, path: Path) -> Finding:
-    """Compare a mutant's structure with the original arm, and its poses with Pinocchio."""
+    """Compare the structure of a modified arm with the original, and its poses with Pinocchio."""
     found = classified(robot)
     kept = (_name(found.found), found.method) == (_name(wanted.found), wanted.method)
     missed = "" if kept or wanted.found is None else in_words(found, wanted.found)

@@ -2,9 +2,9 @@
 
 Each platform has three legs with revolute and prismatic joints. At the reference and at nearby
 inputs, the function ``modes`` must report a complete list of assembly modes. The list must include
-every assembly mode that Newton's method finds from random start values. Newton's method, started
-near a listed mode, must converge back to this mode. Assembly modes with a margin below 1e-4 are not
-compared, because Newton's method converges slowly to such modes.
+every assembly mode that Newton's method finds from random start values. Newton's method, started at
+the platform pose of a listed mode, must converge back to this mode. Assembly modes with a margin
+below 1e-4 are not compared, because Newton's method converges slowly to such modes.
 """
 
 import tempfile
@@ -113,7 +113,7 @@ def compared(
 def _stays(
     platform: DrawnPlatform, q: np.ndarray, pose: np.ndarray, rng: np.random.Generator
 ) -> bool:
-    """Test whether Newton's method finds a mode again from random passive joint values."""
+    """Test whether Newton's method finds an assembly mode from random passive joint values."""
     found = newton(platform, q, np.repeat(pose[None], AGAIN, 0), rng)
     return bool((_apart(pose[None], found) < SAME).any())
 

@@ -80,7 +80,7 @@ class Judged:
         missed: Number of assembly modes that only Newton's method finds.
         wrong: Number of assembly modes whose rod lengths are wrong.
         more: Number of nonsingular assembly modes that only the C solver finds.
-        unsure: Whether the list of complex modes may be incomplete.
+        unsure: Whether the list of complex-valued solutions may be incomplete.
         modes: Number of assembly modes found by the C solver.
     """
 

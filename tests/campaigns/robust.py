@@ -23,10 +23,7 @@ from tests.support.generators.round_arms import round_arm
 from .campaign import Campaign, Outcome
 
 READ, DERIVED, ARMS = 200, 2, 6
-"""Numbers of read files, derived files and derived random arms per trial.
-
-A trial reads 200 mutated files, derives 2 mutated files, and derives 6 random arms.
-"""
+"""Numbers of mutated files to read, mutated files to derive and random arms to derive per trial."""
 READ_SECONDS, DERIVE_SECONDS = 40.0, 200.0
 """Time limits for reading a robot file and for deriving a robot [s]."""
 KEPT = Path(__file__).parents[2] / "build" / "robust"

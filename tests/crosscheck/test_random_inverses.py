@@ -29,7 +29,7 @@ SLIDES = (
     *((chain, False) for chain in ("P=R/P", "RLPLR/RxrxR")),
     *((chain, True) for chain in ("RLPLP", "P=RLP/RxrxR", "R/P/P/RxrxR")),
 )
-"""Pairs of the axis structure of an arm and whether its skew axes are at right angles."""
+"""Axis structures of arms, each with a flag that is True if the skew axes are at right angles."""
 
 
 def clean(case, seed):

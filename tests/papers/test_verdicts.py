@@ -1,4 +1,4 @@
-"""Report functions raise an error if their statement about a printed number is wrong."""
+"""The functions that create table rows raise an error if the verdict of the row is wrong."""
 
 import numpy as np
 import pytest

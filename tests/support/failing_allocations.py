@@ -79,7 +79,7 @@ def allocations(call: Callable[[], object]) -> int:
 
 
 def end(call: Callable[[], object], k: int, expected: object) -> str:
-    """Make memory allocation k of a call fail.
+    """Let the k-th memory allocation of a call fail.
 
     Returns a text that states how the call ends, such as "MemoryError".
     """

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 
 SECONDS = 600.0
-"""Maximum wait (seconds), far longer than any condition takes on a busy machine."""
+"""Maximum wait (seconds), far longer than needed even on a busy machine."""
 
 
 def until(holds: Callable[[], object], pause: float = 0.03) -> None:

@@ -207,9 +207,8 @@ def _stretch(
     A motion that is slowed down by the time factor satisfies the limits.
 
     Close to a singularity, peaks may be narrower than the sample spacing. An interval is sampled
-    again if its estimated maximum time factor exceeds the maximum found so far. The estimate is the
-    larger time factor at the two ends of the interval, plus `_HIDDEN` times the difference of these
-    two time factors.
+    again if its estimated maximum time factor exceeds the maximum found so far. This estimate is
+    the larger of the time factors at both ends, plus `_HIDDEN` times their difference.
     """
     begin, width = motion.time_scaling.breaks[:-1], np.diff(motion.time_scaling.breaks)
     most, beyond = 1.0, [np.empty(0)]

@@ -9,8 +9,8 @@ A simple transmission has the equation ``j = a / n + offset``.
 A differential has the equations ``j1 = (a1 / n_a1 + a2 / n_a2) / (2 n_j1) + offset1`` and
 ``j2 = (a1 / n_a1 - a2 / n_a2) / (2 n_j2) + offset2``.
 
-A four-bar linkage has the equations ``j1 = a1 / (n_j1 n_a1) + offset1`` and
-``j2 = (a2 / n_a2 - a1 / (n_j1 n_a1)) / n_j2 + offset2``.
+A four-bar linkage transmission has the equations ``j1 = a1 / (n_j1 n_a1) + offset1`` and ``j2 = (a2
+/ n_a2 - a1 / (n_j1 n_a1)) / n_j2 + offset2``.
 """
 
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence

@@ -2,8 +2,8 @@
 
 If joints are coupled, a full turn of one joint may move several motors by fractions of a turn. For
 example, a full turn of one joint may move both motors of a differential by half a turn each. The
-limits of a robot with coupled joints form a polytope. The search needs no tables if coupled joints
-have no limits and full turns of a joint change the coordinates only by full turns.
+limits of a robot with coupled joints form a polytope. Generated code needs no coupling tables if
+coupled joints have no limits and full turns of a joint change the coordinates only by full turns.
 """
 
 import textwrap

@@ -36,7 +36,8 @@ inputs. For an inverse, only solutions count whose Jacobian has a smallest singu
 {REGULAR}. For a robot with loops, only inputs count whose margins are above {REGULAR}.""".split(
     "\n"
 )
-"""Lines of the comment at the top of the generated CUDA header."""
+"""Conventions and error definitions, as lines of the comment at the top of the generated CUDA
+header."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:

@@ -15,7 +15,7 @@ SHARED = ("chasles_functions.h", "chasles_mex.h")
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Return the MATLAB and Simulink files of a robot, keyed by path."""
+    """Return the files for MATLAB and Simulink, including the C source, keyed by path."""
     name, listed = derivation.robot.name, functions(derivation)
     values = {
         "robot": name,

@@ -55,7 +55,7 @@ class Function:
 
     Attributes:
         name: Name of the C function without the robot's prefix.
-        summary: Meaning of the function, as lines of text.
+        summary: Description of the function, as lines of text.
         inputs: The inputs.
         required: Number of required inputs.
         outputs: The outputs.

@@ -10,8 +10,8 @@ if their axes intersect in one point. If the first and the third revolute axis b
 orientation determines only the sum of the angles of these two joints. With parallel first and third
 revolute axes and three prismatic joints, the tool reaches the position at every angle of the first
 revolute joint. If fixed joints rotate the directions of the three prismatic joints into one plane,
-the position determines the angle of the first revolute joint. The axes of a machine tool with two
-revolute joints need not intersect or be perpendicular.
+the position determines the angle of the first revolute joint. Two revolute axes, or three in an arm
+with three prismatic joints, need not intersect or be perpendicular.
 
 A pose has at most one solution, or two if the arm has three revolute joints. A tool position with a
 tool direction has at most two solutions. For an unreachable pose, the solution steps return the

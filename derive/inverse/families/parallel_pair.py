@@ -1,8 +1,8 @@
 """Three revolute joints with two adjacent parallel axes.
 
-The tool orientation determines the third angle and the sum of the two parallel joints' angles. The
-tool position determines the angle of the first of the two parallel joints. Maximum number of
-solutions: 1.
+The tool orientation determines the angle of the third joint and the sum of the two parallel joints'
+angles. The tool position determines the angle of the first of the two parallel joints. Maximum
+number of solutions: 1.
 """
 
 from ...terms.vectors import cross, subtracted

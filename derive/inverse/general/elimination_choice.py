@@ -61,7 +61,7 @@ class Rating:
     Attributes:
         order: The elimination order.
         separations: For each configuration, the second smallest singular value of M divided by the
-            largest, or NaN if the degree of det M is not 8.
+            largest. The value is NaN if det M is zero or has a degree above 8.
         pairs: For each configuration, the smallest singular value of the matrix A divided by the
             largest. The matrix A is the coefficient matrix of the equations for the angles of
             joints 1 and 2.
@@ -338,7 +338,7 @@ def _pairs(found: LineEquations) -> tuple[float, ...]:
 def _separations(found: LineEquations, order: EliminationOrder, q: Array) -> tuple[float, ...]:
     """Return the second smallest singular value of M divided by the largest, per configuration.
 
-    The returned ratio is NaN if the degree of det M is not 8.
+    The returned ratio is NaN if det M is zero or has a degree above 8.
 
     Args:
         found: The equation coefficients at C configurations, as two arrays with the shapes (C, 14,
@@ -364,7 +364,7 @@ def _at(angle: Array, M: Array) -> Array:
 def configurations(joints: int, given: tuple[int, ...]) -> list[list[float]]:
     """Return quasi-random configurations from multiples of square roots of primes, modulo 1.
 
-    If joints are fixed, some configurations have their angles at multiples of 90 degrees.
+    In some configurations, the angles of the fixed joints are multiples of 90 degrees.
     """
     if not given:
         return [_spread(joints, k) for k in range(CONFIGURATIONS)]

@@ -63,7 +63,7 @@ def motion(T: Array) -> Array:
 
 @cache
 def turn(sign: int) -> tuple[Array, Array, Array]:
-    """Return the matrices (15, 15) in M = M0 + M1 cos a + M2 sin a for a rotation by a about z."""
+    """Return matrices (15, 15) in M0 + M1 cos a + M2 sin a for a rotation by sign * a about z."""
     fixed, c, s = (np.zeros((SIZE, SIZE), int) for _ in range(3))
     for block in (P, L, M, W):
         x, y, z = range(SIZE)[block]
@@ -78,7 +78,7 @@ def turn(sign: int) -> tuple[Array, Array, Array]:
 
 @cache
 def slide(sign: int) -> tuple[Array, Array, Array]:
-    """Return the matrices (15, 15) in M = M0 + M1 d + M2 d^2 for a translation by d along z."""
+    """Return matrices (15, 15) in M = M0 + M1 d + M2 d^2 for a translation by sign * d along z."""
     forth, here, back = (np.eye(4, dtype=int) for _ in range(3))
     forth[2, 3], back[2, 3] = sign, -sign
     fixed, ahead, behind = motion(here), motion(forth), motion(back)

@@ -16,7 +16,7 @@ from .work import Work
 
 
 def lift(work: Work, slide: Axis, first: Axis, hand: Vector, position: Vector) -> None:
-    """Solve for the lift, a prismatic joint along the parallel axes.
+    """Solve for the displacement of a prismatic joint along the parallel axes.
 
     Args:
         work: Records the step.

@@ -48,7 +48,7 @@ class _Segments:
     """Tool pose as a product of transforms.
 
     Attributes:
-        between: Constant motions before, between and after the joints.
+        between: Fixed transforms before, between and after the joints.
         moving: The joint motions as functions of q, p and joint torques.
     """
 

@@ -25,7 +25,7 @@ from ..setting.widths import width
 from .inverse_symbols import InverseSymbols
 
 SHORT = 30.0
-"""Minimum width (pt) of repeated sums and coefficients that get a name."""
+"""Minimum width (pt) at which the article introduces a symbol for a repeated sum or coefficient."""
 
 
 class InverseTerms(TermNames):

@@ -63,7 +63,7 @@ class MechanismGeometry:
         steps: Motions from the parent frame to each body, as functions of actuated coordinates q,
             passive coordinates u and parameters p.
         base: Pose of the base body in the base frame, as a sequence of motions.
-        tool: Pose of the tool in the frame of the last body, as a sequence of motions.
+        tool: Motions whose product is the pose of the tool in the frame of the last body.
         ends: The two end frames of each closure and strut, each relative to its body.
         lengths: The length of each rod or cylinder.
         offsets: The offset of each coupling, keyed by the name of the coupled joint.

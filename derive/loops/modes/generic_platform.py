@@ -1,6 +1,6 @@
 """A generic platform on six rods with its forty complex poses.
 
-All tracked paths start from the poses of this generic platform.
+Path tracking for any other platform on six rods begins at the poses of this generic platform.
 
 The rod parameters of the generic platform are random numbers. Path tracking along random closed
 paths in parameter space found all forty poses from a single pose. A generic platform has at most

@@ -55,7 +55,7 @@ class DoubleJoints(NamedTuple):
     Attributes:
         side: 1 if the rods of each pair share an end on the platform, 2 if they share an end on the
             actuated side, 0 if no rods share an end.
-        rods: Indices of the rods, in which two consecutive entries form a pair.
+        rods: Rod indices, ordered in pairs of rods that share an end.
     """
 
     side: int

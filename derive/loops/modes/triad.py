@@ -95,7 +95,7 @@ class Elimination:
         k: The right-hand sides of the two linear equations in w, as functions of the lengths.
         w: Symbols of the components of w, the vector of the first rod.
         position: Coordinates x and y of the platform in terms of w.
-        scale: Squared length, whose cube divides the polynomial in the platform angle.
+        scale: Squared length by whose cube the polynomial in the platform angle is divided.
         linear: The left-hand sides of the two linear equations in w.
         solution: The vector w that solves the two linear equations.
         polynomial: Both sides of the polynomial equation for the platform angle phi.

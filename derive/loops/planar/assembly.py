@@ -139,7 +139,7 @@ def _assembly(clusters: Clusters) -> Assembly:
 
 
 def _fits(clusters: Clusters, elsewhere: Sequence[AtReference]) -> bool:
-    """Whether all redundant joints close their loops, and the two base pins of no dyad coincide."""
+    """Whether all redundant joints close their loops, and no dyad has coincident base pins."""
     is_open = any(
         closure_error > OFF_BRANCH for closure_error in clusters.closure_errors(elsewhere)
     )

@@ -183,7 +183,7 @@ class Clusters:
     def _id(self, body: str) -> int:
         return id(self.cluster(body))
 
-    # --- pins and slides of a rigid group ---
+    # --- revolute and prismatic joints of a rigid group ---
 
     def pin(self, cluster: Cluster, pin: PinEdge) -> PhasorSum:
         """Return the position of a pin in a rigid group."""

@@ -35,8 +35,8 @@ class Solution:
 
     Attributes:
         mechanism: The description.
-        values: Values of joints, swing angles and cylinders, keyed by name. These angles may exceed
-            a full turn.
+        values: Values of joints, swing angles and cylinders, keyed by name. Joint and swing angles
+            may exceed a full turn.
         loops: Functions that compute the rates of the solved angles, for ``Tangent``.
         steps: The solution steps, in the order in which they are evaluated.
         relations: Sums of rotated planar vectors that are zero if the loops close.

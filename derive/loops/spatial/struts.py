@@ -135,11 +135,10 @@ class Legs:
         return pose_of(self.mechanism, self.terms, frame, values)[0][2]
 
     def reach(self, struts: Sequence[Strut], *, sliding: bool) -> Reach | None:
-        """Return a strut that determines a single unknown joint, or None if the strut does not.
+        """Return a strut with the single unknown joint that the strut determines, or None.
 
         Args:
-            struts: The struts. If the sequence ``struts`` has several struts, the function returns
-                None.
+            struts: The struts. For several struts, the function returns None.
             sliding: True if the joint must be prismatic, False if the joint must be revolute.
         """
         if len(struts) != 1:

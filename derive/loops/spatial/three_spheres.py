@@ -150,7 +150,8 @@ class ThreeSpheres(LegStep):
 def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
     """Return, for each strut, the sphere on which the strut keeps the platform origin.
 
-    The list of spheres is empty if the platform can rotate.
+    The list of spheres is empty unless three unknown prismatic joints move the platform, and all
+    strut lengths are known.
     """
     path = _joints_to_tip(legs, struts)
     if path is None:

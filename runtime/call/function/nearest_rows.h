@@ -26,7 +26,8 @@ static inline npy_intp coordinates_of(const Kernel *kernel)
     return kernel->operands[kernel->n_inputs].dims[1];
 }
 
-/* Tests whether a row needs refinement or contains no pose. Python then handles the row. */
+/* Tests whether a row needs refinement, or whether its target is not a pose. Python then handles
+ * the row. */
 static inline int is_unsettled(const Function *inverse, int slot, double residual)
 {
     return slot < 0 && ((inverse->refinement && residual <= inverse->near) || residual > DBL_MAX);

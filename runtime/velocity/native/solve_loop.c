@@ -53,7 +53,8 @@ static int read_problem(RateProblem *p, char **args, const npy_intp *core)
     return finite;
 }
 
-/* Writes the smallest singular value, lambda^2, and the twist, whose largest entry is positive. */
+/* Writes the smallest singular value, the squared damping lambda^2, and the twist. The largest
+ * entry of the twist is positive. */
 static void write_smallest(const RateProblem *p, char **args, const npy_intp *core)
 {
     const double *u = p->svd.u[p->rank - 1];

@@ -1,4 +1,4 @@
-"""Robots of the papers agree with independently computed reference values."""
+"""The robots described in five papers agree with independently computed reference values."""
 
 import numpy as np
 import pytest

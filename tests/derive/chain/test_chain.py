@@ -126,7 +126,7 @@ def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
 
 
 def test_the_groups_multiply_to_the_orientation_of_the_tool():
-    """The tool orientation The tool orientation R_0_ee is a product of rotations about z and x.
+    """The tool orientation R_0_ee is a product of rotations about z and x.
 
     The test multiplies the rotations of all groups as documented in the module of `groups`, at
     30-digit precision.

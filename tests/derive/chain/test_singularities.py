@@ -193,7 +193,7 @@ C2, C3, C4 = map(sp.cos, Q)
     ],
 )
 def test_conditions_contain_no_factor_that_the_others_imply(products, expected):
-    """Each tuple of `products` contains the factors of one minor of the Jacobian."""
+    """Each expression in `products` is one minor of the Jacobian."""
     found = conditions([Factored(sp.S.One, ((one, 1),)) for one in products], Q, {})
     assert set(map(frozenset, found)) == set(map(frozenset, expected))
 

@@ -301,8 +301,7 @@ def test_wrong_label_count_is_rejected(loadable, tmp_path):
 
 
 LANES = {"baseline": (0, set()), "avx2": (1, AVX2), "avx512": (2, AVX512)}
-"""Number of each instruction set in the C code, and the processor features that this instruction
-set needs."""
+"""Index of each instruction set in the C code, and the processor features that the set needs."""
 CALLS = """\
 #define CHASLES_ISA {}
 #include "chasles_lanes.h"

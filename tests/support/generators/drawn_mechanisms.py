@@ -33,7 +33,7 @@ class Sketch:
     """A mechanism under construction, to which methods add bodies and joints.
 
     Attributes:
-        draw: Random generator of the mechanism.
+        draw: NumPy random generator from which the mechanism is drawn.
         tools: Bodies that may carry the tool.
     """
 

@@ -17,9 +17,9 @@
 
 /* Writes the rigid pose nearest to T (4 x 4) to `rigid`, and returns 1. The pointers `rigid` and T
  * may be equal. The rotation of the rigid pose is nearest to the rotation part of T in the
- * Frobenius norm. Returns 0 without changing rigid if T is not finite or is left-handed, or if T
- * deviates by more than the tolerance (radian, at most 0.1). The deviation of T is |R^T R - 1| /
- * sqrt(8) for the rotation part R, or the error of an entry in the last row of T.
+ * Frobenius norm. Returns 0 and leaves `rigid` unchanged if T is not finite, is left-handed, or
+ * deviates from a rigid pose by more than the tolerance (radian, at most 0.1). The deviation of T
+ * is |R^T R - 1| / sqrt(8) for the rotation part R, or the error of an entry in the last row of T.
  *
  * The iteration R <- R (3 - R^T R) / 2 converges quadratically to the orthogonal factor of R's
  * polar decomposition (Bjorck and Bowie 1971, Higham 1986). */

@@ -73,7 +73,7 @@ def test_rpy_reproduces_rotation_matrices_and_quaternions():
 
 @pytest.mark.parametrize("step", [1, 6])
 def test_rpy_is_exact_at_multiples_of_fifteen_degrees(step):
-    """The test compares products of rotation matrices in double precision.
+    """The test computes the input quaternions in double precision.
 
     At gimbal lock, yaw is 0.
     """

@@ -1,10 +1,11 @@
 /* Computes the determinant of M, its real roots, and the null vector of M. Each SIMD lane processes
  * one angle of the suppressed joint. This file is part of chasles and is the same for every robot.
  *
- * Let s and c be the sine and cosine of the half angle. The six equations without y have the form
- * (A s^2 + B s c + C c^2) x = 0 with 6 x 3 matrices A, B and C. The six equations times s, and the
- * six equations times c, give the matrix rows [A B C 0] and [0 A B C] for the unknowns (s^3 x, s^2
- * c x, s c^2 x, c^3 x). */
+ * Let s and c be the sine and cosine of the half angle of joint v (see
+ * chasles_general_equations.h). The six equations without y have the form (A s^2 + B s c + C c^2) x
+ * = 0 with 6 x 3 matrices A, B and C. The six equations times s, and the six equations times c,
+ * give the matrix rows [A B C 0] and [0 A B C] for the unknowns (s^3 x, s^2 c x, s c^2 x, c^3 x).
+ */
 #ifndef CHASLES_GENERAL_ROOTS_H
 #define CHASLES_GENERAL_ROOTS_H
 

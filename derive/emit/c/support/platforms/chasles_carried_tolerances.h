@@ -14,9 +14,9 @@
 /* With three unknown joints, a solution is accepted only if each ball joint is within this distance
  * (relative to the mechanism size) of its plane. */
 #define CHASLES_ARM_CLOSED 1e-12
-/* With fewer than three unknown joints, the equations of a pose are redundant. In this case, a
- * solution is accepted only if each ball joint is within this distance (relative to the mechanism
- * size) of its plane. */
+/* With fewer than three unknown joints, the equations of a pose are redundant. With redundant
+ * equations, a solution is accepted only if each ball joint is within this distance (relative to
+ * the mechanism size) of its plane. */
 #define CHASLES_ARM_NEAR 1e-2
 /* Newton's iteration starts only if each ball joint is at most this distance from its plane. */
 #define CHASLES_ARM_TRIED 0.1

@@ -118,8 +118,8 @@ static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int
     return again;
 }
 
-/* Computes the real pose at the end of a path. Returns 0 if the pose at the path end is not nearly
- * real, or is at infinity. */
+/* Computes the real-valued pose at the end of a path. Returns 0 if the pose at the path end is not
+ * nearly real, or is at infinity. */
 static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_mode *mode)
 {
     const chasles_hexapod_number *x = end->x;

@@ -123,7 +123,7 @@ static void chasles_hexapod_tried(const chasles_hexapod_path *path, chasles_hexa
 
 /* Computes the factor by which the step size of a path changes. The Newton correction grows with
  * the fifth power of the step size. The factor is a fourth root instead of a fifth root of the
- * relative correction, so the step size changes slightly more than necessary. */
+ * inverse relative correction, so the step size changes slightly more than necessary. */
 static double chasles_hexapod_growth(double correction, double near)
 {
     const double ratio = 0.5 * near / (correction + 1e-30);

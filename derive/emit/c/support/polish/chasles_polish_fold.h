@@ -108,9 +108,8 @@ static int POLISH_NAME(is_known)(const POLISH_NAME(search) * s, const double *q,
     return 0;
 }
 
-/* Returns whether a solution branch without a new solution may end at a fold point. Either Newton's
- * iteration found no new solution on the branch, or the nominal arm misses a pose that the true
- * arm may reach. */
+/* Returns whether a solution branch without a new solution may end at a fold point. The branch may
+ * end at a fold point if the nominal arm reaches the pose or narrowly misses it. */
 static int POLISH_NAME(is_folded)(double residual, double pivot)
 {
     if (residual < POLISH_REACH)

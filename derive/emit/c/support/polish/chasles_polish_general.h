@@ -53,9 +53,9 @@ static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
     return 1;
 }
 
-/* Returns whether each real root of the determinant belongs to exactly one known solution, and no
- * two roots are near each other. The known solutions are complete if each real root matches exactly
- * one of them. */
+/* Returns whether each real root of the determinant belongs to exactly one known solution and
+ * whether no two roots are near each other. If the function returns 1, the known solutions are
+ * complete. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                                     const chasles_general_order *order,
                                     const chasles_circle_roots *roots)
