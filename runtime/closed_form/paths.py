@@ -48,7 +48,7 @@ class JointPath:
             if the branch continues beyond a limit.
         coordinate: The coordinate that jumps or exceeds a limit, otherwise "". For a coupled arm,
             `coordinate` may be the name of a joint.
-        next_value: The next value of the coordinate or joint that ended the path; NaN if complete.
+        next_value: Value that `coordinate` would need for the next pose. NaN if complete.
         min_margin: The smallest margin on the path. NaN if no pose was reached. The margin is 0 at
             a stretched elbow, but not at aligned wrist axes.
         min_margin_index: The index of the pose with the smallest margin. -1 if no pose was reached.

@@ -21,7 +21,7 @@ from .freedoms import SPATIAL, Counts
 
 @dataclass(frozen=True)
 class Mobility:
-    """Degrees of freedom of a mechanism, from two counting formulas and from a rank.
+    """Degrees of freedom of a mechanism, by formulas and by the rank of the closure equations.
 
     Attributes:
         bodies: Number n of bodies, including the base. A rod counts as one body, and a cylinder as
@@ -36,8 +36,8 @@ class Mobility:
         loop_orders: Dimension of the space of body motions in each independent loop.
         idle: Number of struts with ball joints at both ends. Each can rotate about its own axis
             without moving another body (idle rotation).
-        coordinates: Number of configuration variables z: joint values, cylinder displacements and
-            the pose variables of a free platform.
+        coordinates: Number of configuration variables z: joint values, cylinder displacements,
+            swing angles of pin-ended struts, and the pose variables of a free platform.
         rank: Rank of the Jacobian of the loop closure equations at closed configurations.
         equations: Number of loop closure equations.
         actuated: Number of actuated coordinates.
@@ -57,7 +57,7 @@ class Mobility:
 
     @property
     def kutzbach(self) -> int:
-        """Gruebler-Kutzbach mobility: order (n - 1 - j) + freedoms.
+        """Gruebler-Kutzbach mobility: order (bodies - 1 - joints) + freedoms.
 
         If the order is 6, the mobility includes idle rotations.
         """
@@ -75,7 +75,7 @@ class Mobility:
 
     @property
     def is_overconstrained(self) -> bool:
-        """Whether ``true`` exceeds ``kutzbach`` or ``by_loops``, idle rotations subtracted."""
+        """Whether ``true`` exceeds ``kutzbach`` or ``by_loops``, both without idle rotations."""
         return self.true > self.by_loops - self.idle or self.true > self._kutzbach_but_idle
 
     @property
@@ -118,7 +118,7 @@ class Mobility:
 
 
 def mobility(mechanism: Mechanism) -> Mobility:
-    """Compute the degrees of freedom by counting formulas and by a rank.
+    """Compute the degrees of freedom by formulas and by the rank of the closure equations.
 
     Bodies connected by fixed joints count as one body. A rod counts as a body with two joints. A
     cylinder counts as two bodies with three joints. Virtual joints, which describe the pose of a
@@ -129,8 +129,8 @@ def mobility(mechanism: Mechanism) -> Mobility:
         mechanism: A robot with loops, for example from ``read``.
 
     Returns:
-        The counted bodies, joints and equations. ``kutzbach`` and ``by_loops`` are the mobility by
-        formula. ``true`` is the actual mobility, from the rank of the loop closure equations.
+        The numbers of bodies, joints and equations. ``kutzbach`` and ``by_loops`` are the mobility
+        by formula. ``true`` is the actual mobility, from the rank of the loop closure equations.
 
     Raises:
         LoopError: The loops do not close at the reference configuration.

@@ -7,10 +7,10 @@ product of all displacements along a closed loop is the identity 1.
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
 Each screw xi_i is the joint screw at zero joint values, expressed in the frame of the body at which
-the loop starts. The matrix M is the displacement between the ends of the two branches if all joint
-values are zero. The scalar equations of a loop follow from this matrix equation. The equations of a
-planar loop compare two points, each a sum of rotated vectors. The equations of a spatial loop
-compare the poses of both branches.
+the loop starts. The matrix M is the displacement around the loop at zero joint values. The scalar
+equations of a loop follow from this matrix equation. The equations of a planar loop compare two
+points, each a sum of rotated vectors. The equations of a spatial loop compare the poses of both
+branches.
 """
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence

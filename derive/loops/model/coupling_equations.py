@@ -107,7 +107,7 @@ def joint_couplings(mechanism: Mechanism, names: Sequence[str]) -> tuple[tuple[f
 
 
 def turning_coordinates(mechanism: Mechanism, terms: Terms) -> list[bool]:
-    """Return whether a full turn of each coordinate turns all coupled joints by full turns."""
+    """Return for each coordinate whether its full turn turns all coupled joints by full turns."""
     names = [*mechanism.members]
     rows = joint_couplings(mechanism, names)
     is_angle = [not is_length(member) for member in mechanism.members.values()]

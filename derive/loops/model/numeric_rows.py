@@ -2,7 +2,7 @@
 
 Each closure equation has a corresponding wrench. If only the body at end b moves, the rate of the
 residual is the power of the wrench on that body. If only the body at end a moves, the rate of the
-residual is the negative power of the wrench on that body.
+residual is minus the power of the wrench on that body.
 """
 
 from collections.abc import Iterator, Mapping
@@ -104,8 +104,8 @@ class NumericRows:
                 rows = [*_rows(self._kind(loop_joint), a.T, b.T, B[:3, 3] - A[:3, 3])]
                 facing += [a[:, k] @ b[:, k] for k in FACING[self._kind(loop_joint)]]
             # If all components of a difference vector must be 0, the axes of the components are
-            # arbitrary. Newton's method converges better if the axes of the difference vector do
-            # not rotate with frame a. If all components of a difference vector must be 0, the
+            # arbitrary. Newton's method converges better if the axes of the vector components do
+            # not rotate with frame a. If the axes of the vector components do not rotate, the
             # wrench on the body at end a acts at the origin of frame a.
             is_whole = not isinstance(loop_joint, Strut) and loop_joint.kind != "slider"
             for row, force, couple in rows:

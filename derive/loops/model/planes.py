@@ -4,7 +4,7 @@ A loop is planar if its revolute axes are parallel and its sliders are perpendic
 axes. Loops that share a joint form one *linkage*. Each body of a linkage has its own planar axes.
 The planar x axis of a body is the first axis of the body frame (x, y, z) that lies in the plane.
 The planar y axis points to the left of the planar x axis. The plane normal is the first revolute
-axis of the linkage, or without revolute axes, perpendicular to the slider directions.
+axis of the linkage, or the normal of the slider directions if no axis is revolute.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
