@@ -160,7 +160,7 @@ def _poor_fit(found: Calibration) -> Iterator[str]:
 
 
 def is_unexplained(found: Calibration) -> bool:
-    """Return whether the calibrated robot's errors are large for the noise and the tool motion."""
+    """Return whether calibrated errors are large relative to stated noise and tool motion."""
     moved = spread(found.robot.fk_p(found.q, nominal(found.robot)))
     excess = found.noise / largest_noise(found.residual_dof)
     return moved >= MIN_SPREAD and left(found) > UNEXPLAINED * moved and excess > UNSTATED

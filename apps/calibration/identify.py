@@ -51,15 +51,16 @@ def identify(
             and poses are in the frame W of the measuring device; `StationPositions` are in the
             frames of the stations.
         vary: One or several names of parameters or parameter groups. All other parameters keep
-            their nominal values. `robot.geometry` lists each `name`, and its group as `part`. The
-            group "axis" contains the positions and tilts of the joint axes. "offset" contains the
-            zeros of the joint coordinates. "parameter" contains the named parameters of the robot
-            file, such as the radius of a delta robot. The other groups are "joint", "transmission",
-            "coupling", "compliance", "loop", "base" and "tool". The reference page "Calibration
-            tables" describes all groups. The default "geometry" means "axis", and also "loop" for
-            robots with loops. If poses are measured, the group "tool" is added. For serial robots,
-            "axis" and "tool" are a complete and minimal set of parameters. The group "base" is
-            added if `parameter_std` is set, if "axis" is not varied, or if the robot has loops.
+            their nominal values. `robot.geometry` lists the name (`name`) and the group (`part`) of
+            each parameter. The group "axis" contains the positions and tilts of the joint axes.
+            "offset" contains the zeros of the joint coordinates. "parameter" contains the named
+            parameters of the robot file, such as the radius of a delta robot. The other groups are
+            "joint", "transmission", "coupling", "compliance", "loop", "base" and "tool". The
+            reference page "Calibration tables" describes all groups. The default "geometry" means
+            "axis", and also "loop" for robots with loops. If poses are measured, the group "tool"
+            is added. For serial robots, "axis" and "tool" are a complete and minimal set of
+            parameters. The group "base" is added if `parameter_std` is set, if "axis" is not
+            varied, or if the robot has loops.
         parameter_std: Standard deviations of parameters about their nominal values, in the units of
             the parameters (such as m or rad). A key is a name, a group (`part`) or a unit from
             `robot.geometry`. If several keys match a parameter, a name takes precedence over a

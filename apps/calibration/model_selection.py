@@ -126,10 +126,11 @@ def select_model(
         ShapeError: `q` is not (N, n), or `q` and `measurements` have different numbers of
             configurations.
         InputValueError: `models` is empty. `q` contains a number that is not finite. A model names
-            an unknown parameter or group. There are fewer measured values than values to identify.
-            The measurements have wrong units, joint signs or table columns, as the message states.
-            In `CirclePoints`, a circle has no target that is visible in four configurations. Along
-            a circle, the rotation of the tool is less than 0.2 rad, or is not about a single axis.
+            an unknown parameter or group, or its `parameter_std` has an unknown key or a negative
+            value. There are fewer measured values than values to identify. The measurements have
+            wrong units, joint signs or table columns, as the message states. In `CirclePoints`, a
+            circle has no target that is visible in four configurations. Along a circle, the
+            rotation of the tool is less than 0.2 rad, or is not about a single axis.
     """
     check_type("select_model: robot", robot, Robot)
     if not models:
@@ -185,8 +186,9 @@ def cross_validate(
         robust: Whether to exclude outliers from the fit.
 
     Returns:
-        (M,) error of each measured value, divided by its standard deviation. The order is the order
-        of `Calibration.errors`. For `Positions`, each visible target has three errors x, y and z.
+        (M,) error of each measured value, divided by its standard deviation. The errors are in the
+        order of `Calibration.errors`. For `Positions`, each visible target has three errors x, y
+        and z.
 
     Raises:
         MissingFunctionError: The robot has no parametric functions.

@@ -25,8 +25,8 @@ FRAMES = frozenset({"base", "tool"})
 GEOMETRY = "geometry"
 """Name of the group that contains all lengths, angles and offsets of a robot."""
 _WHOLE = frozenset({"axis", "loop"})
-"""Parameter groups that the name "geometry" includes. The group "axis" contains offsets, and the
-group "loop" contains rod lengths."""
+"""Parameter groups that the name "geometry" includes. Tilts and shifts of the axes in the group
+"axis" reproduce joint offsets, and the group "loop" contains rod lengths."""
 
 
 def parts(robot: Robot, words: Collection[str]) -> set[str]:

@@ -38,10 +38,10 @@ class Calibration(StudyResult):
             measurements.
         values: (k,) identified values, in the order of `names` [m, rad, 1].
         deviations: (k,) differences from the nominal values of the parameters. For unknowns, the
-            identified values.
+            deviations are the identified values.
         covariance: (k, k) covariance of `values`.
-        parameter_std: (k,) standard deviation about the nominal value that `identify` was given, or
-            0 if there was none.
+        parameter_std: (k,) standard deviation of each value about its nominal value, from the
+            argument `parameter_std` of `identify`, or 0 without one.
         p: All geometry parameters of the calibrated robot, in the order of `robot.geometry`.
         unidentifiable: Parameters that the measurements do not determine.
         T_W_base: (4, 4) pose of the base frame in the frame W of the measuring device.

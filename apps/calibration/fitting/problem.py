@@ -49,7 +49,8 @@ Output = TypeVar("Output")
 _ROUNDS = 12
 """Maximum number of repeated fits, each with updated outliers and noise."""
 _STEP = 1e-12
-"""Relative change of the variables and of the sum of squares at which the fit stops."""
+"""The fit stops if the relative change of the variables or of the sum of squares is at most this
+value."""
 _EVALUATIONS = 100
 """Maximum number of error evaluations per fit. For exact data, the fit does not converge before
 rounding errors dominate. About twenty error evaluations suffice."""

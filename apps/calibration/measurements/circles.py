@@ -38,7 +38,7 @@ MIN_TURN = 0.2
 
 @dataclass(frozen=True)
 class MeasuredAxis:
-    """A joint axis in the frame W of the measuring device, fitted to measured positions.
+    """A joint axis, fitted to positions in the device frame W or to tool poses in the base frame.
 
     Attributes:
         direction: (3,) unit vector along the joint axis. On average, the tool rotates right-handed

@@ -65,7 +65,7 @@ class _OneNumber(Measurements):
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Label of each measurement row with the measurement number, counted from 1."""
+        """Label of each measurement row: measurement number, counted from 1."""
         return tuple(f"measurement {i + 1}" for i in range(len(self.values)))
 
     @property

@@ -79,13 +79,13 @@ def read_measurements(path: str | Path, robot: Robot) -> MeasurementTable:
             separated by commas, semicolons, tabs, bars or spaces. Typical columns are q1 [deg],
             ..., q6 [deg] for the coordinates, and x [mm], y [mm], z [mm] for the position of a
             target on the tool. Several targets have the columns x1 [mm], y1 [mm], z1 [mm], x2 [mm],
-            and so on. A pose also has an orientation: a rotation vector rx [rad], ry [rad], rz
-            [rad], or a quaternion qw, qx, qy, qz. If there is a column "target", each row contains
-            one target. A column "station" contains the name of the location of the measuring
-            device. Empty position cells mark an invisible target. Units are m, mm, cm, um or inch,
-            and rad, mrad or deg. The reference page "Calibration tables" lists all headings, and
-            the rules that infer missing units. Positions and poses are in the frame of the
-            measuring device.
+            and so on. A pose also has an orientation, such as a rotation vector rx [rad], ry [rad],
+            rz [rad], or a quaternion qw, qx, qy, qz. If there is a column "target", each row
+            contains one target. A column "station" contains the name of the location of the
+            measuring device. Empty position cells mark an invisible target. Units are m, mm, cm, um
+            or inch, and rad, mrad or deg. The reference page "Calibration tables" lists all
+            headings, and the rules that infer missing units. Positions and poses are in the frame
+            of the measuring device.
         robot: The measured robot. Its coordinates determine the names and units of the coordinate
             columns.
 
@@ -348,8 +348,8 @@ def _orientations(table: _Table, form: Form) -> FloatArray:
 def _long(table: _Table, q: FloatArray) -> MeasurementTable:
     """Read a table with one row per target.
 
-    Rows of a station with equal joint coordinates form one configuration. If such rows name the
-    same target, they form separate configurations.
+    Rows of a station with equal joint coordinates but different targets form one configuration.
+    Rows with equal station, joint coordinates and target belong to separate configurations.
     """
     names = table.names_of_rows(TARGET)
     targets = list(dict.fromkeys(names))

@@ -106,7 +106,7 @@ class StationPositions(Measurements):
         return self._placed._lengths(errors)
 
     def at(self, index: IntArray) -> Self:
-        """Return the measurements at configurations with these indices."""
+        """Return the measurements at the configurations `index`."""
         every = np.broadcast_to(self.T_W_station, (self.count, 4, 4))
         return replace(
             self, points=self.points[index], station=self.station[index], T_W_station=every

@@ -141,7 +141,7 @@ class Measurements(ABC):
 
     @abstractmethod
     def at(self, index: IntArray) -> Self:
-        """Return the measurements at configurations with these indices, with the same frames."""
+        """Return the measurements at the configurations `index`, with the same frames."""
 
     @abstractmethod
     def _placed_as(self, other: Self) -> Self:

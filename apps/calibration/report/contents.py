@@ -27,8 +27,10 @@ _SHOWN_OUTLIERS = 12
 class Table:
     """A table of a calibration report.
 
-    Attributes: title: Title of a table. heading: Column names of the table, with units. rows: Cells
-    of each row in the table.
+    Attributes:
+        title: Title of the table.
+        heading: Column names of the table, with units.
+        rows: Cells of each row in the table.
     """
 
     title: str
@@ -46,7 +48,8 @@ class Contents:
         parameters: Table of the parameter values and their 95 % confidence intervals.
         tables: Tables of the errors by target, of the frames, of the validation errors of models,
             and of strong correlations.
-        notes: Sentences about warnings, excluded measurement rows and unidentifiable parameters.
+        notes: Warnings, and sentences about excluded measurement rows and unidentifiable
+            parameters.
     """
 
     title: str
