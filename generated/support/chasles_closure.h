@@ -1,7 +1,7 @@
 /* Solves loops without a closed form by Newton's iteration, which follows a path from a known
  * configuration. This file is part of chasles and is the same for every robot.
  *
- * A robot function with loops first calls `at` or `seeded`, which compute the variables w. The
+ * A robot function with loops first calls `at` or `seeded`, which compute the loop variables w. The
  * robot function then calls `factored`, and functions of chasles_closure_rates.h for derivatives.
  *
  * This file is included once for each robot, which defines the following macros and tables.
@@ -24,13 +24,13 @@
  *   CLOSURE_DETERMINANT        is the magnitude of det c_u at the reference configuration.
  *   CLOSURE_RESUMES            states whether an inverse resumes from its last loop variables.
  *
- * The actuated variables a move along a straight line from a known configuration to their given
- * values. Each step of the unknown variables u solves c_u du = -c_a da along the tangent. Newton's
- * iteration then solves c_u du = -c, in the least-squares sense if M > U, to return to closed
- * loops.
+ * The closure equations c have the derivatives c_a and c_u by the actuated variables a and the
+ * unknown variables u. While a moves along a straight line from a known configuration to the given
+ * values, u follows the tangent c_u du = -c_a da. After each step, Newton's iteration solves c_u
+ * du = -c to close the loops, in the least-squares sense if M > U.
  *
- * The first step spans the complete path. A step is halved if the iteration does not contract or
- * the determinant changes its sign, so that u stays on its branch. The iteration ends at a
+ * The first step spans the complete path. A path step is halved if Newton's iteration does not
+ * contract or det c_u changes its sign, so that u stays on its branch. The path ends early at a
  * singularity, where c_u is rank deficient, or after CLOSURE_MAX linear systems.
  *
  * Source: Deuflhard, Newton Methods for Nonlinear Problems, 2011, sections 2.1 and 5.1. The code

@@ -1,18 +1,19 @@
 /* Finds all poses of a platform with six rods that end in three double joints. This file is part of
  * chasles and is the same for every robot.
  *
- * Two rods that share a joint keep this joint on a circle about the line through their other ends.
- * The points of the circle are P_i = c_i + e_i cos(t_i) + f_i sin(t_i). The distances of the three
- * joints are known: |P_i - P_k|^2 = |b_i - b_k|^2, which is bilinear in the cosines and sines of
- * t_i and t_k.
+ * Two rods that share a joint keep this joint on a circle about the line through the other ends of
+ * the rods. The points on the circle of joint i are P_i = c_i + e_i cos(t_i) + f_i sin(t_i). The
+ * known distances between the three joints give the equations |P_i - P_k|^2 = |b_i - b_k|^2, which
+ * are bilinear in the cosines and sines of t_i and t_k.
  *
  * For a given angle t_1, the distances from P_1 give two angles t_2 and two angles t_3. The
- * formulas of t_2 and t_3 contain the square roots of Delta_2 and Delta_3. The last distance, F_23,
- * is then U + V w_2 + W w_3 + X w_2 w_3 with w_i^2 = Delta_i. The product of F_23 over the four
- * combinations of signs contains no square roots. Multiplied by its denominators, the product is a
- * trigonometric polynomial of degree 8 in t_1, whose zeros give up to sixteen poses. With three
- * double joints on both sides, the axes of all circles lie in one plane. If all angles are measured
- * from this plane, the sines cancel in the polynomial. The polynomial then has degree 8 in
+ * formulas of t_2 and t_3 contain the square roots w_2 and w_3 of two discriminants Delta_2 and
+ * Delta_3. The equation of the last distance is F_23 = U + V w_2 + W w_3 + X w_2 w_3 = 0. The
+ * product of F_23 over the four sign combinations of w_2 and w_3 contains no square roots.
+ * Multiplied by its denominators, the product is a trigonometric polynomial of degree 8 in t_1,
+ * whose zeros give up to sixteen poses. If both the platform and the base have three double joints,
+ * the axes of all circles lie in one plane. If all angles t_i are measured from the plane of the
+ * circle axes, the sines cancel in the polynomial. Without sines, the polynomial has degree 8 in
  * cos(t_1), and the poses come in mirrored pairs.
  *
  * Source:
@@ -29,7 +30,7 @@
 #include "chasles_circle_roots.h"
 #include "chasles_hexapod_tolerances.h"
 
-/* Number of samples of the polynomial. */
+/* Number of samples of the trigonometric polynomial in the angle of the first joint. */
 #define CHASLES_JOINT_SAMPLES 24
 /* Maximum number of Newton steps for the three distance equations. */
 #define CHASLES_JOINT_STEPS 12
@@ -60,8 +61,8 @@ static double chasles_joint_normal(double *x)
     return length;
 }
 
-/* Computes the circle of a joint at the end of two rods. Returns the squared radius, or NaN if the
- * opposite ends of the two rods coincide. */
+/* Computes the circle of a joint at the end of two rods. Returns the squared radius of the circle,
+ * or NaN if the opposite ends of the two rods coincide. */
 static double chasles_joint_circle(const double (*a)[3], const double *l, double *c, double *e,
                                    double *f)
 {
@@ -105,9 +106,9 @@ static void chasles_joint_distance(const chasles_double_joints *joints, int i, i
     }
 }
 
-/* Computes the two zeros of g[0] + g[1] cos + g[2] sin. The vectors (1, cos, sin) of the two zeros
- * are m + w n and m - w n, where w is the square root of delta. `square` is the squared norm of
- * (g[1], g[2]). */
+/* The two angles at which g[0] + g[1] cos + g[2] sin is zero. The vectors (1, cos, sin) of the two
+ * angles are m + w n and m - w n, where w is the square root of delta. `square` is the squared norm
+ * of (g[1], g[2]). */
 typedef struct {
     double m[3], n[3], delta, square;
 } chasles_joint_pair;
@@ -121,7 +122,8 @@ static void chasles_joint_solved(const double *g, chasles_joint_pair *pair)
     pair->n[0] = 0.0, pair->n[1] = -g[2] * inverse, pair->n[2] = g[1] * inverse;
 }
 
-/* Computes the other two joints for a given angle of the first joint. */
+/* Computes the two possible angles of each of the other two joints for a given angle of the first
+ * joint. */
 static void chasles_joint_neighbours(const chasles_double_joints *joints, double cosine,
                                      double sine, chasles_joint_pair *pairs)
 {
@@ -135,7 +137,7 @@ static void chasles_joint_neighbours(const chasles_double_joints *joints, double
     chasles_joint_solved(h, pairs + 1);
 }
 
-/* Returns x^T Q y. */
+/* Returns the bilinear form x^T Q y. */
 static double chasles_joint_form(const double *x, const double (*Q)[3], const double *y)
 {
     double sum = 0.0;
@@ -155,8 +157,8 @@ static void chasles_joint_last(const chasles_double_joints *joints, const chasle
     parts[3] = chasles_joint_form(pairs[0].n, Q, pairs[1].n);
 }
 
-/* Evaluates the polynomial at an angle. Writes the sum of the absolute values of all terms to
- * `size`. */
+/* Evaluates the polynomial at an angle of the first joint. Writes the sum of the absolute values of
+ * the polynomial's terms to `size`. */
 static double chasles_joint_sample(const chasles_double_joints *joints, double cosine, double sine,
                                    double *size)
 {
@@ -172,7 +174,8 @@ static double chasles_joint_sample(const chasles_double_joints *joints, double c
     return s * s * (P * P - Q * Q * d3);
 }
 
-/* Computes the polynomial. Returns 0 if the value of the polynomial is not finite or vanishes. */
+/* Computes the polynomial in the angle of the first joint from samples. Returns 0 if the polynomial
+ * is not finite or is zero everywhere. */
 static int chasles_joint_series(const chasles_double_joints *joints, chasles_circle_series *series)
 {
     const int every = CHASLES_CELLS / CHASLES_JOINT_SAMPLES;
@@ -199,8 +202,8 @@ static int chasles_joint_series(const chasles_double_joints *joints, chasles_cir
     return most <= DBL_MAX && series->most > CHASLES_JOINT_VANISHED;
 }
 
-/* Solves the three distance equations by Newton's iteration. Returns the largest residual, relative
- * to the summands of its equation. */
+/* Solves the three distance equations by Newton's iteration. Returns the largest absolute residual
+ * of the three distance equations. */
 static double chasles_joint_polished(const chasles_double_joints *joints, double (*x)[3])
 {
     double left = HUGE_VAL;
@@ -327,8 +330,8 @@ static int chasles_joint_real(const chasles_double_joints *joints, double angle,
            fabs(x[0][2] * cosine - x[0][1] * sine) < CHASLES_JOINT_TURN;
 }
 
-/* Computes all poses; the unknown is the angle of the first joint. Returns the number of poses, or
- * -1 if the number is uncertain. */
+/* Computes all poses from the real roots of the polynomial in the angle of the first joint. Returns
+ * the number of poses, or -1 if the number is uncertain. */
 static int chasles_joint_poses(const chasles_double_joints *joints, const double (*b)[3],
                                double (*poses)[7])
 {

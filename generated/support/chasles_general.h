@@ -55,8 +55,8 @@ static int chasles_general_same(const chasles_general_six *six, const chasles_ge
     return found->count;
 }
 
-/* Stores a configuration if it is a solution. Returns the index of the stored solution, or -1 if
- * the configuration is not stored. */
+/* Stores a configuration if it is a solution. Returns the index of this solution among the stored
+ * solutions, or -1 if the solution is not stored. */
 static int chasles_general_keep(const chasles_general_six *six, chasles_general_found *found,
                                 const chasles_general_iterate *iterate)
 {

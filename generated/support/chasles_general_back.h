@@ -55,8 +55,8 @@ CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, cha
     chasles_general_unit(sign * r[1], sign * r[2], c + 1, s + 1);
 }
 
-/* Computes cosine and sine of one joint of the pair from the vector (x, y), or x and x^2 for a
- * prismatic joint. */
+/* For a revolute joint of the pair, computes cosine and sine from the vector (x, y). For a
+ * prismatic joint, computes x and x^2. */
 CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasles_vector y,
                                             chasles_vector *c, chasles_vector *s)
 {

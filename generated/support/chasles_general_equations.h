@@ -3,22 +3,24 @@
  *
  * The arm and the target pose form a closed loop. The loop, numbered from any joint in either
  * direction, gives fourteen equations A y = B(s) x. The vector y contains the products of the
- * cosines and sines of two joints (the pair), and x is (1, cos, sin) of joint v times (1, cos, sin)
- * of joint w. The angle s is the angle of one further joint, which is called the suppressed joint.
- * Any constant transform of the loop may contain the target pose. Six linear combinations of the
- * rows do not contain y. Expressed in the half angle of joint v, the six combinations become twelve
- * equations M(s) u = 0 in twelve unknowns. The determinant det M is a trigonometric polynomial of
- * degree 8 in s. Samples of det M give its real roots (chasles_general_roots.h), and each root
- * gives the other joints (chasles_general_back.h). Newton's iteration on the pose refines the
- * joints (chasles_general_newton.h). An elimination order (type chasles_general_order) is the order
- * in which the joints are numbered. If one order fails, other elimination orders and nearby poses
- * are tried (chasles_general.h). All computations use vectors of samples, roots or solutions
- * (chasles_vectors.h). The code allocates nothing, has no state and depends only on libm.
+ * cosines and sines of two joints, which are called the pair. The vector x contains the products
+ * of (1, cos, sin) of joint v and (1, cos, sin) of joint w. The angle s belongs to another joint,
+ * which is called the suppressed joint. Depending on the numbering of the joints, any constant
+ * transform of the loop may contain the target pose. Six linear combinations of the fourteen
+ * equations do not contain y. Expressed in the half angle of joint v, the six combinations become
+ * twelve equations M(s) u = 0 in twelve unknowns. The determinant det M is a trigonometric
+ * polynomial of degree 8 in s. Samples of det M give its real roots (chasles_general_roots.h), and
+ * each root gives the other joints (chasles_general_back.h). Newton's iteration on the target pose
+ * refines the joint values (chasles_general_newton.h). An elimination order (type
+ * chasles_general_order) is the order in which the joints are numbered. If one elimination order
+ * fails, chasles_general.h tries other elimination orders and nearby poses. The computations use
+ * SIMD vectors (chasles_vectors.h) with one sample, root or solution in each lane. The code
+ * allocates nothing, has no state and depends only on libm.
  *
  * For a prismatic joint, the displacement d and its square d^2 replace the cosine and the sine. A
  * prismatic joint either belongs to the pair, or is joint v or w. If joint v is prismatic, the half
- * angle of joint w is used instead. If both joints of the pair are prismatic, half of the roots are
- * not solutions.
+ * angle of joint w replaces the half angle of joint v. If both joints of the pair are prismatic,
+ * half of the roots of det M do not belong to solutions.
  */
 #ifndef CHASLES_GENERAL_EQUATIONS_H
 #define CHASLES_GENERAL_EQUATIONS_H
@@ -29,38 +31,39 @@
 
 #include "chasles_circle_roots.h"
 
-/* Largest residual of a solution [m, rad], as in the runtime. */
+/* Largest residual [m, rad] of a valid solution, which has the same value in the runtime. */
 #define CHASLES_SOLVED 1e-9
-/* Residual [m, rad] at which Newton's iteration ends, which is ten times the rounding error of
+/* Newton's iteration ends at this residual [m, rad], which is ten times the rounding error of
  * forward kinematics. */
 #define CHASLES_CLOSED 1e-14
-/* If the residual [m, rad] is below this value, a step without improvement ends the iteration,
- * because rounding may dominate. */
+/* If the residual [m, rad] is below this value, Newton's iteration ends at the first step without
+ * improvement, because rounding errors may dominate. */
 #define CHASLES_NEARLY_CLOSED 1e-12
 /* Two solutions are equal if their coordinates differ by less than this value (rad, or relative to
  * the arm length). */
 #define CHASLES_SAME 1e-6
-/* If the residual [m, rad] is above this value, slow iterations are stopped. */
+/* A slow Newton iteration is stopped if its residual [m, rad] is above this value. */
 #define CHASLES_NEAR 1e-4
-/* This value is added to pivots that may be zero. Matrix entries are about 1, with rounding errors
- * of about 1e-16. */
+/* This value is added to pivots that may be zero, in matrices with entries of about 1 and rounding
+ * errors of about 1e-16. */
 #define CHASLES_PIVOT_FLOOR 1e-30
-/* Maximum error of the determinant, relative to its largest coefficient. */
+/* Maximum error of the polynomial det M, relative to its largest coefficient. */
 #define CHASLES_NOISE 1e-6
-/* If the largest coefficient of the determinant is below this value, the determinant may be a zero
- * polynomial with rounding errors. The matrix entries are of order 1. The polynomial is accepted if
- * its relative error is below CHASLES_CLEAN. For some axis structures, the determinant is zero
- * everywhere. */
+/* For some arrangements of the joint axes, det M is zero for all angles. The entries of M are of
+ * order 1. If the largest coefficient of det M is below CHASLES_VANISHED, det M may be a zero
+ * polynomial with rounding errors. Such a small det M is accepted if its error, relative to the
+ * largest coefficient, is below CHASLES_CLEAN. */
 #define CHASLES_VANISHED 1e-15
 #define CHASLES_CLEAN 1e-9
-/* A root can belong to a solution only if the residual of the eight equations that contain y is
- * below this value. Lengths in the residual are divided by the arm length, squared lengths by the
- * square of the arm length. The equations determine the pair of joints only if the ratio of the
- * smallest to the largest pivot of A exceeds CHASLES_TELLS. */
+/* A root of det M can belong to a solution only if the residual of the eight equations that contain
+ * y is below CHASLES_SOLVES_ALL. In this residual, lengths are divided by the arm length, and
+ * squared lengths by the square of the arm length. If the pair contains a prismatic joint, the
+ * equations determine the pair only if the smallest pivot of A exceeds CHASLES_TELLS times the
+ * largest pivot. */
 #define CHASLES_SOLVES_ALL 1e-4
 #define CHASLES_TELLS 1e-9
-/* If the squared angle [rad^2] is below this value, a series of third order is exact to rounding.
- */
+/* If the squared rotation angle [rad^2] is below this value, an arcsine series of third order is
+ * exact to rounding. */
 #define CHASLES_SMALL_TURN 1e-7
 /* Initial damping of Newton's steps far from a solution, relative to the squared entries of J. */
 #define CHASLES_DAMPING_FAR 1e-5
@@ -68,13 +71,14 @@
 #define CHASLES_DAMPING_NEAR 1e-14
 /* A damping below this value is set to zero. */
 #define CHASLES_DAMPING_DROPPED 1e-13
-/* At this damping, the iteration is abandoned. */
+/* Newton's iteration is abandoned if its damping exceeds this value. */
 #define CHASLES_DAMPING_MAX 1e3
-/* This value is added to the diagonal of J^T J in the inverse iteration for the smallest
- * eigenvector. */
+/* This value is added to the diagonal of J^T J before inverse iteration computes the eigenvector of
+ * the smallest eigenvalue. */
 #define CHASLES_SHIFT 1e-10
 
-/* A line has fifteen quantities: p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p, and 1. */
+/* Fifteen quantities describe a line with point p and direction l: p, l, p.p, p.l, p x l, (p.p) l -
+ * 2 (p.l) p, and 1. */
 #define CHASLES_EQUATIONS 14
 #define CHASLES_CHAIN_MAX_JOINTS 12
 #define CHASLES_CHAIN_MAX_GIVEN (CHASLES_CHAIN_MAX_JOINTS - 6)
@@ -86,9 +90,10 @@
 
 /* An elimination order, which is the order of the joints in the equations. */
 typedef struct {
-    int joint[6]; /* joint indices in this order: the two joints of the pair, the suppressed joint,
-                     joint v, joint w, the last joint */
-    int sense;    /* 1 if the loop is numbered from base to tool, -1 from tool to base */
+    int joint[6]; /* joint indices: first the two joints of the pair, then the suppressed joint,
+                     joint v, joint w and the last joint */
+    int sense;    /* 1 if the loop is numbered from base to tool, -1 if it is numbered from tool to
+                     base */
     int halved;   /* the joint of the half-angle substitution: 0 for joint v, 1 for joint w */
 } chasles_general_order;
 
@@ -98,29 +103,31 @@ typedef struct {
 #define CHASLES_GIVEN_SLIDE 2
 #define CHASLES_SOLVED_SLIDE 3
 
-/* An arm with six unknown joints; all other joints are fixed. An arm with five unknown joints gets
- * a sixth joint, which rotates the tool. */
+/* An arm with six unknown joints, whose other joints are fixed. An arm with only five unknown
+ * joints gets an added sixth joint, which rotates the tool. */
 typedef struct {
     /* Function that computes the robot's forward kinematics and mixed Jacobian. */
     void (*pose_jacobian)(const double *q, double *T, double *J);
     int joints;
     int kind[CHASLES_CHAIN_MAX_JOINTS];
-    double direction[CHASLES_CHAIN_MAX_JOINTS]; /* sign of the motion of a joint about or along z */
+    double direction[CHASLES_CHAIN_MAX_JOINTS]; /* for each joint, the sign of its rotation about z
+                                                   or its translation along z */
     double length; /* size of the arm (m), which converts radians to meters */
-    double placed[CHASLES_CHAIN_MAX_JOINTS + 1][12]; /* constant transforms (3, 4) */
+    double placed[CHASLES_CHAIN_MAX_JOINTS + 1][12]; /* constant transforms before, between and
+                                                        after the joints, as 3 x 4 matrices */
     int orders;
     chasles_general_order order[CHASLES_ORDERS]; /* best first */
 } chasles_general_arm;
 
-/* The arm with its fixed joints at the given values. Lengths are divided by the arm length. The
- * coordinates of unknown prismatic joints are divided by the arm length too. */
+/* An arm whose fixed joints have given values, so that six unknown joints remain. Lengths,
+ * including the coordinates of unknown prismatic joints, are divided by the arm length. */
 typedef struct {
     const chasles_general_arm *arm;
     double value[CHASLES_CHAIN_MAX_GIVEN]; /* values of the fixed joints (rad or m) */
-    int own[6];                            /* indices of the six joints */
-    int slides[6];                         /* whether each of the six joints is prismatic */
+    int own[6];                            /* indices of the six unknown joints */
+    int slides[6];                         /* whether each of the six unknown joints is prismatic */
     int has_slides;
-    int has_tool_joint; /* whether the sixth joint rotates the tool */
+    int has_tool_joint; /* whether the sixth joint is an added joint that rotates the tool */
     double placed[7][12];
 } chasles_general_six;
 
@@ -130,9 +137,10 @@ typedef struct {
     int slides[6];        /* whether each joint of the elimination order is prismatic */
     double factor[8][8];  /* triangular factor of the matrix A */
     double head[3][8][9]; /* coefficients of B in the eight equations that determine y */
-    double rest[3][6][9]; /* six equations without y: coefficients of 1, cos, sin of the angle s */
-    double form[3][3][6][3]; /* the equations `rest` as polynomials in the half-angle tangent t; the
-                                indices stand for (1, cos, sin) and for (t^2, t, 1) */
+    double rest[3][6][9]; /* coefficients of 1, cos s and sin s in the six equations without y */
+    /* the equations `rest` as polynomials in the half-angle tangent t; the first index stands for
+     * (1, cos s, sin s), the second for (t^2, t, 1) */
+    double form[3][3][6][3];
 } chasles_general_system;
 
 static void chasles_general_product(const double *a, const double *b, double *c)
@@ -227,7 +235,7 @@ static double chasles_general_direction(const chasles_general_six *six, int join
     return six->arm->direction[six->own[joint]];
 }
 
-/* Returns a coordinate that is reduced by full turns. */
+/* Returns an angle reduced by full turns, or a prismatic coordinate unchanged. */
 static double chasles_general_wrapped(const chasles_general_six *six, int joint, double value)
 {
     return six->slides[joint] ? value : chasles_circle_wrapped(value);
@@ -255,8 +263,8 @@ static void chasles_general_loop(const chasles_general_six *six, const chasles_g
     }
 }
 
-/* Computes the line quantities of the z axis of a frame, from the origin p and the direction l. The
- * line quantities are p, l, p . p, p . l, p x l, (p . p) l - 2 (p . l) p, and 1. */
+/* Computes the fifteen line quantities of the z axis of a frame with origin p and z direction l.
+ * The line quantities are p, l, p . p, p . l, p x l, (p . p) l - 2 (p . l) p, and 1. */
 static void chasles_general_line(const double *C, double *x)
 {
     const double p[3] = {C[3], C[7], C[11]}, l[3] = {C[2], C[6], C[10]};
@@ -271,8 +279,8 @@ static void chasles_general_line(const double *C, double *x)
     x[6] = pp, x[7] = pl, x[14] = 1.0;
 }
 
-/* Computes the quantities y of a line after a rigid motion C, from its quantities x before the
- * motion. The comment at chasles_general_line lists these quantities. */
+/* Computes the line quantities y (see chasles_general_line) of a line after the rigid motion C,
+ * from its quantities x before the motion. */
 static void chasles_general_moved(const double *C, const double *x, double *y)
 {
     const double d[3] = {C[3], C[7], C[11]};
@@ -297,9 +305,9 @@ static void chasles_general_moved(const double *C, const double *x, double *y)
     y[14] = x[14];
 }
 
-/* Computes the quantities of a line that is rotated about z by sign * angle. Each quantity is a
- * linear combination of 1, cos(angle) and sin(angle). The function writes the coefficients to
- * `parts`, in this order. */
+/* Computes the line quantities of a line that is rotated about z by sign * angle. Each quantity is
+ * a linear combination of 1, cos(angle) and sin(angle). The array `parts` receives the coefficients
+ * of 1, cos(angle) and sin(angle), in this order. */
 static void chasles_general_turned(const double *x, double sign, double (*parts)[15])
 {
     static const int vectors[4] = {0, 3, 8, 11};
@@ -313,8 +321,8 @@ static void chasles_general_turned(const double *x, double sign, double (*parts)
     parts[0][6] = x[6], parts[0][7] = x[7], parts[0][14] = x[14];
 }
 
-/* Computes the quantities of a line that is translated by sign * d along z, as coefficients of 1, d
- * and d^2. */
+/* Computes the coefficients of 1, d and d^2 in the line quantities of a line that is translated by
+ * sign * d along z. */
 static void chasles_general_slid(const double *x, double sign, double (*parts)[15])
 {
     memset(parts, 0, 3 * sizeof *parts);
@@ -330,8 +338,9 @@ static void chasles_general_slid(const double *x, double sign, double (*parts)[1
     twice[11] = x[3], twice[12] = x[4], twice[13] = -x[5];
 }
 
-/* Computes the quantities (see chasles_general_line) of a line that a joint moves. The result
- * contains the coefficients of 1, cos and sin, or of 1, d and d^2 for a prismatic joint. */
+/* Computes the line quantities (see chasles_general_line) of a line that a joint moves. The array
+ * `parts` receives the coefficients of (1, cos, sin) for a revolute joint, or of (1, d, d^2) for
+ * the displacement d of a prismatic joint. */
 static void chasles_general_parts(int slides, const double *x, double sign, double (*parts)[15])
 {
     if (slides)
@@ -340,8 +349,8 @@ static void chasles_general_parts(int slides, const double *x, double sign, doub
         chasles_general_turned(x, sign, parts);
 }
 
-/* Computes the fourteen equations: first the columns of A, then the columns of B. `slides` marks
- * the prismatic joints. */
+/* Computes the fourteen equations A y = B(s) x as a matrix with the columns of A, followed by the
+ * columns of B. The argument `slides` marks the prismatic joints. */
 static void chasles_general_rows(const double (*C)[12], const int *slides, double (*S)[36])
 {
     double inverse[12], x[15], y[15], one[3][15], two[3][15], three[3][15];
@@ -382,7 +391,7 @@ static void chasles_general_rows(const double (*C)[12], const int *slides, doubl
     }
 }
 
-/* Applies Householder reflections to the columns of A. */
+/* Reduces A to triangular form by Householder reflections, which are also applied to B. */
 static void chasles_general_reflect(double (*S)[36])
 {
     for (int j = 0; j < 8; j++) {

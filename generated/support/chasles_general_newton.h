@@ -24,15 +24,15 @@ typedef struct {
 typedef struct {
     double q[6], J[36];
     double e[6];    /* remaining twist */
-    double left;    /* larger of the norms of the two twist parts (m or rad) */
-    double cost;    /* sum of squared errors, which each step decreases */
-    double damping; /* damping of the next step, or 0 for a Newton step */
-    int steps;      /* number of steps so far */
-    int is_over;    /* whether no further step can improve the result */
+    double left;    /* larger of the remaining distance (m) and the remaining angle (rad) */
+    double cost;    /* sum of squared pose errors, which every accepted step decreases */
+    double damping; /* damping of the next step, or 0 for an undamped Newton step */
+    int steps;      /* number of Newton steps so far */
+    int is_over;    /* whether the iteration has ended */
 } chasles_general_iterate;
 
-/* Computes all joints of the robot (rad, m) from the unknown joints. The unknown prismatic
- * coordinates are divided by a length (m). */
+/* Computes the coordinates of all joints of the robot (rad, m) from those of the unknown joints.
+ * The argument `q` contains the unknown prismatic coordinates divided by `length` (m). */
 static void chasles_general_all_joints(const chasles_general_six *six, const double *q,
                                        double length, double *all)
 {
@@ -46,14 +46,15 @@ static void chasles_general_all_joints(const chasles_general_six *six, const dou
     }
 }
 
-/* Computes all joints of the robot (rad, m) from the six unknown joints. */
+/* Computes the coordinates of all joints of the robot (rad, m) from the coordinates of the six
+ * unknown joints. */
 static void chasles_general_joints(const chasles_general_six *six, const double *q, double *all)
 {
     chasles_general_all_joints(six, q, six->arm->length, all);
 }
 
-/* Computes the pose and the Jacobian columns of five joints and an added sixth joint, which rotates
- * the tool about a tool axis. */
+/* Computes the tool pose and the Jacobian columns of five joints and of an added sixth joint, which
+ * rotates the tool about a tool axis. */
 static void chasles_general_turned_tool(const chasles_general_six *six, const double *q, double *T,
                                         double *J)
 {
@@ -111,9 +112,9 @@ static void chasles_general_forward(const chasles_general_six *six, const double
     }
 }
 
-/* Computes the tool twist from one pose to another (meter, radian). Returns the larger of the
- * distance and the angle between two poses. The angle depends on all matrix entries, so that it is
- * large for a matrix that is not a rotation. */
+/* Computes the tool twist (meter, radian) from the pose `at` to the pose T. Returns the larger of
+ * the distance (meter) and the angle (radian) between the two poses. The returned angle depends on
+ * all matrix entries, so it is large if a matrix is not a rotation. */
 static double chasles_general_error(const double *T, const double *at, double *e)
 {
     double w[3] = {0.0}, trace = 0.0, position = 0.0, turned = 0.0;
@@ -160,7 +161,7 @@ static void chasles_general_damped(const chasles_general_iterate *iterate, doubl
     chasles_solve_six(b, step);
 }
 
-/* Returns the sum of the squared pose errors. Every accepted step decreases this sum. */
+/* Returns the sum of the squared pose errors, which every accepted step decreases. */
 static double chasles_general_cost(const double *e, double length)
 {
     double meters = 0.0, radians = 0.0;
@@ -219,7 +220,8 @@ static void chasles_general_advance(const chasles_general_six *six, const double
     }
 }
 
-/* Computes the next Newton steps of at most CHASLES_VECTOR_LANES configurations. */
+/* Computes and tries the next undamped Newton steps of at most CHASLES_VECTOR_LANES configurations.
+ */
 static void chasles_general_newton(const chasles_general_six *six, const double *T,
                                    chasles_general_iterate *const *iterates, int count)
 {
@@ -245,7 +247,7 @@ static void chasles_general_newton(const chasles_general_six *six, const double 
     }
 }
 
-/* Computes a damped step towards the pose. */
+/* Computes and tries a damped Newton step towards the target pose. */
 static void chasles_general_step_damped(const chasles_general_six *six, const double *T,
                                         chasles_general_iterate *iterate)
 {
@@ -278,7 +280,8 @@ static void chasles_general_together(const chasles_general_six *six, const doubl
     }
 }
 
-/* Iterates one configuration towards the pose, with damping where needed. */
+/* Moves one configuration towards the target pose by Newton's iteration, with damped steps where
+ * needed. */
 static void chasles_general_polish(const chasles_general_six *six, const double *T, int most,
                                    chasles_general_iterate *iterate)
 {
@@ -293,8 +296,8 @@ static void chasles_general_polish(const chasles_general_six *six, const double 
         iterate->q[i] = chasles_general_wrapped(six, i, iterate->q[i]);
 }
 
-/* Computes the ratio of |det J| to the product of the column norms, for many matrices J: at most 1,
- * and 0 for a singular J. */
+/* Computes the margins of many matrices J. A margin is the ratio of |det J| to the product of the
+ * column norms, from 0 (singular) to 1. */
 static void chasles_general_margins(const double (*J)[36], int count, double length, double *margin)
 {
     double rows[6][6][CHASLES_VECTOR_LANES];
@@ -326,7 +329,7 @@ static void chasles_general_margins(const double (*J)[36], int count, double len
 /* Distance (rad, or relative to the arm length) between successive points on a self-motion curve.
  */
 #define CHASLES_WALK_STEP 0.1
-/* Maximum number of points on a self-motion curve in one direction. These points cover about one
+/* Maximum number of points on a self-motion curve in one direction, which cover about one
  * revolution of two joints. */
 #define CHASLES_WALK_POINTS 100
 /* Maximum number of corrector steps from a point onto the self-motion curve. */
@@ -336,11 +339,12 @@ static void chasles_general_margins(const double (*J)[36], int count, double len
 typedef struct {
     chasles_general_iterate iterate;
     double v[6], u[6];
-    double left; /* u . e, the component of the error that no joint motion can remove */
+    double left; /* u . e, the component of the pose error e along u, which no joint motion can
+                    remove */
 } chasles_general_walk_point;
 
-/* Solves (J + u v^T) x = b, or the system with the transposed matrix. Returns whether x is finite.
- */
+/* Solves (J + u v^T) x = b, or the same equations with the transposed matrix. Returns whether the
+ * solution x is finite and not zero. */
 static int chasles_general_bordered(const chasles_general_walk_point *point, double length,
                                     int transposed, const double *b, double *x)
 {
@@ -370,8 +374,8 @@ static void chasles_general_normalise(double *x)
         x[k] /= sqrt(squares);
 }
 
-/* Moves a point onto the self-motion curve. On this curve, the pose error is parallel to the vector
- * u of the point. Returns whether the iteration converged. */
+/* Moves a point onto the self-motion curve. On the self-motion curve, the pose error is parallel to
+ * the vector u of each point. Returns whether the correction onto the curve converged. */
 static int chasles_general_onto_curve(const chasles_general_six *six, const double *T,
                                       chasles_general_walk_point *point)
 {
@@ -419,9 +423,9 @@ static int chasles_general_walk_start(const chasles_general_six *six, const doub
     return chasles_general_onto_curve(six, T, point);
 }
 
-/* Follows the self-motion curve in one direction. Stores the points where the remaining error
- * changes its sign or has a minimum, as starts for Newton's iteration. Returns the number of
- * starts. */
+/* Follows the self-motion curve in one direction. Stores the points where the remaining pose error
+ * changes its sign or has a minimum, as start configurations for Newton's iteration. Returns the
+ * number of start configurations. */
 static int chasles_general_walk(const chasles_general_six *six, const double *T,
                                 const chasles_general_walk_point *start, double sense,
                                 chasles_general_iterate *iterates, int most)

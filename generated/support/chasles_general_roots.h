@@ -1,9 +1,11 @@
-/* Computes the determinant of M for many suppressed angles at once (one per SIMD lane), its real
- * roots, and the null vector of M. This file is part of chasles and is the same for every robot.
+/* Computes the determinant of M, its real roots, and the null vector of M. Each SIMD lane processes
+ * one angle of the suppressed joint. This file is part of chasles and is the same for every robot.
  *
- * With sine s and cosine c of the half angle, each of the six equations without y has the form (A
- * s^2 + B s c + C c^2) x = 0. The six equations times s, and the six equations times c, give the
- * matrix rows [A B C 0] and [0 A B C] for the unknowns (s^3 x, s^2 c x, s c^2 x, c^3 x). */
+ * Let s and c be the sine and cosine of the half angle of joint v (see
+ * chasles_general_equations.h). The six equations without y have the form (A s^2 + B s c + C c^2) x
+ * = 0 with 6 x 3 matrices A, B and C. The six equations times s, and the six equations times c,
+ * give the matrix rows [A B C 0] and [0 A B C] for the unknowns (s^3 x, s^2 c x, s c^2 x, c^3 x).
+ */
 #ifndef CHASLES_GENERAL_ROOTS_H
 #define CHASLES_GENERAL_ROOTS_H
 
@@ -14,15 +16,15 @@
 #include "chasles_general_equations.h"
 #include "chasles_vectors.h"
 
-/* Minimax polynomial on |t| <= 1/2 with z = t^2, highest power first: atan t = t + t z P(z) to
- * 2^-57. */
+/* Coefficients of a minimax polynomial P, highest power first, with atan t = t + t z P(z) to 2^-57
+ * for z = t^2 and |t| <= 1/2. */
 static const double chasles_general_arctangent[] = {
     0.010117105953140847, -0.02743532082961043, 0.04186527516045578, -0.051220140523104356,
     0.05858300759286596,  -0.0666381088370742,  0.07692073937540857, -0.09090896246194469,
     0.11111110659684081,  -0.14285714276386502, 0.19999999999903106, -0.3333333333333298};
 
-/* Computes the angles of points (x, y); each is the angle of the nearest axis or diagonal plus a
- * remainder. */
+/* Computes the polar angles of points (x, y), each as the angle of the nearest axis or diagonal
+ * plus a remainder. */
 CHASLES_INLINE chasles_vector chasles_general_angles(chasles_vector y, chasles_vector x)
 {
     const double right = 1.57079632679489661923;
@@ -73,7 +75,7 @@ CHASLES_INLINE void chasles_general_reflected(chasles_vector (*a)[6], int j, int
     a[j][j] = -norm;
 }
 
-/* Reduces six columns of a matrix to triangular form by reflections. */
+/* Reduces six columns of a matrix to triangular form by Householder reflections. */
 CHASLES_INLINE void chasles_general_triangle(chasles_vector (*a)[6], int columns,
                                              chasles_vector *determinant)
 {
@@ -82,7 +84,8 @@ CHASLES_INLINE void chasles_general_triangle(chasles_vector (*a)[6], int columns
         chasles_general_reflected(a, j, columns, determinant);
 }
 
-/* Solves R x = b in place, or the system with the transposed R. */
+/* Solves R x = b in place for an upper triangular matrix R. The function chasles_general_lower
+ * solves R^T x = b. */
 static void chasles_general_upper(chasles_vector (*R)[6], chasles_vector *x)
 {
     for (int j = 5; j >= 0; j--) {
@@ -101,8 +104,8 @@ static void chasles_general_lower(chasles_vector (*R)[6], chasles_vector *x)
     }
 }
 
-/* Computes det M and, column by column, a 6 x 6 triangular matrix. The triangular matrix is
- * singular if M is singular. */
+/* Computes det M and a 6 x 6 triangular matrix R, which is stored column by column and is singular
+ * if M is singular. */
 static void chasles_general_factored(const chasles_general_system *system, const chasles_vector *c,
                                      const chasles_vector *s, chasles_vector (*R)[6],
                                      chasles_vector *determinant)
@@ -167,10 +170,11 @@ static void chasles_general_null(chasles_vector (*R)[6], chasles_vector *x)
 
 #define CHASLES_SAMPLES 24
 #define CHASLES_HALF (CHASLES_SAMPLES / 2)
-/* Number of samples per cell, which are taken at Chebyshev nodes. */
+/* Number of samples of the determinant in each cell (angle interval), taken at Chebyshev nodes. */
 #define CHASLES_NODES 12
 
-/* Computes the coefficients of the trigonometric polynomial from samples of the determinant. */
+/* Computes the coefficients of the determinant, a trigonometric polynomial, from samples of the
+ * determinant. */
 static void chasles_general_interpolated(const chasles_general_system *system,
                                          chasles_circle_series *series)
 {
@@ -212,7 +216,8 @@ static void chasles_general_interpolated(const chasles_general_system *system,
     series->noise += DBL_EPSILON * series->most;
 }
 
-/* Computes the polynomial of one cell from samples. */
+/* Computes a polynomial that approximates the determinant in one cell, from samples of the
+ * determinant. */
 static void chasles_general_sampled(const void *source, chasles_circle_part *part)
 {
     const chasles_general_system *system = (const chasles_general_system *)source;

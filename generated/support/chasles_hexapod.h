@@ -1,10 +1,11 @@
 /* Finds every assembly mode of a platform on six rods. This file is part of chasles and is the same
  * for every robot.
  *
- * Path tracking starts from the known complex poses of a platform with start rods. It follows these
- * poses while the rods change to the current rods. The real poses for the current rods are the
- * assembly modes. If the rods end in three double joints, the zeros of a polynomial give the
- * assembly modes. Path tracking then runs only if the number of assembly modes is uncertain. */
+ * Path tracking starts from a platform with other rods (the start rods), whose complex poses are
+ * all known. Path tracking follows the complex poses while the rods change from the start rods to
+ * the current rods. The real poses for the current rods are the assembly modes. If the rods end in
+ * three double joints, the zeros of a polynomial give the assembly modes. With three double joints,
+ * path tracking runs only if the number of assembly modes is uncertain. */
 #ifndef CHASLES_HEXAPOD_H
 #define CHASLES_HEXAPOD_H
 
@@ -14,8 +15,8 @@
 #include "chasles_hexapod_paths.h"
 #include "chasles_solve_six.h"
 
-/* Maximum number of Newton steps for the rod lengths; at a double solution, each step halves the
- * error. */
+/* Maximum number of Newton steps for the rod lengths, which is large because each step only halves
+ * the error at a double solution. */
 #define CHASLES_MODE_STEPS 40
 
 typedef struct {
@@ -23,14 +24,15 @@ typedef struct {
      */
     void (*rods)(const double *q, double *a, double *l);
     double size;      /* size of the platform (meter) */
-    double origin[3]; /* centers of the rod ends a and b, relative to the size */
+    double origin[3]; /* centers of the rod ends a (`origin`) and b (`middle`), relative to the
+                         platform size */
     double middle[3];
     int axis[3];    /* axes of the three rotation angles in theta, in order */
     int moves;      /* whether the actuators move the rod ends */
-    int paths;      /* number of complex poses, and also of solution slots */
+    int paths;      /* number of complex poses, which is also the number of solution slots */
     int joined;     /* which side has joints shared by two rods (0 none, 1 platform, 2 base) */
-    int pairs[6];   /* the rods, ordered in pairs; the two rods of a pair share a joint */
-    double b[6][3]; /* rod ends on the platform, relative to the size */
+    int pairs[6];   /* indices of the rods, ordered in pairs of two rods that share a joint */
+    double b[6][3]; /* rod ends on the platform, relative to the platform size */
     chasles_hexapod_number a[6][3], c[6];
     chasles_hexapod_number starts[CHASLES_MAX_PATHS][CHASLES_SOMA];
 } chasles_hexapod_platform;
@@ -64,7 +66,8 @@ static void chasles_hexapod_rotation(const double *e, double (*R)[3])
     R[2][1] = 2.0 * (y * z + w * x);
 }
 
-/* Computes 1 - |<x, y>|^2 for unit vectors without cancellation; optionally, y is conjugated. */
+/* Computes 1 - |<x, y>|^2 for complex unit vectors x and y without cancellation. If `conjugate` is
+ * set, the complex conjugate of y replaces y. */
 static double chasles_hexapod_apart(const chasles_hexapod_number *x,
                                     const chasles_hexapod_number *y, int conjugate)
 {
@@ -82,7 +85,7 @@ static double chasles_hexapod_apart(const chasles_hexapod_number *x,
     return sum;
 }
 
-/* Returns |e.e|, which is 0 for a pose at infinity. */
+/* Returns |e.e| for the Euler parameters e of a pose, which is 0 for a pose at infinity. */
 static double chasles_hexapod_finite(const chasles_hexapod_number *x)
 {
     double re = 0.0, im = 0.0;
@@ -99,8 +102,8 @@ static int chasles_hexapod_ended(const chasles_hexapod_end *end)
     return end->t > 1.0 - CHASLES_PATH_ALMOST;
 }
 
-/* Marks the paths that must be repeated with smaller corrections. A path is repeated if it did not
- * reach its end, or if its end coincides with the end of another path. */
+/* Marks the paths that must be repeated with smaller Newton corrections. A path is repeated if it
+ * did not reach its end, or if its end coincides with the end of another path. */
 static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int *which)
 {
     int again = 0;
@@ -115,8 +118,8 @@ static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int
     return again;
 }
 
-/* Computes the real pose at the end of a path. Returns 0 if the pose at the path end is not nearly
- * real, or is at infinity. */
+/* Computes the real-valued pose at the end of a path. Returns 0 if the pose at the path end is not
+ * nearly real, or is at infinity. */
 static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_mode *mode)
 {
     const chasles_hexapod_number *x = end->x;
@@ -136,7 +139,8 @@ static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_
         const double im = c * x[k].im - s * x[k].re;
         imaginary += im * im;
     }
-    /* The tolerance grows with the distance of the platform from the base. */
+    /* The tolerance for the imaginary part of a pose grows with the distance of the platform from
+     * the base. */
     double far = 1.0;
     for (int k = 4; k < CHASLES_SOMA; k++)
         far += real[k] * real[k];
@@ -149,8 +153,9 @@ static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_
     return 1;
 }
 
-/* Computes the errors of the rod lengths. The Jacobian has one row (n, r x n) for each rod. Returns
- * the largest error. */
+/* Computes the errors of the rod lengths and their Jacobian. For each rod, the Jacobian has the row
+ * (n, r x n), with the rod direction n and the lever arm r of the platform end. Returns the largest
+ * absolute error of the rod lengths. */
 static double chasles_hexapod_excess(const chasles_hexapod_platform *platform,
                                      const chasles_hexapod_rods *rods,
                                      const chasles_hexapod_mode *mode, double (*J)[7])
@@ -191,8 +196,8 @@ static double chasles_hexapod_margin(double (*J)[7])
     return fabs(chasles_solve_six(J, x)) / lengths;
 }
 
-/* Solves the rod length equations by Newton's iteration. Returns 0 if the iteration leads to
- * another pose. */
+/* Solves the rod length equations by Newton's iteration. Returns 0 if the iteration does not
+ * converge or leads to another pose. */
 static int chasles_hexapod_polished(const chasles_hexapod_platform *platform,
                                     const chasles_hexapod_rods *rods, chasles_hexapod_mode *mode)
 {
@@ -269,8 +274,8 @@ static void chasles_hexapod_theta(const chasles_hexapod_platform *platform,
     }
 }
 
-/* Counts the path ends whose complex conjugate is not a path end. The polynomials are real, so path
- * ends should occur in conjugate pairs. */
+/* Counts the path ends whose complex conjugate is not a path end. The equations of the current rods
+ * are real, so path ends should occur in complex conjugate pairs. */
 static int chasles_hexapod_unpaired(const chasles_hexapod_end *ends, int count)
 {
     int unpaired = 0;
@@ -283,8 +288,8 @@ static int chasles_hexapod_unpaired(const chasles_hexapod_end *ends, int count)
     return unpaired;
 }
 
-/* Computes the lengths of the rods and their ends on the base, relative to the platform size.
- * Returns 0 if one of the numbers is not finite. */
+/* Computes the rod lengths and the rod ends on the base, relative to the platform size. Returns 0
+ * if a rod length or a rod end is not finite. */
 static int chasles_hexapod_given(const chasles_hexapod_platform *platform, const double *q,
                                  chasles_hexapod_rods *rods)
 {
@@ -349,8 +354,8 @@ static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
     return lost + chasles_hexapod_unpaired(ends, paths);
 }
 
-/* Inserts a new assembly mode; modes are sorted by height, the highest platform first. Returns the
- * number of assembly modes. */
+/* Inserts a new assembly mode into the list of modes, which is sorted by height, the highest
+ * platform first. Returns the number of assembly modes. */
 static int chasles_hexapod_added(const chasles_hexapod_mode *mode, chasles_hexapod_mode *modes,
                                  int count)
 {
@@ -401,7 +406,8 @@ static int chasles_hexapod_joined(const chasles_hexapod_platform *platform,
     return found < 0 || count == found ? found : -1;
 }
 
-/* Finds the assembly modes at the path ends. Returns the number of assembly modes. */
+/* Finds the assembly modes among the poses at the path ends. Returns the number of assembly modes.
+ */
 static int chasles_hexapod_followed(const chasles_hexapod_platform *platform,
                                     const chasles_hexapod_rods *rods, chasles_hexapod_mode *modes,
                                     double *unsure)
@@ -419,8 +425,7 @@ static int chasles_hexapod_followed(const chasles_hexapod_platform *platform,
 }
 
 /* Writes all assembly modes, the highest platform first, and fills the remaining slots with NaN.
- * Also writes the margin of each assembly mode, and the number of complex poses that may be
- * missing. */
+ * Writes the margin of each assembly mode, and the number of complex poses that may be missing. */
 static void chasles_hexapod_modes(const chasles_hexapod_platform *platform, const double *q,
                                   double *theta, double *margin, double *unsure)
 {

@@ -1,6 +1,6 @@
-/* Follows the solution paths from the start rods to the current rods. All complex poses of the
- * start rods are known. This file is part of chasles and is the same for every platform on six
- * rods.
+/* Follows the complex poses of a platform along paths while its rods change from the start rods to
+ * the current rods. All complex poses of the platform with the start rods are known. This file is
+ * part of chasles and is the same for every platform on six rods.
  *
  * Each SIMD lane follows one path with its own step size. When a path ends, the SIMD lane of this
  * path takes the next path.
@@ -17,10 +17,11 @@
 #include "chasles_hexapod_tolerances.h"
 
 #define CHASLES_MAX_PATHS 40
-/* Maximum number of steps per path; typical paths need about thirty. */
+/* Maximum number of steps per path, of which a typical path needs about thirty. */
 #define CHASLES_MAX_STEPS 1000
 
-/* A pose in Study coordinates, and the progress along its path. */
+/* A pose in Study coordinates, and its path parameter t (0 at the start of the path, 1 at the end).
+ */
 typedef struct {
     chasles_hexapod_number x[CHASLES_SOMA];
     double t;
@@ -30,11 +31,12 @@ typedef struct {
 typedef struct {
     chasles_hexapod_lanes x[CHASLES_SOMA];
     chasles_vector t, h;
-    int path[CHASLES_VECTOR_LANES]; /* index of the path, or -1 */
+    int path[CHASLES_VECTOR_LANES]; /* index of the path in each SIMD lane, or -1 for an empty lane
+                                     */
     int steps[CHASLES_VECTOR_LANES];
 } chasles_hexapod_group;
 
-/* Normalizes x in every lane. */
+/* Normalizes the vector x in every SIMD lane. */
 static void chasles_hexapod_normal(chasles_hexapod_lanes *x)
 {
     chasles_vector sum = {0.0}, size;
@@ -57,7 +59,7 @@ static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x, const cha
     }
 }
 
-/* Computes the path tangent at x. */
+/* Computes the tangent of the path at the pose x. */
 static void chasles_hexapod_tangent(const chasles_hexapod_path *path,
                                     const chasles_hexapod_place *place,
                                     const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
@@ -69,7 +71,7 @@ static void chasles_hexapod_tangent(const chasles_hexapod_path *path,
     chasles_hexapod_solve(a, slope);
 }
 
-/* Computes a Newton step and its squared length. */
+/* Computes and takes a Newton step of the pose x, and computes the squared length of the step. */
 static void chasles_hexapod_corrected(const chasles_hexapod_place *place,
                                       const chasles_hexapod_lanes *of, chasles_hexapod_lanes *x,
                                       chasles_vector *length)
@@ -86,7 +88,7 @@ static void chasles_hexapod_corrected(const chasles_hexapod_place *place,
     *length = sum;
 }
 
-/* Computes the next pose of every lane after a trial step, and the squared lengths of the two
+/* Computes the next pose in every SIMD lane after a trial step, and the squared lengths of the two
  * Newton corrections. */
 static void chasles_hexapod_tried(const chasles_hexapod_path *path, chasles_hexapod_place *place,
                                   const chasles_hexapod_group *group, chasles_hexapod_lanes *next,
@@ -119,9 +121,9 @@ static void chasles_hexapod_tried(const chasles_hexapod_path *path, chasles_hexa
     chasles_hexapod_normal(next);
 }
 
-/* Computes the factor by which to change the step size. The Newton correction grows with the fifth
- * power of the step size. The code uses a fourth root instead of a fifth root, so the step size
- * changes slightly more than necessary. */
+/* Computes the factor by which the step size of a path changes. The Newton correction grows with
+ * the fifth power of the step size. The factor is a fourth root instead of a fifth root of the
+ * inverse relative correction, so the step size changes slightly more than necessary. */
 static double chasles_hexapod_growth(double correction, double near)
 {
     const double ratio = 0.5 * near / (correction + 1e-30);
@@ -129,7 +131,7 @@ static double chasles_hexapod_growth(double correction, double near)
     return factor < 0.25 ? 0.25 : factor > 2.0 ? 2.0 : factor;
 }
 
-/* Assigns the next path to a lane, or marks the lane as empty if no path remains. */
+/* Assigns the next path to a SIMD lane, or marks the lane as empty if no path remains. */
 static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
                                  const chasles_hexapod_number (*starts)[CHASLES_SOMA],
                                  const int *which, int count, int *from)
@@ -140,7 +142,7 @@ static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
     CHASLES_LANE(group->t, lane) = 0.0;
     CHASLES_LANE(group->h, lane) = path < 0 ? 0.0 : CHASLES_PATH_FIRST;
     for (int k = 0; k < CHASLES_SOMA; k++) {
-        /* A lane without a path takes steps of length 0. */
+        /* A SIMD lane without a path takes steps of length 0. */
         if (path >= 0) {
             CHASLES_LANE(group->x[k].re, lane) = starts[path][k].re;
             CHASLES_LANE(group->x[k].im, lane) = starts[path][k].im;
@@ -149,7 +151,7 @@ static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
 }
 
 /* Follows the selected paths of a homotopy. The argument `which` contains the indices of these
- * paths. Each path either ends at a solution for the current rods, or is lost. */
+ * paths. The tracking of each path either ends at a solution for the current rods, or fails. */
 static void chasles_hexapod_follow(const chasles_hexapod_path *path,
                                    const chasles_hexapod_number (*starts)[CHASLES_SOMA],
                                    const int *which, int count, double near,

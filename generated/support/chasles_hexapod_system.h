@@ -1,8 +1,9 @@
-/* The equations of a platform on six rods in Study coordinates, for many poses at once (one per
- * lane). This file is part of chasles and is the same for every robot.
+/* The equations of a platform on six rods in Study coordinates, for many poses at once (one pose
+ * per SIMD lane). This file is part of chasles and is the same for every robot.
  *
  * Quaternions e and g = p e, with e.g = 0, represent the rotation b -> e b / e and the position p.
- * A rod of length l from a to b satisfies |g + e b - a e|^2 = l^2 e.e. With the matrices L and R of
+ * A rod of length l from the base point a to the platform point b satisfies |g + e b - a e|^2 = l^2
+ * e.e. With the matrices L and R of
  * left and right multiplication, let M = R(b) - L(a), c = |a|^2 + |b|^2 - l^2 and S = c + 2 L(a)
  * R(b). The equation of the rod is then g.g + 2 g.M e + e.S e = 0. Subtracting the equation of the
  * last rod eliminates g.g from the other equations. For constant b, all coefficients are linear in
@@ -32,13 +33,14 @@ typedef struct {
     double re, im;
 } chasles_hexapod_number;
 
-/* Coefficients of the rods: six entries (0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3) of the
- * antisymmetric matrix M, and the upper triangle of S. */
+/* Coefficients of the rod equations: the entries (0, 1), (0, 2), (0, 3), (1, 2), (1, 3) and (2, 3)
+ * of the antisymmetric matrix M, and the upper triangle of S. */
 typedef struct {
     chasles_hexapod_number M[CHASLES_RODS][6], S[CHASLES_RODS][10];
 } chasles_hexapod_forms;
 
-/* The coefficients at the start of a path, and their change from the start to the end. */
+/* The coefficients of the rod equations at the start of a path, and their change from the start to
+ * the end of the path. */
 typedef struct {
     chasles_hexapod_forms at, change;
     int moves; /* whether M and S also change along the path, not only the constants c */
@@ -64,7 +66,7 @@ static inline void chasles_hexapod_subtract(chasles_hexapod_lanes *sum,
     sum->im -= x->re * y->im + x->im * y->re;
 }
 
-/* Computes the coefficients of one rod. */
+/* Computes the coefficients M and S in the equation of one rod. */
 static void chasles_hexapod_rod(const chasles_hexapod_number *a, const double *b,
                                 chasles_hexapod_number c, chasles_hexapod_number *M,
                                 chasles_hexapod_number *S)
@@ -107,7 +109,7 @@ static void chasles_hexapod_forms_of(const chasles_hexapod_number (*a)[3], const
     }
 }
 
-/* Interpolates a value at the path parameter t of each lane. */
+/* Interpolates a coefficient at the path parameter t of each SIMD lane. */
 static inline void chasles_hexapod_between(const chasles_hexapod_number *at,
                                            const chasles_hexapod_number *change,
                                            const chasles_vector *t, chasles_hexapod_lanes *value)
@@ -116,7 +118,8 @@ static inline void chasles_hexapod_between(const chasles_hexapod_number *at,
     value->im = at->im + *t * change->im;
 }
 
-/* Updates the coefficients for a path parameter; the first call computes all of them. */
+/* Computes the coefficients of the rod equations at a path parameter. The first call must set
+ * `all`, and later calls update only the coefficients that change along the path. */
 static void chasles_hexapod_placed(const chasles_hexapod_path *path, const chasles_vector *t,
                                    int all, chasles_hexapod_place *place)
 {
@@ -163,8 +166,9 @@ static inline void chasles_hexapod_gradient(const chasles_hexapod_lanes *M,
     }
 }
 
-/* Computes the Jacobian, divided by 2. The last column contains the equation values, multiplied by
- * -1/2. The last row makes steps orthogonal to x, because only the direction of x matters. */
+/* Computes half the Jacobian of the equations. The last column of `a` contains the values of the
+ * equations, times -1/2. The last row of `a` makes steps orthogonal to the pose `of`, because only
+ * the direction of a pose vector matters. */
 static void chasles_hexapod_newton(const chasles_hexapod_place *place,
                                    const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
                                    chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])
@@ -187,9 +191,8 @@ static void chasles_hexapod_newton(const chasles_hexapod_place *place,
     }
 }
 
-/* Differentiates each equation with respect to the path parameter, at constant x. The last column
- * of `a` receives the derivatives of the equations with respect to the path parameter, times -1/2.
- */
+/* Differentiates each equation with respect to the path parameter, at constant x, and writes the
+ * derivatives, times -1/2, to the last column of `a`. */
 static void chasles_hexapod_along(const chasles_hexapod_path *path, const chasles_hexapod_lanes *x,
                                   chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])
 {
@@ -221,7 +224,7 @@ static void chasles_hexapod_along(const chasles_hexapod_path *path, const chasle
     a[6][8].re = a[6][8].im = a[7][8].re = a[7][8].im = zero;
 }
 
-/* Swaps two values in the lanes that a mask selects. */
+/* Swaps two values in the SIMD lanes that a mask selects. */
 static inline void chasles_hexapod_exchange(const chasles_vector_mask *mask, chasles_vector *x,
                                             chasles_vector *y)
 {
@@ -235,8 +238,8 @@ static inline void chasles_hexapod_square(const chasles_hexapod_lanes *x, chasle
     *square = x->re * x->re + x->im * x->im;
 }
 
-/* Solves eight linear equations by elimination, with separate pivots in each lane; the last column
- * is the right-hand side. */
+/* Solves eight linear equations by elimination, with separate pivots in each SIMD lane. The last
+ * column of `a` is the right-hand side. */
 static void chasles_hexapod_solve(chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1],
                                   chasles_hexapod_lanes *x)
 {

@@ -1,26 +1,26 @@
-/* Tolerances for platforms on six rods: name, value, unit and reason. This file is part of chasles
- * and is the same for every robot. The pose coordinates are normalized. Lengths without a unit are
- * relative to the platform size.
- */
+/* Tolerances for platforms on six rods, each with its name, value, unit and reason. This file is
+ * part of chasles and is the same for every robot. The Study coordinates of each pose are
+ * normalized to length 1. Lengths without a unit are relative to the platform size. */
 #ifndef CHASLES_HEXAPOD_TOLERANCES_H
 #define CHASLES_HEXAPOD_TOLERANCES_H
 
 #define CHASLES_PATH_NEAR 1e-4
-/* Lost paths, and paths with equal ends, are tracked a second time and, if necessary, a third time.
- * The second attempt limits the Newton corrections to CHASLES_PATH_NEARER, and the third attempt to
- * CHASLES_PATH_NEAREST. */
+/* Paths that do not reach their end, and paths with equal ends, are tracked a second time and, if
+ * necessary, a third time. The second attempt limits the Newton corrections to CHASLES_PATH_NEARER,
+ * and the third attempt to CHASLES_PATH_NEAREST. */
 #define CHASLES_PATH_NEARER 1e-6
 #define CHASLES_PATH_NEAREST 1e-8
-/* Maximum second Newton correction, about the square of the first correction. */
+/* Maximum length of the second Newton correction, which is about the square of the first
+ * correction. */
 #define CHASLES_PATH_ON 1e-7
-/* Initial step and maximum step along a path of length 1. */
+/* Initial step and maximum step of the path parameter, which runs from 0 to 1. */
 #define CHASLES_PATH_FIRST 0.05
 #define CHASLES_PATH_LONGEST 0.25
-/* Minimum step along a path. */
+/* Minimum step of the path parameter. */
 #define CHASLES_PATH_SHORTEST 1e-11
-/* A path ends at the parameter value 1. If path tracking fails when the parameter is closer to 1
- * than this value, the path counts as complete. The last point of this path is treated as a
- * singular pose or a point at infinity. */
+/* A path ends at the path parameter 1. If path tracking fails when the path parameter is closer to
+ * 1 than this value, the path counts as complete. After such a failure, the last point of the path
+ * is treated as a singular pose or a point at infinity. */
 #define CHASLES_PATH_ALMOST 1e-6
 /* The ends x and y of two paths count as equal if 1 - |<x, y>|^2 is below this value. */
 #define CHASLES_ENDS_ARE_ONE 1e-16
@@ -35,8 +35,8 @@
 #define CHASLES_SAME_END 1e-2
 /* Maximum rod length error of an assembly mode, relative to the platform size. */
 #define CHASLES_RODS_CLOSED 1e-12
-/* Rod length error, relative to the platform size, at which the iteration of an assembly mode ends.
- */
+/* Newton's iteration of an assembly mode ends at this rod length error, relative to the platform
+ * size. */
 #define CHASLES_RODS_POLISHED 1e-15
 /* Two assembly modes are equal if they differ by less than this value (relative to the platform
  * size, and rad). Near a double solution, a difference of 1e-6 changes the rod lengths only by
@@ -45,8 +45,8 @@
 /* A path end is at infinity if |e.e| is at most this value, where e are the Euler parameters of the
  * pose. */
 #define CHASLES_AT_INFINITY 1e-9
-/* Gimbal lock occurs if the middle angle differs from a quarter turn by an angle whose sine is
- * below this value; the two outer angles then count as dependent. */
+/* Gimbal lock occurs if the absolute cosine of the middle rotation angle is at most this value. In
+ * gimbal lock, the last rotation angle is set to zero. */
 #define CHASLES_GIMBAL 1e-12
 
 /* Rounding error of the polynomial for rods with double joints, relative to its largest terms. The
@@ -58,10 +58,11 @@
  * angle between two sides of the joint triangle. If a distance, radius or sine is below this value,
  * the circles of the joints are not computed. */
 #define CHASLES_JOINTS_APART 1e-6
-/* A negative value of sin^2 counts as 0 if its magnitude is at most this value. Otherwise, the
+/* A negative value of sin^2 counts as 0 if its magnitude is at most this value; otherwise, the
  * angle is not real. */
 #define CHASLES_JOINT_UNREAL 1e-4
-/* Maximum difference [rad] between a zero of the polynomial and the angle of its refined pose. */
+/* Maximum difference [rad] between a zero of the polynomial and the refined angle of the first
+ * joint. */
 #define CHASLES_JOINT_TURN 0.05
 /* Maximum error of the squared joint distances in a pose. */
 #define CHASLES_JOINTS_HELD 1e-11

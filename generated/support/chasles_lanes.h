@@ -90,7 +90,7 @@ static const double lanes_arctangent[] = {
 #define LANES_LIBMVEC(name)                                 \
     LANES_TARGET lanes_part LANES_VECTOR(name)(lanes_part); \
     LANES_BY_PARTS(name, LANES_VECTOR(name))
-/* Computes a function by libm in each SIMD lane, if libmvec lacks the function. */
+/* Defines a function that calls libm in each SIMD lane, because libmvec lacks the function. */
 #define LANES_LIBM(name)                                                                   \
     static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, lanes *value) \
     {                                                                                      \

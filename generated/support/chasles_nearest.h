@@ -19,7 +19,7 @@
 
 #define CHASLES_SOLVED 1e-9    /* largest residual of a valid solution [m, rad] */
 #define CHASLES_AT_LIMIT 1e-12 /* limit violations up to this value count as rounding errors */
-#define CHASLES_MAX_SLOTS 64   /* maximum number of solution slots of an inverse */
+#define CHASLES_MAX_SLOTS 64   /* maximum number of solution slots per pose */
 #define CHASLES_MAX_JOINTS 64  /* maximum number of coordinates of a robot */
 
 /* Instead of the index of a solution slot, a function returns one of the following negative

@@ -1,8 +1,9 @@
-/* The rigid pose nearest to a matrix. This file is part of chasles and is the same for every robot.
+/* Computes the rigid pose nearest to a 4 x 4 matrix. This file is part of chasles and is the same
+ * for every robot.
  *
- * An inverse does not correct T, so the residual is never smaller than the distance of T from a
- * rigid pose. Poses in single precision or read from text should first be projected onto rigid
- * poses.
+ * Inverse kinematics does not correct a target pose T, so its residual is at least the distance of
+ * T from a rigid pose. Poses in single precision or read from text should first be projected onto
+ * rigid poses.
  *
  * Example:
  *
@@ -16,9 +17,9 @@
 
 /* Writes the rigid pose nearest to T (4 x 4) to `rigid`, and returns 1. The pointers `rigid` and T
  * may be equal. The rotation of the rigid pose is nearest to the rotation part of T in the
- * Frobenius norm. Returns 0 without changing rigid if T is not finite or is left-handed, or if T
- * deviates by more than the tolerance (radian, at most 0.1). The deviation of T is |R^T R - 1| /
- * sqrt(8) for the rotation part R, or the error of an entry in the last row of T.
+ * Frobenius norm. Returns 0 and leaves `rigid` unchanged if T is not finite, is left-handed, or
+ * deviates from a rigid pose by more than the tolerance (radian, at most 0.1). The deviation of T
+ * is |R^T R - 1| / sqrt(8) for the rotation part R, or the error of an entry in the last row of T.
  *
  * The iteration R <- R (3 - R^T R) / 2 converges quadratically to the orthogonal factor of R's
  * polar decomposition (Bjorck and Bowie 1971, Higham 1986). */

@@ -14,7 +14,8 @@
 
 #define CHASLES_TRIAD_MODES 6
 #define CHASLES_TRIAD_DEGREE 3
-/* Maximum number of Newton steps; at a double root, each step halves the error. */
+/* Maximum number of Newton steps, which is large because each step only halves the error at a
+ * double root. */
 #define CHASLES_TRIAD_STEPS 30
 
 typedef struct {
@@ -26,12 +27,13 @@ typedef struct {
     double size; /* size of the platform (meter) */
 } chasles_triad_platform;
 
-/* An assembly mode (meter, rad) and the margin of this mode. */
+/* Position (meter) and angle (rad) of the platform in an assembly mode, and the margin of the mode.
+ */
 typedef struct {
     double x[3], margin;
 } chasles_triad_mode;
 
-/* Computes the cross products of the rows of J. Returns the determinant of the matrix J. */
+/* Computes the cross products of the rows of the matrix J, and returns the determinant of J. */
 static double chasles_triad_cofactors(const double *J, double (*C)[3])
 {
     for (int i = 0; i < 3; i++) {
@@ -43,7 +45,7 @@ static double chasles_triad_cofactors(const double *J, double (*C)[3])
     return J[0] * C[0][0] + J[1] * C[0][1] + J[2] * C[0][2];
 }
 
-/* Returns the largest rod length error, which is infinite if an error is not finite. */
+/* Returns the largest rod length error, or infinity if an error is not finite. */
 static double chasles_triad_excess(const chasles_triad_platform *platform, const double *q,
                                    const double *x, double *excess)
 {
@@ -106,7 +108,8 @@ static int chasles_triad_same(const chasles_triad_platform *platform, const doub
 }
 
 /* Runs Newton's iteration from a start configuration. If the result is a new assembly mode, inserts
- * the mode into `modes`, sorted by phi. Returns the number of assembly modes. */
+ * the mode into `modes`, which is sorted by the platform angle phi. Returns the number of assembly
+ * modes. */
 static int chasles_triad_added(const chasles_triad_platform *platform, const double *q,
                                const double *start, chasles_triad_mode *modes, int count)
 {
@@ -125,7 +128,8 @@ static int chasles_triad_added(const chasles_triad_platform *platform, const dou
     return count + 1;
 }
 
-/* Computes the polynomial. Returns 0 if the value of the polynomial is not finite or vanishes. */
+/* Computes the trigonometric polynomial in the platform angle. Returns 0 if a coefficient of the
+ * polynomial is not finite. */
 static int chasles_triad_series(const chasles_triad_platform *platform, const double *q,
                                 chasles_circle_series *series)
 {
@@ -143,8 +147,8 @@ static int chasles_triad_series(const chasles_triad_platform *platform, const do
     return series->most <= DBL_MAX;
 }
 
-/* Searches for assembly modes around a root that is near other roots, because rounding may hide
- * roots there. */
+/* Searches for assembly modes near a root of the polynomial, because rounding may hide other roots
+ * there. */
 static int chasles_triad_near(const chasles_triad_platform *platform, const double *q, double angle,
                               double apart, chasles_triad_mode *modes, int count)
 {
@@ -159,8 +163,8 @@ static int chasles_triad_near(const chasles_triad_platform *platform, const doub
     return count;
 }
 
-/* Writes all assembly modes, sorted by phi. The unused entries are NaN. Also writes the margin of
- * each assembly mode, and whether a mode may be missing. */
+/* Writes all assembly modes, sorted by the platform angle phi, and NaN to the unused entries.
+ * Writes the margin of each assembly mode, and whether an assembly mode may be missing. */
 static void chasles_triad_modes(const chasles_triad_platform *platform, const double *q,
                                 double *theta, double *margin, double *unsure)
 {
@@ -188,7 +192,7 @@ static void chasles_triad_modes(const chasles_triad_platform *platform, const do
             count = chasles_triad_added(platform, q, start, modes, count);
         }
     }
-    /* Rounding may hide roots near the computed roots. */
+    /* Rounding may hide other roots of the polynomial near the computed roots. */
     for (int k = 0; k < roots.count && roots.unresolved; k++) {
         for (double apart = CHASLES_TWINS; apart < CHASLES_TRIAD_SEARCHED; apart *= 2.0)
             count = chasles_triad_near(platform, q, roots.angle[k], apart, modes, count);

@@ -103,7 +103,7 @@ def test_consistent_actuators_return_their_pose(least):
 
 
 def test_inconsistent_actuators_return_the_pose_of_least_gaps(least):
-    """The gradient of the squared closure gaps of a NumPy model vanishes at the configuration."""
+    """At the returned pose, the squared closure gaps of a NumPy model have gradient 0."""
     robot, model = least
     rng = np.random.default_rng(4)
     q = robot.actuators(poses_near(robot)) + rng.uniform(-1e-3, 1e-3, (POSES, robot.n))

@@ -20,15 +20,15 @@ and converges monotonically, because the start value and the other roots are on 
 tau. If the root tau farthest from the other roots is outside [-1, 1], the conic does not intersect
 the unit circle. In this case, a quadratic equation gives the other two roots tau.
 
-For tau > 0, exchanging x and y changes the sign of tau. After the exchange, t = 1 + tau is always
-in [0, 1]. Newton's method refines the root t of ``t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P =
-0``. The refined root t has full relative accuracy even if t is small. Let alpha^2 = g t and beta^2
-= g (2 - t). The two lines are ``alpha x + beta y + m = 0`` and ``alpha x - beta y + n = 0``. Three
-equations determine the offsets m and n of the lines: ``alpha (m + n) = p``, ``beta (n - m) = q``
-and ``m n = r + g - g t``. If alpha^2 > |p|, m and n are computed from m + n and n - m, otherwise
-from n - m and m n. With this choice of formulas, a relative error of t changes the roots no more
-than an equal relative error of max(|p|, |q|, |r|). If p is only a rounding error, t is set to
-exactly 0, because a fourfold root is accurate only for t = 0.
+If tau > 0, x and y are exchanged, which changes the sign of tau. After the exchange, t = 1 + tau is
+always in [0, 1]. Newton's method refines the root t of ``t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t
+- 2 P = 0``. The refined root t has full relative accuracy even if t is small. Let alpha^2 = g t and
+beta^2 = g (2 - t). The two lines are ``alpha x + beta y + m = 0`` and ``alpha x - beta y + n = 0``.
+Three equations determine the offsets m and n of the lines: ``alpha (m + n) = p``, ``beta (n - m) =
+q`` and ``m n = r + g - g t``. If alpha^2 > |p|, m and n are computed from m + n and n - m,
+otherwise from n - m and m n. With this choice of formulas, a relative error of t changes the roots
+no more than an equal relative error of max(|p|, |q|, |r|). If p is only a rounding error, t is set
+to exactly 0, because a fourfold root is accurate only for t = 0.
 
 Degenerate: if g = 0, the conic is a single line, and the second line of the pair is far away. If g
 = 0, g is replaced by 1e-20 to avoid a division by zero. If all coefficients are 0, the roots are

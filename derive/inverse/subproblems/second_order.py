@@ -7,7 +7,7 @@ product of the two angles.
 Derivation: let g be the equation with the larger gradient n. On the parabola ``x = -(g + tau^2 d.(G
 d) / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|``, g vanishes to second order. On this parabola,
 h is quadratic in tau. Of the two roots tau of h, the root nearer to 0 is used. At a double root
-tau, the linear term of h vanishes, and Newton's method only halves the error per step. The
+tau, the derivative of h vanishes, and Newton's method only halves the error per step. The
 second-order step converges quickly even at a double root.
 
 Source: elementary.

@@ -92,7 +92,7 @@ def near_line(
     scale: sp.Expr,
     are_two: sp.Basic | None = None,
 ) -> FoundTurn:
-    """Solve ``on_line`` for an inexact xi2: cosine and sine are divided by their norm.
+    """Solve the equation of ``on_line`` for an inexact xi2, and normalize cosine and sine.
 
     Args:
         terms: Table of named terms.

@@ -16,8 +16,8 @@ class InputLetter:
     """The symbol of a task input in the LaTeX article.
 
     Attributes:
-        letters: LaTeX letters in order of preference. The LaTeX article does not use letters that
-            denote robot parameters.
+        letters: LaTeX letters in order of preference. A letter that denotes a robot parameter is
+            skipped.
         component: Index (0 to 2) of the component of a vector input, or None for a scalar input.
     """
 

@@ -39,11 +39,12 @@ _UNITS = {"rad": "angles in degrees", "m": "displacements in meters"}
 OUTSIDE = r"$^{\dagger}$"
 """LaTeX mark of a coordinate value outside its limits."""
 MAX_WIDE = 6
-"""Maximum number of coordinates for which a solution table prints two decimals instead of one."""
+"""Maximum number of coordinates for which a solution table prints angles with two decimals instead
+of one."""
 SOLVED = 1e-9
 """Largest residual (meter, radian) of a valid inverse kinematics solution."""
 SLACK = 1e-9
-"""Tolerance (radian or meter) within which a coordinate value counts as inside its limits."""
+"""Distance (radian or meter) by which a coordinate value may exceed a limit and count as inside."""
 
 
 def worked_example(page: Page) -> str:

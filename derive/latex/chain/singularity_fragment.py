@@ -30,7 +30,7 @@ def singularities(page: Page) -> str:
     For an arm that is singular in every configuration, the text states the rank of the Jacobian.
     For an arm without singularities, the text states that the Jacobian has full rank.
 
-    The returned text is empty if no singular configuration is known.
+    The returned text is empty if singular configurations may exist, but none is known.
     """
     found = page.singular
     if found.is_regular:

@@ -98,7 +98,7 @@ class Obstacles:
         lines: Start, end and half width of each line that no label should cross.
         outlines: Start, end and half width of each body outline. Loop numbers cross body outlines
             at a lower cost than other labels.
-        boxes: Areas of labels and symbols that no other label may cover.
+        boxes: Areas of labels and symbols that no other label should cover.
         plates: Filled polygons. A label covers a filled polygon only if no other position is free.
     """
 
@@ -108,7 +108,7 @@ class Obstacles:
     plates: list[Sequence[Point]] = field(default_factory=list)
 
     def disc(self, point: Point, radius: int) -> None:
-        """Add the area of a symbol to the areas that no label may cover."""
+        """Add the area of a symbol to the areas that no label should cover."""
         x, y = point
         self.boxes.append(Box(x - radius, y - radius, x + radius, y + radius))
 

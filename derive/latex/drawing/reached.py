@@ -149,8 +149,8 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
 
     Returns:
         The region, or None if the first axis is not vertical and the tool leaves every coordinate
-        plane. The function also returns None if the area of the region is zero, a prismatic joint
-        has no limits, or more than twelve coordinates move the tool.
+        plane. The function also returns None if the region has zero area, a prismatic joint lacks a
+        limit, or the robot has more than twelve coordinates.
     """
     own: dict[int, tuple[bool, float | None, float | None]] = {}
     for body in skeleton.bodies:

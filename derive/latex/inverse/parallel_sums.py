@@ -12,8 +12,8 @@ from ...inverse.subproblems.turns import CosSin
 from ...model.tolerances import EXACT_STRUCTURE
 
 _BILINEAR = {(1, 0, 1, 0): "cc", (0, 1, 0, 1): "ss", (0, 1, 1, 0): "sc", (1, 0, 0, 1): "cs"}
-"""Products of a cosine or sine of each of two angles, keyed by the powers of cos 1, sin 1, cos 2
-and sin 2."""
+"""Products of a cosine or sine of each of two angles, keyed by the powers of c_1, s_1, c_2 and s_2.
+"""
 
 
 @dataclass(frozen=True)

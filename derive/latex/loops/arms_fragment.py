@@ -118,7 +118,7 @@ class PrintedArm:
 
 
 def arms(page: LoopPage) -> list[str]:
-    """Return an opening and one paragraph for each serial arm that solves a loop.
+    """Return an opening paragraph, and one paragraph for each serial arm that solves a loop.
 
     The list is empty if no arm solves a loop.
     """

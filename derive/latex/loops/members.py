@@ -126,7 +126,7 @@ def words(name: str, struts: Mapping[str, str]) -> str:
         kind, first = "near end of", struts[first]
     plain = names.escape(first.replace("_", " "))
     plain = f"{kind} {plain}" if kind else plain
-    # Two struts share a pin if both struts end at this pin on one body.
+    # Two joints share a pin if their bodies rotate about the same point of a third body.
     is_shared = dot and part.partition(".")[0] not in _KINDS
     return f"pin between {plain} and {words(part, struts)}" if is_shared else plain
 

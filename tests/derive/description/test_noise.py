@@ -35,7 +35,7 @@ AT_A_METER = Fraction(1, 10**9)
         ("0.20000000298023224", "0.2"),
         ("0.3332999944686890", "0.3333"),
         ("0.20010000610351562", "0.2001"),
-        # Noise removal does not change short numbers, calibrated values and small lengths.
+        # Noise removal does not change short numbers, calibrated values or small lengths.
         ("0.0009765625", "0.0009765625"),
         ("123456.7890625", "123456.7890625"),
         ("0.0001", "0.0001"),

@@ -228,7 +228,7 @@ def test_printed_rates_match_actuator_rates(name):
     steps = page.backward_steps
     reader, thetad = Reader(page), random(len(theta), 7)
     if name == "board_installer":
-        # The main chain has more joints than degrees of freedom, so not all of its joint rates
+        # The main chain has more joints than degrees of freedom, so only some joint rate vectors
         # satisfy the loop equations.
         thetad = array(name, "chain_rates", some_q(name), random(6, 7))
     reader.give(page.theta, theta)

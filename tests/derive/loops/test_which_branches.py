@@ -143,7 +143,7 @@ def scissor_lift():
 
 
 def test_folded_scissor_lift_has_no_branch():
-    """If both base pivots of the lift coincide, the upper bars share a point, and may rotate."""
+    """If both base pivots of the lift coincide, the upper bars may rotate about one point."""
     assert labels(scissor_lift(), "chain_all") == (
         "cross far, upper right",
         "cross far, upper left",

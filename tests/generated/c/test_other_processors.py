@@ -47,7 +47,7 @@ int main(void)
 """
 N = 20
 SAME = 1e-12
-"""Relative tolerance of values, because the two processors fuse multiplications and additions
+"""Relative tolerance of function values. The two processors fuse multiplications and additions
 differently."""
 SAME_SOLUTION = 1e-7
 """Tolerance of inverse solutions [rad or m], which amplify rounding errors near double roots."""

@@ -29,7 +29,7 @@ def configurations(mechanism, seed):
 
 
 def slots_at(ik, T, given):
-    """Return coordinates (k, N, n) and residuals (k, N) of all k solutions at N poses."""
+    """Return coordinates (k, N, n) and residuals (k, N) of all k solution slots at N poses."""
     (kernel,) = lower([ik], "carried")
     q, residual = [], []
     for signs in patterns(ik):

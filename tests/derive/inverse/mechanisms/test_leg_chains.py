@@ -22,13 +22,13 @@ POSES, CLOSED, SAME, NEAR = 20, 1e-12, 1e-12, 1e-9
 REACH = {"revolute": 0.2, "prismatic": 0.05}
 """Maximum deviation of an actuated coordinate from its reference value (radian or meter)."""
 STEP, CURVED = 1e-5, 1e-3
-"""Time step (s) of a finite difference of rates, and error tolerance relative to the largest
-acceleration."""
+"""Time step (s) of a second difference of configurations, and error tolerance relative to the
+largest acceleration."""
 SLOTS = {"tripteron": 1, "exechon": 8, "3-UPU": 8, "3-URU": 8, "3-PUU": 8, "3-RUU with offsets": 64}
-"""Number of inverse kinematics solutions of each platform. A decoupled platform has one solution.
-On other platforms, each leg multiplies the number of solutions by two, or by four with a folded
-rod. 3-PUU with offsets and 3-RUU without offsets are not listed, because they have the same
-solution steps as the listed platforms."""
+"""Number of solution slots of each platform's inverse kinematics function. A decoupled platform has
+one solution slot. On other platforms, each leg multiplies the number of solution slots by two, or
+by four with a folded rod. 3-PUU with offsets and 3-RUU without offsets are not listed, because they
+have the same solution steps as the listed platforms."""
 WITHOUT_SLOTS = ("Exechon with a head", "pentapod")
 KINDS = {kind: (LEG_KINDS | MACHINE_KINDS)[kind] for kind in (*SLOTS, *WITHOUT_SLOTS)}
 SHORT = {"pentapod": 0.1}
@@ -82,7 +82,7 @@ def evaluated(kernels, names, *inputs):
 
 
 def slots_at(ik, T):
-    """Return coordinates (k, N, n) and residuals (k, N) of all k solutions at N poses."""
+    """Return coordinates (k, N, n) and residuals (k, N) of all k solution slots at N poses."""
     (kernel,) = lower([ik], "legs")
     q, residual = [], []
     for signs in patterns(ik):

@@ -328,8 +328,8 @@ def spoilt_actuation(name):
 
 
 TESTED = {"four_bar": 1, "slider_crank": 1, "five_bar": 2, "excavator": 5, "planar_3rrr": 5}
-"""For each robot, the number k if every k-th erroneous variant is tested. The tested variants
-contain each kind of error."""
+"""Step k for each robot: the test uses every k-th erroneous variant of the robot. The tested
+variants contain each kind of error."""
 
 
 @pytest.mark.parametrize("name", LOOPED)

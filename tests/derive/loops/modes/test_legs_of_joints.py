@@ -23,8 +23,8 @@ from tests.support.loops.solved import solved
 POSES = 12
 KINDS = {1: ("RPS", "PRS", "RRS"), 10: ("UPS", "PUS", "RUS", "C", "C", "C")}
 SLOTS = 4
-"""Number of inverse kinematics solutions. The leg PRS or PUS and the leg RRS or RUS have two
-solutions each."""
+"""Number of solution slots of the inverse kinematics function. The leg PRS or PUS and the leg RRS
+or RUS have two solutions each."""
 FOUND = 1e-8
 MAPS = ("actuators", "actuator_rates")
 

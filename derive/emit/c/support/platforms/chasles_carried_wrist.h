@@ -25,13 +25,12 @@ typedef struct {
     void (*legs)(const double *T, const double *P, double *q, double *residual, double *margin);
     void (*fk)(const double *q, double *T);
     int slots, coordinates;
-    double size;          /* length of the mechanism (meter) */
-    double normals[3][3]; /* normals of the three planes, in base axes */
-    double offsets[3];    /* offsets of the three planes (meter) */
-    double levers[3]
-                 [3];  /* unit vectors from the wrist center to the ball joints, in platform axes */
-    double lengths[3]; /* distances between the wrist center and the ball joints (meter) */
-    double center[3];  /* wrist center in the platform frame (meter) */
+    double size;           /* length of the mechanism (meter) */
+    double normals[3][3];  /* normals of the three planes, in base axes */
+    double offsets[3];     /* offsets of the three planes (meter) */
+    double levers[3][3];   /* unit vectors from wrist center to ball joints, in platform axes */
+    double lengths[3];     /* distances between the wrist center and the ball joints (meter) */
+    double center[3];      /* wrist center in the platform frame (meter) */
     double tool_center[3]; /* wrist center in the tool frame (meter) */
 } chasles_carried_wrist_arm;
 
