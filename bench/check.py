@@ -48,7 +48,7 @@ def run(write: bool) -> int:
 def measured() -> dict[str, float]:
     """Return the time ratio of each compared pair of programs, by name.
 
-    The time of a program is its minimum time in a short run.
+    The time of a program is the minimum over the repetitions of a short run.
     """
     plan = without_slow_builds(SHORT)
     rows = [row for _, section in SECTIONS.values() for row in section(plan)]

@@ -399,7 +399,7 @@ class Manifest:
 
     @property
     def direct_parameters(self) -> tuple[str, ...]:
-        """The names of the redundancy parameters that a direct call of the C inverse may set.
+        """The names of the redundancy parameters that a direct call of the C IK function may set.
 
         The tuple is empty if a redundancy parameter of a serial robot is the value of a joint
         between other joints. Some values of this joint may make the inverse kinematics function

@@ -23,9 +23,9 @@ def load_template(robot: Described) -> str:
     """Return the gravity vector, the mass tables and the spring tables of a robot file as text.
 
     The returned text is empty if the arm has no masses. For an arm with coupled or helical joints,
-    the returned text contains no springs. In the robot file of a calibrated arm, link k is mounted
-    on the k-th moving joint. With all joints of a calibrated arm at zero, the frame of each link
-    coincides with the base frame.
+    the returned text contains no spring tables. In the robot file of a calibrated arm, link k is
+    mounted on the k-th moving joint. With all joints of a calibrated arm at zero, the frame of each
+    link coincides with the base frame.
 
     Args:
         robot: The description.

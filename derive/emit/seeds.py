@@ -35,7 +35,7 @@ class SeedInputs:
 
 
 def has_nearest(robot: Described, function: Signature) -> bool:
-    """Whether a function is an inverse that fits the size limits of the support files."""
+    """Whether a function is an IK function that fits the size limits of the support files."""
     return (
         function.role.is_inverse
         and function.outputs[0].shape[0] <= MAX_SLOTS

@@ -101,7 +101,7 @@ def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
 def _nothing_left(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], found: Inverses
 ) -> InputValueError:
-    """Return the error for a robot without a closed-form inverse for the chosen fixed joints."""
+    """Return the error if no closed-form IK function exists for the chosen fixed joints."""
     names = [joint.name for joint in robot.moving]
     surplus = len(names) - rank.of_chain(found.classification.lines)
     others = list(_offered(robot, families, chosen, max(len(chosen), surplus)))[:MAX_NAMED]

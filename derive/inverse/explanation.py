@@ -77,7 +77,7 @@ class Explanation:
 
     @property
     def line(self) -> str:
-        """The explanation in one line: the kind of inverse and the maximum number of solutions."""
+        """Explanation in one line: the kind of IK function and the maximum solution count."""
         if self.inverses is None:
             return self.loops
         classification, general = self.inverses.classification, self.inverses.general
@@ -235,7 +235,7 @@ def singular(inverses: Inverses) -> str:
 
 
 def notes(inverses: Inverses) -> tuple[str, ...]:
-    """Return remarks on an arm that is always singular, or that has only a refined inverse."""
+    """Return remarks on an arm that is always singular, or that has only a refined IK function."""
     classification = inverses.classification
     if inverses.self_motion:
         return (f"the arm is {singular(inverses)}",)

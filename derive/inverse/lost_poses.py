@@ -4,7 +4,7 @@ At some poses, the angle of one joint is arbitrary, and the closed form selects 
 angle. If the other joints can reach the pose only with a different value of the arbitrary angle,
 the closed form misses the solution. If dimensions of the arm are equal, an inverse kinematics
 function is likely to miss poses of right-angle configurations. An inverse kinematics function is
-also likely to miss poses at which a fixed prismatic joint makes two axes intersect.
+also likely to miss poses if two axes intersect at the fixed value of a prismatic joint.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -63,7 +63,7 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
 
 
 def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance: float) -> int:
-    """Count the input samples (size, N) for which no branch of an inverse gives a solution.
+    """Count the input samples (size, N) for which no branch of an IK function gives a solution.
 
     Each solution branch is evaluated only at samples that no earlier branch solves.
     """

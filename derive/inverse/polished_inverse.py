@@ -24,7 +24,7 @@ FURTHER = 4
 """Number of solution slots in addition to the nominal solutions, for an arm without the general
 solver.
 
-Some arms whose nominal arm has 8 solution branches had 10 solutions.
+Some calibrated arms had 10 solutions, although their nominal arms have only 8 solution branches.
 """
 MAX = 16
 """Maximum number of solutions of a six-joint arm."""

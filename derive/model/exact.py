@@ -181,7 +181,7 @@ def _number(text: str) -> sp.Rational:
 
 
 class _Reader:
-    """Reads one text with its parameters and its angle unit."""
+    """Reads an expression from a text, given the symbols of its parameters and its angle unit."""
 
     def __init__(self, text: str, names: Mapping[str, sp.Symbol], angle_unit: sp.Expr) -> None:
         self.text = text.strip()

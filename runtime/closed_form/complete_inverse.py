@@ -1,4 +1,4 @@
-"""Finds all solutions of an inverse with fixed joints, even at degenerate fixed values."""
+"""Finds all solutions of an IK function with fixed joints, even at degenerate fixed values."""
 
 from __future__ import annotations
 

@@ -165,7 +165,7 @@ class FixedJoints:
 def derived_inverse(
     manifest: Manifest, robot_of: Callable[[Manifest], Any], names: tuple[str, ...], function: str
 ) -> Function[Solutions]:
-    """Return an inverse with fixed joints, derived first if it is not in the cache."""
+    """Return an IK function with fixed joints, derived first if it is not in the cache."""
     origin = description_of(manifest.folder)
     if origin is None:
         raise DerivationError(

@@ -341,7 +341,7 @@ class NearestMethods(RobotFacts):
 
 
 def nearest_function(robot: NearestMethods, pickled: tuple[Any, ...]) -> Nearest | None:
-    """Return the C object `robot.ik_nearest`, or None if the robot has no inverse for poses."""
+    """Return the C object `robot.ik_nearest`, or None if the robot has no IK function for poses."""
     own = robot.manifest.with_role("inverse", "pose")
     if own is None:
         return None

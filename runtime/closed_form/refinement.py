@@ -363,7 +363,7 @@ def refinement_of(
     unit: float = 1.0,
     judged: float = 1.0,
 ) -> Refinement | None:
-    """Return the refinement of the solutions of an inverse, or None if they are not refined."""
+    """Return the refinement of the solutions of an IK function, or None if they are not refined."""
     jacobian = manifest.with_role("pose and jacobian", "actuators")
     if not (
         info.role.is_inverse and (info.role.domain == "pose" or info.role.components) and jacobian

@@ -51,7 +51,7 @@ class LeastSquares(NamedTuple):
 
 
 class Solutions(Fields):
-    """Solutions on all branches of an inverse, in k fixed solution slots per pose.
+    """Solutions on all branches of an IK function, in k fixed solution slots per pose.
 
     A tuple of four arrays, `q, residual, margin, valid = robot.ik(T)`. The solutions of one pose
     are the rows of `valid_q()`.

@@ -148,7 +148,7 @@ PARTS: Mapping[str, Part] = {
 
 
 def inverse_for(manifest: Manifest, method: str, task: TaskName) -> FunctionInfo:
-    """Return the manifest entry of the inverse for a task, or raise an InputValueError."""
+    """Return the manifest entry of the IK function for a task, or raise an InputValueError."""
     inverses = manifest.inverses
     if task not in inverses:
         raise InputValueError(

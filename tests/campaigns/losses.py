@@ -77,7 +77,7 @@ def trial(number: int) -> Outcome:
 
 
 def losses_of(case: Derived, seed: int) -> Iterator[Loss]:
-    """Yield the failure counts of each pose set on which the inverse without refinement fails."""
+    """Yield the failure counts of each pose set that the IK function without refinement misses."""
     for chosen, poses in sets(case, np.random.default_rng(seed)):
         bare = judged(chosen, poses, chosen.answers)
         if bare.missed or bare.wrong or bare.lost:

@@ -1,4 +1,4 @@
-"""Compiled inverses return NaN for NaN targets, in scalar code and in vector code."""
+"""Compiled IK functions return NaN for NaN targets, in scalar code and in vector code."""
 
 import numpy as np
 import pytest

@@ -15,10 +15,10 @@ over all errors is the number of residual degrees of freedom.
 If no parameter has a known standard deviation, M errors and k variables give the squared noise s^2
 = sum e^2 / (M - k). If parameters have known standard deviations, the noise s maximizes the
 marginal likelihood of the measurements. An error along a singular vector of J D^-1 has the variance
-lambda + s^2, where lambda is the squared singular value. Few measurements leave the noise s
-uncertain. Therefore, a wide prior of log s about the stated noise regularizes the noise estimate.
-With thirty residual degrees of freedom, the measurements affect the noise estimate more than the
-prior.
+lambda + s^2, where lambda is the squared singular value. If there are only a few measurements, the
+noise s is uncertain. A wide prior of log s, centered at the stated noise, therefore regularizes the
+noise estimate. With thirty residual degrees of freedom, the measurements affect the noise estimate
+more than the prior.
 
 Source:
     D. J. C. MacKay, Bayesian interpolation, Neural Computation 4 (1992), for the noise estimate if

@@ -137,8 +137,8 @@ def dexterous_workspace(robot: Robot) -> PlanarRegion:
     Returns:
         A `PlanarRegion` of positions (x, y) in the base frame [m]. `area` [m^2] is exact up to
         rounding errors. `contains(points)` tests whether points (m, 2) [m] are in the region.
-        `arcs` lists the circular arcs of the border. If the tool reaches no position at every
-        angle, `area` is 0.
+        `arcs` lists the circular arcs of the border. `area` is 0 if, at each position, the tool
+        cannot reach some of the angles.
 
     Raises:
         InputTypeError: `robot` is not a `Robot`.

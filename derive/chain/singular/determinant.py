@@ -19,9 +19,9 @@ from .views import Minor, minors
 MAX_JOINTS = 7
 """If an arm has more joints than this number, the minors of its Jacobian are not expanded."""
 LARGEST_BLOCK = 4
-"""Maximum size of a block whose determinant is expanded, if the Jacobian has one maximal minor."""
+"""Maximum size of a block whose determinant is expanded, for a square Jacobian."""
 LARGEST_OF_SEVERAL = 3
-"""Maximum size of an expanded block, if the Jacobian has several maximal minors."""
+"""Maximum size of a block whose determinant is expanded, for a Jacobian that is not square."""
 
 MAX_OBLIQUE = 4
 """Maximum number of constant rotations by angles that are not multiples of 90 degrees."""

@@ -57,8 +57,8 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
         arguments: Argument values, each as ``name:=value``.
 
     Raises:
-        DescriptionError: The file cannot be expanded, or the robot is incomplete. The error states
-            the reason from xacro, and the missing part.
+        DescriptionError: The file cannot be expanded, or the robot is incomplete. The error
+            contains the message of xacro and names the missing part.
     """
     try:
         import xacro  # noqa: PLC0415

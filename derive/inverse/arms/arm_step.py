@@ -46,8 +46,8 @@ class ArmStep(LoopStep):
     Attributes:
         found: Values of all arm joints if this step is the first step of the arm, otherwise an
             empty tuple.
-        arm: The serial arm for its first step, or None for later steps and for the step that tests
-            the values of locked joints.
+        arm: The serial arm if this step is the first step of the arm. None for later steps, and for
+            the step that tests the values of locked joints.
     """
 
     found: tuple[sp.Expr, ...] = ()

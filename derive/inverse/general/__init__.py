@@ -1,1 +1,1 @@
-"""General inverse of arms with five or six free joints."""
+"""Inverse kinematics of general arms with five or six free joints."""

@@ -109,7 +109,7 @@ def missing(h: SolvedLoops) -> str:
 
 
 def _chain(h: SolvedLoops) -> Chain | None:
-    """Return the main chain with its inverse, or None if no known structure fits the chain."""
+    """Return the main chain with its IK function, or None if no known structure fits the chain."""
     whole = _whole_chain(h)
     moving = moving_chain(h, FAMILIES) if whole is None else None
     return (whole if moving is None else moving[0]) or carried_wrist(h) or carried_arm(h)

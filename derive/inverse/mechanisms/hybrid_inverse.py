@@ -111,7 +111,7 @@ def _by_structure(
 
     Args:
         hybrid: The robot.
-        families: The families of axis structures to try.
+        families: The families of inverse kinematics solutions to try.
         give: Indices of the chain joints to fix.
         built: The as-built robot if ``hybrid`` is its nominal robot, otherwise None. The loops of
             the built robot may need coordinates beyond a dead point of the nominal robot.

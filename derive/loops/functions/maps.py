@@ -300,7 +300,7 @@ def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple
     If several solutions share the branch, the margins of the first solution with closed loops are
     returned.
 
-    If a branch does not contain a step of the loop solution, the margin of this step is 1.
+    A solution step that does not occur in a branch has the margin 1 in this branch.
     """
     rows = []
     for solution in solutions:

@@ -179,7 +179,10 @@ class PinAndSlide(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """Return the equation for the travel t: the component of pin offset D along the slide B."""
+        """Return the equation t = D .
+
+        B for the travel t along the slide direction B.
+        """
         D, B = components("D"), components("B")
         t = quantity("t")
         return StepEquations(

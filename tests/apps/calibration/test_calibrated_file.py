@@ -1,4 +1,4 @@
-"""The file that `chasles calibrate` writes reproduces the calibrated arm and its inverse."""
+"""The file that `chasles calibrate` writes reproduces the calibrated arm and its IK function."""
 
 import csv
 

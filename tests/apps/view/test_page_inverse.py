@@ -1,4 +1,4 @@
-"""The inverse on the page agrees with the robot's functions and follows mouse drags."""
+"""The IK function on the page agrees with the robot's functions and follows mouse drags."""
 
 import json
 

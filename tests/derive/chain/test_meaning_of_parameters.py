@@ -46,8 +46,8 @@ class Numbers(dict):
 def off_by(random, nominal, size, parameters):
     """Return perturbed parameter values with nine decimal places, which are exact fractions.
 
-    The named parameters of the description stay unchanged, because ``test_named_parameters``
-    changes them.
+    The function does not change the named parameters of the description, which
+    ``test_named_parameters`` covers.
     """
     size = [0 if g.part == "parameter" else size for g in parameters]
     return np.round(nominal + random.uniform(-1, 1, len(nominal)) * size, 9)

@@ -1,4 +1,4 @@
-"""The explanation of an inverse states its steps, or the conditions that the axes violate."""
+"""The explanation of an IK function states its steps, or the conditions that the axes violate."""
 
 import re
 from functools import cache

@@ -98,7 +98,7 @@ def solve(work, lines, target):
 
 
 def position_yaw(robot, lines):
-    """Build the inverse for a tool position and a wrist angle relative to the boom."""
+    """Build the IK function for a tool position and a wrist angle relative to the boom."""
     terms, work, wrist = lines.terms, Work(lines.terms), lines.axes[3]
     turn = CosSin(*terms.cos_sin(YAW))
     lever = rotated(terms, wrist.h, turn, subtracted(terms, tool_origin(robot, terms), wrist.p))

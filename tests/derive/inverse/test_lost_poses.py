@@ -1,4 +1,4 @@
-"""The derivation avoids or reports inverses that miss poses at multiples of 90 degrees.
+"""The derivation avoids or reports IK functions that miss poses at multiples of 90 degrees.
 
 The tested arms are random with fixed seeds. Target poses come from products of exponentials.
 """
@@ -98,7 +98,7 @@ def test_numeric_arm_pose_matches_product_of_exponentials():
 
 @pytest.mark.parametrize("seed", SEARCHED)
 def test_estimate_of_unsolved_poses_matches_their_count(seed):
-    """Independent code counts the poses for which the inverse finds no solution.
+    """Independent code counts the poses for which the IK function finds no solution.
 
     For some poses, rounding decides whether a solution is found.
     """

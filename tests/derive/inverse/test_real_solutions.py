@@ -1,4 +1,4 @@
-"""Real solutions of a general arm, found numerically and by the compiled inverse."""
+"""Real solutions of a general arm, found numerically and by the compiled IK function."""
 
 import numpy as np
 import pytest

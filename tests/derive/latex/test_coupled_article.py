@@ -1,4 +1,4 @@
-"""The LaTeX article of an arm with coupled joints prints the inverse for joints and motors."""
+"""The LaTeX article of an arm with coupled joints prints the IK function for joints and motors."""
 
 import re
 

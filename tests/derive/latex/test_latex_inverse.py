@@ -1,4 +1,4 @@
-"""The inverse in a LaTeX article is readable and agrees with the generated inverse."""
+"""The IK function in a LaTeX article is readable and agrees with the generated IK function."""
 
 import itertools
 import re

@@ -1,4 +1,4 @@
-"""Formulas parsed from the LaTeX text of an inverse agree with the generated inverse."""
+"""Formulas parsed from the LaTeX text of an inverse agree with the generated IK function."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ CHAIN = "R/RLP/RxrxR"
 
 
 def count_read_back(found, texts):
-    """Count the solutions of the printed formulas that agree with the derived inverse."""
+    """Count the solutions of the printed formulas that agree with the derived IK function."""
     assert not without_formula(found, texts)
     return read_back(found, texts=texts)
 

@@ -1,4 +1,4 @@
-"""Tests `ik_path` on one branch, and error messages of robots without an inverse."""
+"""Tests `ik_path` on one branch, and error messages of robots without an IK function."""
 
 import itertools
 

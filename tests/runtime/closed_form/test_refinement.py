@@ -37,7 +37,7 @@ PANDA = [
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
-    """Return a SCARA arm whose inverse has an error for poses with a z coordinate above HIGH."""
+    """Return a SCARA arm whose IK function has an error for poses with z above HIGH."""
     line = "q[0] = atan2(sin(q[0]), cos(q[0]));"
     spoilt = f"{line}\n        if (z > {HIGH}) q[0] += {SPOILT};"
     assert line in scara.SOURCE

@@ -1,4 +1,4 @@
-"""Iterative inverses stay within limits, report their error, and are reproducible."""
+"""Iterative IK functions stay within limits, report their error, and are reproducible."""
 
 import re
 

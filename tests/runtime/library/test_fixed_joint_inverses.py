@@ -1,4 +1,4 @@
-"""`ik(T, fixed={...})` with inverses for fixed joints, which are derived on first use."""
+"""`ik(T, fixed={...})` with IK functions for fixed joints, which are derived on first use."""
 
 import inspect
 from types import MappingProxyType

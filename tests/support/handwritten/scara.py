@@ -1,4 +1,4 @@
-"""Handwritten `manifest.json` and C code of a SCARA arm with a two-branch inverse.
+"""Handwritten `manifest.json` and C code of a SCARA arm with a two-branch IK function.
 
 Solution slot 0 has the elbow to the left (positive), solution slot 1 to the right. `ik_position`
 has the tool angle as a second input.

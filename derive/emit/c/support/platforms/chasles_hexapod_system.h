@@ -167,8 +167,8 @@ static inline void chasles_hexapod_gradient(const chasles_hexapod_lanes *M,
 }
 
 /* Computes half the Jacobian of the equations. The last column of `a` contains the values of the
- * equations, times -1/2. The last row of `a` makes steps orthogonal to the pose `of`, because only
- * the direction of a pose vector matters. */
+ * equations, times -1/2. The last row of `a` makes Newton steps orthogonal to the pose vector in
+ * the argument `of`, because only the direction of a pose vector matters. */
 static void chasles_hexapod_newton(const chasles_hexapod_place *place,
                                    const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
                                    chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])

@@ -125,9 +125,9 @@
 #define POLISH_FLAT 8.0
 #define POLISH_FLAT_MISSED 40.0
 #define POLISH_TILTED 0.1
-/* Within two limits, a quadratic equation gives the number of solutions near a fold point.
- * POLISH_LONGEST limits the distance [rad] of the solutions from the fold point. POLISH_SIDEWAYS
- * limits the Newton step orthogonal to the nearly singular joint direction v. */
+/* Limits within which a quadratic equation gives the number of solutions near a fold point:
+ * POLISH_LONGEST for the distance [rad] of the solutions from the fold point, and POLISH_SIDEWAYS
+ * for the Newton step orthogonal to the nearly singular joint direction v. */
 #define POLISH_LONGEST 0.5
 #define POLISH_SIDEWAYS 0.1
 /* Assumed minimum ratio of the squared length of the second Newton step to the squared length of
